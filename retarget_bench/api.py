@@ -1,0 +1,268 @@
+"""The contracts between the engine and its plug-ins. Read this first.
+
+Every contract is structural: a plug-in needs no base class and may import nothing from here. It is
+enough that its objects have the attributes and methods named below. A plug-in is a callable, mostly a
+class, that takes its parameters as keywords and returns such an object; in a file it is the module's
+attribute ``plugin``.
+
+The one path: a Dataset gives Cases; a Method turns a case's source motion into a motion of the target;
+a Metric compares that prediction with the case and returns named numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Literal, Protocol
+
+import numpy as np
+
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion, Positions
+
+if TYPE_CHECKING:
+    from retarget_bench.comparison import Comparison
+
+SPLITS = ("self", "intra", "cross")
+"""self: same character; intra: same structure, another character; cross: another structure."""
+
+Prediction = Motion | Positions
+Direction = Literal["lower", "higher", "target", "none"]
+Parameters = Mapping[str, str | int | float | bool]
+
+
+# --------------------------------------------------------------------------------------------- cases
+@dataclass(frozen=True)
+class Ground:
+    """The floor of a case: flat at ``height`` metres, or a height field.
+
+    A height field is ``heights`` ``(rows, columns)`` metres over a grid with ``spacing`` metres between
+    samples, whose first sample lies at ``origin`` = (x, z); rows run along z, columns along x.
+    """
+
+    height: float = 0.0
+    heights: np.ndarray | None = None
+    origin: tuple[float, float] = (0.0, 0.0)
+    spacing: float = 1.0
+
+
+@dataclass(frozen=True, eq=False)
+class Contacts:
+    """Which contact joints are planted in which frame.
+
+    roles: the roles of the contact joints (``left_foot``, ``left_toe``, ...).
+    planted: ``(frames, len(roles))`` bool.
+    """
+
+    roles: tuple[str, ...]
+    planted: np.ndarray
+
+
+@dataclass(frozen=True)
+class CaseInfo:
+    """What is known of a case without loading it. Only this travels between processes.
+
+    id:     ``dataset/source>target/clip``, stable for ever.
+    clip:   the source clip: the cluster of the statistics.
+    kind:   kind of performance (``walk``), or "" where the data set does not know.
+    frames: length, or 0 where it is known only after loading.
+    """
+
+    id: str
+    task: str
+    split: str
+    source: str
+    target: str
+    clip: str
+    kind: str = ""
+    frames: int = 0
+
+    @property
+    def pair(self) -> str:
+        return f"{self.source}>{self.target}"
+
+
+@dataclass(frozen=True, eq=False)
+class Case:
+    """One question put to a method, and what is known of the right answer.
+
+    source:     the motion to be retargeted (its ``character`` is the source body).
+    target:     the body that shall perform it.
+    reference:  the right answer, or None (then only reference-free metrics apply).
+    contacts:   true contact labels of the *target*, or None (then they are found by speed).
+    conditions: of tasks such as denoising: noise level, share of joints.
+    """
+
+    info: CaseInfo
+    source: Prediction
+    target: Character
+    reference: Prediction | None = None
+    contacts: Contacts | None = None
+    ground: Ground = Ground()
+    conditions: Mapping[str, float] = field(default_factory=dict)
+
+
+# ------------------------------------------------------------------------------------------ data sets
+@dataclass(frozen=True)
+class DatasetCard:
+    """What a data set is, under which terms, and how to get it."""
+
+    name: str
+    summary: str
+    version: str
+    licence: str
+    obtain: str
+    tasks: tuple[str, ...] = ("retarget",)
+    splits: tuple[str, ...] = SPLITS
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    """Parameter name -> one line that says what it does."""
+
+
+class Dataset(Protocol):
+    """A source of cases. Building one must be quick: files are read when cases are asked for.
+
+    ``content``: what identifies the data in keys (a hash of the files, or generator version and
+    parameters). ``label``: what tables call it (``mixamo``, or ``mixamo san-partial (23 of 106 clips)``).
+    ``notes``: sentences that belong under every table of it (what was dropped and why).
+    """
+
+    card: DatasetCard
+
+    @property
+    def content(self) -> str: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def notes(self) -> Sequence[str]: ...
+    def characters(self) -> Mapping[str, Character]: ...
+    def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
+        """A fixed list, in a fixed order."""
+
+    def load(self, info: CaseInfo) -> Case: ...
+
+
+# -------------------------------------------------------------------------------------------- methods
+@dataclass(frozen=True)
+class MethodCard:
+    """What a method is, and what it asks for.
+
+    accepts:    the kinds of source it can read: ``motion`` (rotations) and/or ``positions``.
+    needs:      privileged inputs, out of ``reference``, ``target_motions``, ``other_clips``. Rows of such
+                a method are marked privileged and never ranked.
+    control:    a row that bounds the scale (rest pose, reference): shown, never ranked.
+    stochastic: the result depends on ``context.seed``.
+    default:    taken part in by a plain ``bench run`` (untrained, or weights are shipped).
+    """
+
+    name: str
+    summary: str
+    version: str
+    paper: str = ""
+    licence: str = ""
+    accepts: tuple[str, ...] = ("motion",)
+    needs: tuple[str, ...] = ()
+    control: bool = False
+    stochastic: bool = False
+    default: bool = True
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    """Parameter name -> one line that says what it does and which values it takes."""
+    reported: Mapping[str, float] = field(default_factory=dict)
+    """Published numbers, ``"table/row/column" -> value``, for people to compare with."""
+
+
+@dataclass(frozen=True)
+class Context:
+    """All that a method may know beside the source motion and the target character.
+
+    The privileged inputs are None unless the card's ``needs`` names them.
+    other_clips: motions of the target in other clips, in a fixed order, loaded when indexed.
+    target_motions: every reference motion of the target, this clip's included.
+    """
+
+    seed: int = 0
+    device: str = "cpu"
+    precision: Literal["float32", "float64"] = "float32"
+    reference: Prediction | None = None
+    target_motions: Sequence[Prediction] | None = None
+    other_clips: Sequence[Prediction] | None = None
+
+
+class Method(Protocol):
+    """Turns a source motion into a motion of a target character."""
+
+    card: MethodCard
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        """None, or the reason why this pair cannot be retargeted, as a sentence."""
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:
+        """The motion of ``target``: same frames, same rate, built with ``target.motion(...)`` or
+        ``target.positions(...)``."""
+
+
+class BatchMethod(Method, Protocol):
+    """A method that is faster on many cases at once."""
+
+    def retarget_batch(
+        self,
+        sources: Sequence[Prediction],
+        targets: Sequence[Character],
+        *,
+        contexts: Sequence[Context],
+    ) -> Sequence[Prediction]: ...
+
+
+# -------------------------------------------------------------------------------------------- metrics
+@dataclass(frozen=True)
+class Value:
+    """One named number that a metric returns, as its card declares it.
+
+    id:        ``mpjpe_h.world``; unique over all metrics.
+    label:     the column's heading.
+    meaning:   one line for people who never saw it.
+    unit:      ``% of height``, ``m``, ``1``, ...
+    better:    ``lower``, ``higher``, ``target`` (best at ``goal``, ranked by |log(value / goal)|) or
+               ``none`` (a description, never ranked).
+    tolerance: by how much a value may move before a regression gate says so, in the value's unit.
+    needs:     out of ``reference``, ``source``, ``contacts``, ``rotations``, ``ground``; where one is
+               missing the value is *not applicable*.
+    index:     what the value is a curve over (``threshold``, ``joint``), or "" for one number.
+    with_self: in the intra group this value pools self pairs too (a legacy protocol).
+    """
+
+    id: str
+    label: str
+    meaning: str
+    unit: str
+    better: Direction
+    formula: str
+    source: str
+    tolerance: float = 1e-6
+    goal: float = 1.0
+    needs: tuple[str, ...] = ("reference",)
+    index: str = ""
+    with_self: bool = False
+
+
+@dataclass(frozen=True)
+class MetricCard:
+    """A family of values that are computed together; ``version`` moves when any number does."""
+
+    name: str
+    summary: str
+    version: str
+    values: tuple[Value, ...]
+
+
+class Metric(Protocol):
+    """Turns one comparison into named numbers."""
+
+    card: MetricCard
+
+    def compute(self, comparison: Comparison) -> Mapping[str, float | Mapping[str, float]]:
+        """Value id -> number, or index -> number for curves. Ids that do not apply are left out."""
+
+
+Plugin = Method | Dataset | Metric
+Rows = Iterable[tuple[str, str, str, float]]
+"""(case id, value id, index or "", value)."""

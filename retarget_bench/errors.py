@@ -1,0 +1,31 @@
+"""Errors that are meant for people: the command prints their text, never a traceback."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+
+class BenchError(Exception):
+    """What was wrong, where, and what to do about it, in one sentence or two."""
+
+
+class FileError(BenchError):
+    """A file that cannot be read or written: the message starts with ``path:line:``."""
+
+    def __init__(self, path: str | Path, problem: str, line: int | None = None) -> None:
+        where = f"{path}:{line}" if line is not None else f"{path}"
+        super().__init__(f"{where}: {problem}")
+        self.path = Path(path)
+        self.line = line
+        self.problem = problem
+
+    def __reduce__(self) -> tuple[type[FileError], tuple[Path, str, int | None]]:
+        return (type(self), (self.path, self.problem, self.line))
+
+
+class SkeletonError(BenchError):
+    """A skeleton, character or motion whose parts do not fit together."""
+
+
+class NotSupported(BenchError):
+    """A request that is well formed but that the named plug-in cannot serve."""

@@ -1,0 +1,69 @@
+"""Files: atomic writes, the user's cache folder, and names that are safe on every file system."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import re
+import secrets
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from retarget_bench.errors import FileError
+
+_UNSAFE = re.compile(r"[^a-z0-9_.-]+")
+_LONGEST = 60
+
+
+@contextmanager
+def atomic(path: str | Path) -> Iterator[Path]:
+    """A temporary path beside ``path``; renamed to it on success, removed on failure.
+
+    Whoever reads ``path`` sees the old file or the whole new one, whenever the process dies.
+    Raises FileError when the folder cannot be written or the disk is full.
+    """
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        temporary = path.with_name(f".{secrets.token_hex(6)}.{path.name[-40:]}")
+        try:
+            yield temporary
+            os.replace(temporary, path)
+        finally:
+            temporary.unlink(missing_ok=True)
+    except OSError as error:
+        raise FileError(path, f"cannot be written ({error.strerror or error})") from error
+
+
+def write_text(path: str | Path, text: str) -> None:
+    """Write UTF-8 with LF line ends, atomically."""
+    with atomic(path) as temporary:
+        temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def cache_folder() -> Path:
+    """Where parsed motions and generated data are kept between runs.
+
+    ``RETARGET_BENCH_CACHE``, else ``retarget-bench`` in the user's cache folder.
+    """
+    if chosen := os.environ.get("RETARGET_BENCH_CACHE"):
+        return Path(chosen)
+    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
+    return Path(base) / "retarget-bench"
+
+
+def slug(name: str) -> str:
+    """A file name for ``name``: ``[a-z0-9_.-]``, at most 60 characters, different for different names.
+
+    A name that is already of that form stays as it is; any other gets eight hex digits of its hash.
+    """
+    plain = _UNSAFE.sub("-", name.lower()).strip("-.")
+    if plain == name and len(name) <= _LONGEST:
+        return name
+    return f"{plain[: _LONGEST - 9]}-{digest(name)}"
+
+
+def digest(text: str, digits: int = 8) -> str:
+    """The first hex digits of the SHA-256 of ``text``."""
+    return hashlib.sha256(text.encode()).hexdigest()[:digits]

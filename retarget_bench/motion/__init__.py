@@ -1,0 +1,1 @@
+"""What moves: skeletons, characters, motions, and how files become them."""

@@ -1,0 +1,107 @@
+"""A body: a skeleton, what its joints mean, and the pose it is compared in."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from retarget_bench.errors import SkeletonError
+from retarget_bench.motion import rotation
+from retarget_bench.motion.alignment import reference_pose
+from retarget_bench.motion.measures import Measures, measure
+from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.roles import find as find_roles
+from retarget_bench.motion.skeleton import Skeleton
+
+
+@dataclass(frozen=True, eq=False)
+class Character:
+    """A body that can perform motions.
+
+    name:           as the data set calls it.
+    skeleton:       joints and rest offsets.
+    structure:      the topology id that the data set declares for the *native* skeleton; it decides
+                    whether a pair is intra- or cross-structural.
+    roles:          per joint its anatomical role or None (see ``roles.py``).
+    reference_pose: ``(joints, 4)`` local rotations that bring the rest pose into the common reference
+                    pose (T-pose, Y up, facing +Z; see ``alignment.py``).
+    measures:       sizes of the native body, kept when joints are left out.
+
+    Raises SkeletonError when these do not fit the skeleton. Use ``Character.of`` to find them.
+    """
+
+    name: str
+    skeleton: Skeleton
+    structure: str
+    roles: tuple[str | None, ...]
+    reference_pose: np.ndarray
+    measures: Measures
+
+    def __post_init__(self) -> None:
+        joints = len(self.skeleton)
+        if len(self.roles) != joints or self.reference_pose.shape != (joints, 4):
+            raise SkeletonError(
+                f"{self.name}: {joints} joints need as many roles and a reference pose of "
+                f"({joints}, 4); got {len(self.roles)} and {self.reference_pose.shape}"
+            )
+
+    @classmethod
+    def of(
+        cls,
+        name: str,
+        skeleton: Skeleton,
+        *,
+        structure: str | None = None,
+        roles: Sequence[str | None] | None = None,
+        sample: np.ndarray | None = None,
+    ) -> Character:
+        """A character with whatever is not given found from its skeleton.
+
+        roles:  found from joint names when None (``roles.find``).
+        sample: ``(frames, joints, 4)`` local rotations of any motion of this body. They tell how bones
+                are twisted where the rest pose alone cannot (every bone along one axis).
+        """
+        found = tuple(roles) if roles is not None else find_roles(skeleton)
+        pose = reference_pose(skeleton, found, sample)
+        return cls(
+            name=name,
+            skeleton=skeleton,
+            structure=structure or skeleton.topology_id,
+            roles=found,
+            reference_pose=pose,
+            measures=measure(skeleton, found, pose),
+        )
+
+    @cached_property
+    def joint_of(self) -> Mapping[str, int]:
+        """Role -> joint index."""
+        return {role: joint for joint, role in enumerate(self.roles) if role is not None}
+
+    def joints(self, roles: Sequence[str]) -> list[int]:
+        """The joints that have one of these roles, in the order asked, missing ones left out."""
+        return [self.joint_of[role] for role in roles if role in self.joint_of]
+
+    @property
+    def height(self) -> float:
+        """Metres: the height that errors are divided by (``Measures.height``)."""
+        return self.measures.height
+
+    @cached_property
+    def reference_globals(self) -> np.ndarray:
+        """``(joints, 4)`` world orientations of the joints in the reference pose."""
+        chained = np.array(self.reference_pose)
+        for joint, parent in enumerate(self.skeleton.parents.tolist()):
+            if parent >= 0:
+                chained[joint] = rotation.multiply(chained[parent], chained[joint])
+        return chained
+
+    def motion(self, rotations: np.ndarray, root: np.ndarray, fps: float) -> Motion:
+        """A motion of this character from local rotations ``(frames, joints, 4)`` and root ``(frames, 3)``."""
+        return Motion(self, rotations, root, fps)
+
+    def positions(self, positions: np.ndarray, fps: float) -> Positions:
+        """A motion of this character known by joint positions ``(frames, joints, 3)`` only."""
+        return Positions(self, positions, fps)
