@@ -1,0 +1,172 @@
+"""How a plug-in and its parameters are written: ``copy_rotations[root_rule=height,scale=1.5]``.
+
+The grammar::
+
+    spec   = name [ "[" pair { "," pair } "]" ]
+    pair   = key "=" value
+    value  = true | false | integer | number | text | "quoted text" | 'quoted text'
+
+Bare text ends at a comma or a closing bracket; spaces around it do not count. Text that holds one of
+these, or that would read as a number or a truth value, is quoted; in quotes a backslash makes the next
+quote or backslash an ordinary character and is itself ordinary before anything else. A plus sign
+outside brackets belongs to no name: it is kept for the composition of a method with what follows it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+from retarget_bench import files
+from retarget_bench.errors import BenchError
+
+Scalar = str | int | float | bool
+
+LONGEST_NAME = 50
+NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
+_KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
+_INTEGER = re.compile(r"[+-]?(0|[1-9][0-9]*)")
+_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_TRUTH = {"true": True, "True": True, "false": False, "False": False}
+_BARE = re.compile(r"[^\s\[\],'\"]([^\[\],'\"]*[^\s\[\],'\"])?")
+_QUOTED = re.compile(r"\"((?:\\.|[^\"\\])*)\"|'((?:\\.|[^'\\])*)'", re.DOTALL)
+
+
+@dataclass(frozen=True, eq=False)
+class Spec:
+    """A plug-in's name and the parameters it is asked for with.
+
+    Two are equal when they are written alike: ``a[n=1]``, ``a[n=1.0]`` and ``a[n=true]`` differ.
+    """
+
+    name: str
+    parameters: Mapping[str, Scalar] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", dict(sorted(self.parameters.items())))
+
+    @classmethod
+    def parse(cls, text: str | Spec) -> Spec:
+        """Read a spec; raises BenchError with the place of the mistake. A Spec is returned as it is."""
+        return text if isinstance(text, Spec) else _Reader(text).spec()
+
+    def with_parameters(self, **parameters: Scalar) -> Spec:
+        """The same plug-in with these parameters set on top of its own."""
+        return Spec(self.name, {**self.parameters, **parameters})
+
+    @property
+    def slug(self) -> str:
+        """A file name: the plug-in's name, and eight hex digits of its parameters where it has some."""
+        if not self.parameters:
+            return files.slug(self.name)
+        text = json.dumps(self.parameters, sort_keys=True, separators=(",", ":"))
+        return f"{files.slug(self.name)[:LONGEST_NAME]}-{files.digest(text)}"
+
+    def __str__(self) -> str:
+        """The canonical form, parameters sorted by name; ``Spec.parse`` of it is this spec again."""
+        if not self.parameters:
+            return self.name
+        pairs = (f"{key}={write_value(value)}" for key, value in self.parameters.items())
+        return f"{self.name}[{','.join(pairs)}]"
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, Spec) and str(self) == str(other)
+
+    def __hash__(self) -> int:
+        return hash(str(self))
+
+
+def read_value(text: str) -> Scalar:
+    """The value that bare text stands for: a truth value, an integer, a number, else itself."""
+    if text in _TRUTH:
+        return _TRUTH[text]
+    if _INTEGER.fullmatch(text):
+        return int(text) if len(text) < 400 else text
+    if _NUMBER.fullmatch(text) and not _leading_zero(text) and math.isfinite(float(text)):
+        return float(text)
+    return text
+
+
+def write_value(value: Scalar) -> str:
+    """The text that reads as ``value`` again; quoted only where it must be."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, int | float):
+        return repr(value)
+    if _BARE.fullmatch(value) and isinstance(read_value(value), str):
+        return value
+    escaped = re.sub(r'(["\\])', r"\\\1", value)
+    return f'"{escaped}"'
+
+
+def _leading_zero(text: str) -> bool:
+    """``007`` and ``00.5`` are names of something, not numbers."""
+    digits = text.lstrip("+-")
+    return len(digits) > 1 and digits[0] == "0" and digits[1].isdigit()
+
+
+class _Reader:
+    """Reads one spec from left to right."""
+
+    def __init__(self, text: str) -> None:
+        self.text = text.strip()
+        self.at = 0
+
+    def spec(self) -> Spec:
+        name = self._match(NAME, "a name such as copy_rotations")[0]
+        if len(name) > LONGEST_NAME:
+            raise BenchError(f"{name!r} is longer than the {LONGEST_NAME} characters a name may have")
+        parameters = self._parameters() if self._take("[") else {}
+        if self.at < len(self.text):
+            raise self._error("nothing more" if parameters else "'[' or the end")
+        return Spec(name, parameters)
+
+    def _parameters(self) -> dict[str, Scalar]:
+        found: dict[str, Scalar] = {}
+        while not self._take("]"):
+            if found and not self._take(","):
+                raise self._error("',' or ']'")
+            key = self._match(_KEY, "a parameter's name")[0]
+            if key in found:
+                raise BenchError(f"{self.text}: parameter {key!r} is given twice")
+            if not self._take("="):
+                raise self._error(f"'=' after {key}")
+            found[key] = self._value(key)
+        return found
+
+    def _value(self, key: str) -> Scalar:
+        self._spaces()
+        if self.text[self.at : self.at + 1] in ("'", '"'):
+            quoted = self._match(_QUOTED, f"the closing quote of {key}")
+            inside = quoted[1] if quoted[1] is not None else quoted[2]
+            return re.sub(r"\\(['\"\\])", r"\1", inside)
+        return read_value(self._match(_BARE, f"a value for {key} (quote text that holds ,[]'\")")[0])
+
+    def _match(self, pattern: re.Pattern[str], wanted: str) -> re.Match[str]:
+        self._spaces()
+        found = pattern.match(self.text, self.at)
+        if found is None:
+            raise self._error(wanted)
+        self.at = found.end()
+        return found
+
+    def _take(self, character: str) -> bool:
+        self._spaces()
+        if self.text.startswith(character, self.at):
+            self.at += 1
+            return True
+        return False
+
+    def _spaces(self) -> None:
+        while self.text[self.at : self.at + 1].isspace():
+            self.at += 1
+
+    def _error(self, wanted: str) -> BenchError:
+        found = repr(self.text[self.at]) if self.at < len(self.text) else "the end"
+        return BenchError(
+            f"{self.text or 'an empty name'}: expected {wanted} at character {self.at + 1}, found {found}; "
+            "it is written name[parameter=value,parameter=value]"
+        )
