@@ -200,18 +200,6 @@ class Method(Protocol):
         ``target.positions(...)``."""
 
 
-class BatchMethod(Method, Protocol):
-    """A method that is faster on many cases at once."""
-
-    def retarget_batch(
-        self,
-        sources: Sequence[Prediction],
-        targets: Sequence[Character],
-        *,
-        contexts: Sequence[Context],
-    ) -> Sequence[Prediction]: ...
-
-
 # -------------------------------------------------------------------------------------------- metrics
 @dataclass(frozen=True)
 class Value:

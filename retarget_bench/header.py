@@ -1,0 +1,118 @@
+"""The header of a result file: what ran, on what, with which versions, and what went wrong."""
+
+from __future__ import annotations
+
+import platform
+import subprocess
+import sys
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from functools import lru_cache
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import retarget_bench
+from retarget_bench import registry, score
+from retarget_bench.api import Value
+from retarget_bench.plan import Cell, dataset, method, metric_versions, metrics, value_facts, without_location
+from retarget_bench.records import SCHEMA, STATUSES, Entry
+
+PACKAGES = ("numpy", "scipy", "torch")
+
+
+def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
+    """The header for a finished cell; plain data, ready for JSON."""
+    plan = cell.plan
+    data = dataset(cell.dataset)
+    return {
+        "schema": SCHEMA,
+        "keys": cell.keys,
+        "task": plan.task,
+        "split": cell.split,
+        "method": _method(cell),
+        "dataset": {
+            "name": cell.dataset.name,
+            "parameters": without_location(cell.dataset),
+            "label": data.label,
+            "version": data.card.version,
+            "content": data.content,
+            "notes": list(data.notes),
+        },
+        "metrics": metric_versions(plan.metrics),
+        "values": {key: value_facts(value) for key, value in _values(cell).items()},
+        "counts": {"asked": len(entries)}
+        | {status: sum(entry.status == status for entry in entries) for status in STATUSES},
+        "problems": _problems(entries),
+        "seeds": [plan.seed],
+        "device": "cpu",
+        "threads": 1,
+        "versions": versions(),
+        "revision": revision(),
+        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+    }
+
+
+def _method(cell: Cell) -> dict[str, Any]:
+    common = {"name": cell.method.name, "label": str(cell.method), "parameters": dict(cell.method.parameters)}
+    if cell.plan.external:
+        return common | {
+            "origin": "predictions made elsewhere",
+            "version": "",
+            "code": cell.prediction_facts["code"],
+            "privileged": [],
+            "control": False,
+            "stochastic": False,
+        }
+    card = method(cell.method).card
+    return common | {
+        "origin": registry.find("methods", cell.method.name).origin,
+        "version": str(getattr(card, "version", "")),
+        "code": cell.prediction_facts["code"],
+        "privileged": list(getattr(card, "needs", ())),
+        "control": bool(getattr(card, "control", False)),
+        "stochastic": bool(getattr(card, "stochastic", False)),
+    }
+
+
+def _values(cell: Cell) -> dict[str, Value]:
+    return score.declared_values(metrics(cell.plan.metrics))
+
+
+def _problems(entries: Sequence[Entry]) -> list[dict[str, Any]]:
+    """Cases without values, those with the same status and message together."""
+    grouped: dict[tuple[str, str], list[str]] = {}
+    for entry in entries:
+        if entry.status != "ok":
+            grouped.setdefault((entry.status, entry.message), []).append(entry.case)
+    return [
+        {"status": status, "message": message, "cases": sorted(cases)}
+        for (status, message), cases in sorted(grouped.items())
+    ]
+
+
+@lru_cache(maxsize=1)
+def versions() -> dict[str, str]:
+    """Versions of Python and of the packages that numbers depend on, without importing them."""
+    found = {"retarget-bench": retarget_bench.__version__, "python": platform.python_version()}
+    for package in PACKAGES:
+        try:
+            found[package] = metadata.version(package)
+        except metadata.PackageNotFoundError:
+            continue
+    return found | {"platform": f"{sys.platform}-{platform.machine()}"}
+
+
+@lru_cache(maxsize=1)
+def revision() -> str:
+    """The git revision of the checkout, ``+`` where it has uncommitted changes; "" outside of one."""
+    folder = Path(__file__).parent.parent
+    if not (folder / ".git").exists():
+        return ""
+    try:
+        options = {"cwd": folder, "capture_output": True, "text": True, "timeout": 10, "check": True}
+        head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], **options)  # type: ignore[call-overload]
+        dirty = subprocess.run(["git", "status", "--porcelain", "-uno"], **options)  # type: ignore[call-overload]
+    except (OSError, subprocess.SubprocessError):
+        return ""
+    return str(head.stdout.strip()) + ("+" if dirty.stdout.strip() else "")

@@ -1,0 +1,199 @@
+"""What shall be run: methods x data sets x splits, and the identity of every result."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any, Literal
+
+from retarget_bench import records, registry
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, Value
+from retarget_bench.errors import BenchError
+from retarget_bench.files import digest, slug
+from retarget_bench.score import declared_values
+from retarget_bench.spec import Spec
+
+Redo = Literal["never", "missing", "failed", "always"]
+Stage = Literal["run", "predict", "score"]
+
+LOCATION = "root"
+"""The data set parameter that says where files lie; it is no part of what a result is known by."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A request. Plain data throughout: it travels to worker processes.
+
+    stage:    predict only, score only, or both.
+    redo:     never: compute nothing; missing: what is missing or was made by other code, data or
+              parameters; failed: also what failed; always: everything.
+    external: a folder of predictions made elsewhere, to be scored under the name ``methods[0]``.
+    """
+
+    methods: tuple[Spec, ...]
+    datasets: tuple[Spec, ...]
+    splits: tuple[str, ...] = SPLITS
+    metrics: tuple[str, ...] = ()
+    task: str = "retarget"
+    root: Path = Path("runs")
+    seed: int = 0
+    jobs: int = 1
+    stage: Stage = "run"
+    redo: Redo = "missing"
+    external: Path | None = None
+    plugin_files: tuple[str, ...] = field(default_factory=registry.files)
+
+
+@lru_cache(maxsize=None)
+def dataset(spec: Spec) -> Dataset:
+    """The data set, built once per process."""
+    return registry.create("datasets", spec)
+
+
+@lru_cache(maxsize=None)
+def method(spec: Spec) -> Method:
+    """The method, built once per process."""
+    return registry.create("methods", spec)
+
+
+@lru_cache(maxsize=None)
+def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
+    """The metrics, built once per process; raises BenchError where two declare the same value."""
+    built = tuple(registry.create("metrics", Spec.parse(name)) for name in names)
+    declared_values(built)
+    return built
+
+
+def default_methods() -> list[Spec]:
+    """Every installed method whose card asks to be part of a plain run; broken plug-ins left out."""
+    found = []
+    for entry in registry.names("methods"):
+        try:
+            card = method(Spec(entry.name)).card
+        except BenchError:
+            continue
+        if getattr(card, "default", True):
+            found.append(Spec(entry.name))
+    return found
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One method on one split of one data set: a result file and what it is known by."""
+
+    plan: Plan
+    dataset: Spec
+    split: str
+    method: Spec
+
+    @cached_property
+    def infos(self) -> Sequence[CaseInfo]:
+        return dataset(self.dataset).cases(self.plan.task, self.split)
+
+    @cached_property
+    def place(self) -> records.Place:
+        return records.Place(
+            self.plan.root, dataset_slug(self.dataset), self.plan.task, self.split, self.method.slug
+        )
+
+    @cached_property
+    def prediction_facts(self) -> dict[str, Any]:
+        """What predictions depend on; the case is added per case."""
+        data = dataset(self.dataset)
+        return {
+            "method": self.method.name,
+            "parameters": dict(self.method.parameters),
+            "code": folder_hash(self.plan.external) if self.plan.external else method_code(self.method),
+            "weights": str(getattr(method(self.method), "weights_hash", ""))
+            if not self.plan.external
+            else "",
+            "dataset": self.dataset.name,
+            "dataset_parameters": without_location(self.dataset),
+            "content": data.content,
+            "task": self.plan.task,
+            "split": self.split,
+            "seed": self.plan.seed,
+        }
+
+    @cached_property
+    def keys(self) -> dict[str, str]:
+        prediction = records.key(self.prediction_facts)
+        facts = {"prediction": prediction, "metrics": metric_versions(self.plan.metrics)}
+        return {"prediction_key": prediction, "score_key": records.key(facts)}
+
+    def case_key(self, case_id: str) -> str:
+        """The key of one case's prediction."""
+        return digest(f"{self.keys['prediction_key']}\n{case_id}", 16)
+
+
+def cells(plan: Plan) -> list[Cell]:
+    """Every cell of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
+    if unknown := [split for split in plan.splits if split not in SPLITS]:
+        raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
+    methods = plan.methods if plan.external else [registry.canonical("methods", m) for m in plan.methods]
+    found = []
+    for spec in dict.fromkeys(registry.canonical("datasets", data) for data in plan.datasets):
+        offered = dataset(spec).card.splits
+        for split in dict.fromkeys(plan.splits):
+            if split in offered:
+                found += [Cell(plan, spec, split, each) for each in dict.fromkeys(methods)]
+    return found
+
+
+def without_location(spec: Spec) -> dict[str, Any]:
+    return {name: value for name, value in spec.parameters.items() if name != LOCATION}
+
+
+def dataset_slug(spec: Spec) -> str:
+    """The folder of a data set's results. Where its files lie does not matter, what they hold does."""
+    if not spec.parameters:
+        return slug(spec.name)
+    facts = {"parameters": without_location(spec)}
+    if LOCATION in spec.parameters:
+        facts["content"] = {"hash": dataset(spec).content}
+    return f"{slug(spec.name)}-{records.key(facts)[:8]}"
+
+
+# ---------------------------------------------------------------------------------------------- hashes
+@lru_cache(maxsize=None)
+def method_code(spec: Spec) -> str:
+    """A hash of the plug-in's own files and of the engine's motion room."""
+    motion = sorted((Path(__file__).parent / "motion").glob("*.py"))
+    return files_hash([*registry.code_files("methods", spec.name), *motion])
+
+
+@lru_cache(maxsize=None)
+def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
+    """Metric name -> ``version+code``; the engine's comparison counts as code of each."""
+    shared = Path(__file__).parent / "comparison.py"
+    return {
+        metric.card.name: f"{metric.card.version}+"
+        + files_hash([*registry.code_files("metrics", Spec.parse(name).name), shared])
+        for name, metric in zip(names, metrics(names), strict=True)
+    }
+
+
+def files_hash(paths: Sequence[Path]) -> str:
+    """Eight hex digits of the names and contents of files."""
+    total = hashlib.sha256()
+    for path in paths:
+        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return total.hexdigest()[:8]
+
+
+@lru_cache(maxsize=None)
+def folder_hash(folder: Path) -> str:
+    """Eight hex digits of every motion file in a folder of predictions."""
+    found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (".npz", ".bvh"))
+    if not found:
+        raise BenchError(f"{folder} holds no .npz or .bvh file; give the folder with the predictions")
+    return files_hash(found)
+
+
+def value_facts(value: Value) -> Mapping[str, Any]:
+    """What a table needs to know of a value, as plain data for the header."""
+    names = ("label", "meaning", "unit", "better", "goal", "tolerance", "index", "with_self", "formula")
+    return {name: getattr(value, name) for name in names}

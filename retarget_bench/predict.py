@@ -1,0 +1,242 @@
+"""First stage: a method turns a case's source into a prediction file."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import overload
+from zipfile import BadZipFile
+
+import numpy as np
+
+from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method, Prediction
+from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.files import atomic
+from retarget_bench.motion import bvh, rotation
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion, Positions
+
+UNIT_TOLERANCE = 1e-3
+"""How far from 1 the length of a predicted quaternion may be; it is then normalised."""
+
+
+class Invalid(BenchError):
+    """A prediction that does not answer its case."""
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a method gave for one case: a prediction, or a status with a message."""
+
+    status: str
+    message: str = ""
+    prediction: Prediction | None = None
+
+
+def predict(method: Method, case: Case, context: Context) -> Outcome:
+    """Ask a method for one case. Whatever it does wrong becomes a status, never an exception."""
+    try:
+        if reason := refusal(method, case):
+            return Outcome("unsupported", reason)
+        answer = method.retarget(case.source, case.target, context=context)
+        return Outcome("ok", prediction=as_stored(verified(answer, case)))
+    except NotSupported as error:
+        return Outcome("unsupported", str(error))
+    except Invalid as error:
+        return Outcome("invalid", str(error))
+    except Exception as error:  # the method's own fault: it costs its row, never the run
+        return Outcome("failed", _one_line(error))
+
+
+def refusal(method: Method, case: Case) -> str | None:
+    """Why a method cannot be asked this case, or None."""
+    kind = "motion" if isinstance(case.source, Motion) else "positions"
+    accepts = tuple(getattr(method.card, "accepts", ("motion",)))
+    if kind not in accepts:
+        return f"takes {' or '.join(accepts)} as source, but this source is known by {kind} only"
+    if "reference" in getattr(method.card, "needs", ()) and case.reference is None:
+        return "needs the reference, and this case has none"
+    return method.supports(case.source.character, case.target)
+
+
+def verified(answer: object, case: Case) -> Prediction:
+    """The answer, if it is a motion of the case's target with its frames and rate; else Invalid."""
+    if not isinstance(answer, Motion | Positions):
+        raise Invalid(
+            f"returned a {type(answer).__name__}; return target.motion(...) or target.positions(...)"
+        )
+    if not answer.skeleton.same_as(case.target.skeleton):
+        raise Invalid(
+            f"returned a motion of {answer.character.name!r} with {len(answer.skeleton)} joints; the target "
+            f"is {case.target.name!r} with {len(case.target.skeleton)} joints and its own bone lengths"
+        )
+    if answer.frames != case.source.frames:
+        raise Invalid(f"returned {answer.frames} frames; the source has {case.source.frames}")
+    if abs(answer.fps - case.source.fps) > 1e-6 * case.source.fps:
+        raise Invalid(f"returned {answer.fps:g} frames per second; the source has {case.source.fps:g}")
+    if isinstance(answer, Positions):
+        _all_finite(answer.positions, "position")
+        return replace(answer, character=case.target)
+    _all_finite(answer.rotations, "rotation")
+    _all_finite(answer.root, "root position")
+    lengths = np.linalg.norm(answer.rotations, axis=-1)
+    if (worst := np.abs(lengths - 1).max(initial=0.0)) > UNIT_TOLERANCE:
+        raise Invalid(f"returned quaternions that are not unit (length off by up to {worst:.3g})")
+    return replace(answer, character=case.target)
+
+
+def _all_finite(values: np.ndarray, what: str) -> None:
+    bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    if bad.any():
+        raise Invalid(
+            f"returned {int(bad.sum())} frames with a {what} that is not finite, "
+            f"the first being frame {int(bad.argmax())}"
+        )
+
+
+def as_stored(prediction: Prediction) -> Prediction:
+    """The prediction as its file will hold it (single precision), so that both score the same."""
+    if isinstance(prediction, Positions):
+        return replace(prediction, positions=_single(prediction.positions))
+    rotations = rotation.normalise(_single(prediction.rotations))
+    return replace(prediction, rotations=rotations, root=_single(prediction.root))
+
+
+def _single(values: np.ndarray) -> np.ndarray:
+    return values.astype(np.float32).astype(np.float64)
+
+
+def _one_line(error: Exception) -> str:
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    text = " ".join(str(error).split()) or "no message"
+    return f"{type(error).__name__}: {text[:300]} ({Path(where.filename).name}:{where.lineno})"
+
+
+# --------------------------------------------------------------------------------------------- context
+class Clips(Sequence[Prediction]):
+    """Reference motions of other cases, loaded when they are indexed."""
+
+    def __init__(self, load: Callable[[CaseInfo], Case], infos: Sequence[CaseInfo]) -> None:
+        self._load = load
+        self._infos = tuple(infos)
+
+    def __len__(self) -> int:
+        return len(self._infos)
+
+    @overload
+    def __getitem__(self, index: int) -> Prediction: ...
+    @overload
+    def __getitem__(self, index: slice) -> Clips: ...
+    def __getitem__(self, index: int | slice) -> Prediction | Clips:
+        if isinstance(index, slice):
+            return Clips(self._load, self._infos[index])
+        reference = self._load(self._infos[index]).reference
+        if reference is None:
+            raise NotSupported("needs reference motions, and this data set has none")
+        return reference
+
+    def __iter__(self) -> Iterator[Prediction]:
+        return (self[index] for index in range(len(self)))
+
+
+def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Context:
+    """The context of a case, with only those privileged inputs that the method's card declares."""
+    needs = tuple(getattr(method.card, "needs", ()))
+    context = Context(seed=seed)
+    if "reference" in needs:
+        context = replace(context, reference=case.reference)
+    if "other_clips" in needs or "target_motions" in needs:
+        own = _clips_of_target(dataset, case.info)
+        others = [info for info in own if info.clip != case.info.clip]
+        if "target_motions" in needs:
+            context = replace(context, target_motions=Clips(dataset.load, own))
+        if "other_clips" in needs:
+            context = replace(context, other_clips=Clips(dataset.load, others))
+    return context
+
+
+def _clips_of_target(dataset: Dataset, info: CaseInfo) -> list[CaseInfo]:
+    """One case per clip that the target performs in this split, by clip name."""
+    by_clip: dict[str, CaseInfo] = {}
+    for other in dataset.cases(info.task, info.split):
+        if other.target == info.target:
+            by_clip.setdefault(other.clip, other)
+    return [by_clip[clip] for clip in sorted(by_clip)]
+
+
+# ------------------------------------------------------------------------------------------------ files
+def write_prediction(path: Path, prediction: Prediction, key: str) -> None:
+    """``.npz``: joints, fps, key, and rotations + root or positions in single precision."""
+    common = {
+        "joints": np.array(prediction.skeleton.names),
+        "fps": np.float64(prediction.fps),
+        "key": np.array(key),
+    }
+    if isinstance(prediction, Motion):
+        data = {"rotations": prediction.rotations, "root": prediction.root}
+    else:
+        data = {"positions": prediction.positions}
+    with atomic(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, **common, **{k: v.astype(np.float32) for k, v in data.items()})  # type: ignore[arg-type]
+
+
+def stored_key(path: Path) -> str | None:
+    """The key that a prediction file was written under; None where it is missing or damaged."""
+    try:
+        with np.load(path) as file:
+            return str(file["key"])
+    except (OSError, ValueError, KeyError, EOFError, BadZipFile):
+        return None
+
+
+def read_prediction(path: Path, target: Character, fps: float) -> Prediction:
+    """A prediction of ``target`` from ``.npz`` (ours or anyone's) or ``.bvh``.
+
+    A foreign ``.npz`` needs ``rotations`` ``(frames, joints, 4)`` and ``root`` ``(frames, 3)``, or
+    ``positions`` ``(frames, joints, 3)``, in metres; ``joints`` (names, any order) and ``fps`` are taken
+    into account where given. Raises FileError.
+    """
+    if path.suffix.lower() == ".bvh":
+        return _from_bvh(path, target)
+    try:
+        with np.load(path) as file:
+            data = {name: file[name] for name in file.files}
+    except (OSError, ValueError, EOFError, BadZipFile) as error:
+        raise FileError(path, f"is not a readable .npz file ({error})") from error
+    fps = float(data.get("fps", fps))
+    order = _joint_order(path, data.get("joints"), target)
+    try:
+        if "positions" in data:
+            return target.positions(data["positions"][:, order], fps)
+        rotations = rotation.normalise(data["rotations"][:, order].astype(np.float64))
+        return target.motion(rotations, data["root"], fps)
+    except (KeyError, IndexError, BenchError) as error:
+        raise FileError(path, f"does not hold a motion of {target.name!r}: {error}") from error
+
+
+def _joint_order(path: Path, names: np.ndarray | None, target: Character) -> list[int] | slice:
+    """Where each joint of the target stands in the file."""
+    if names is None:
+        return slice(None)
+    given = {str(name): index for index, name in enumerate(names)}
+    missing = [name for name in target.skeleton.names if name not in given]
+    if missing:
+        raise FileError(path, f"lacks the joints {', '.join(missing[:5])} of {target.name!r}")
+    return [given[name] for name in target.skeleton.names]
+
+
+def _from_bvh(path: Path, target: Character) -> Prediction:
+    """A BVH file as a motion of ``target``; its unit is the one in which its bones fit the target's."""
+    recording = bvh.read(path)
+    order = _joint_order(path, np.array(recording.skeleton.names), target)
+    bones = recording.skeleton.bone_lengths[order]
+    scale = float(target.skeleton.bone_lengths.sum() / max(float(bones.sum()), 1e-12))
+    placed = target.motion(recording.rotations[:, order], recording.root * scale, recording.fps)
+    off = np.abs(recording.skeleton.offsets[order][1:] * scale - target.skeleton.offsets[1:])
+    if off.max(initial=0.0) > 1e-3 * target.height:
+        joint = target.skeleton.names[1 + int(off.max(axis=1).argmax())]
+        raise FileError(path, f"has another body than {target.name!r}: the bone of {joint!r} differs")
+    return placed
+

@@ -1,0 +1,295 @@
+"""Result files: what a run is known by, how its rows are written, read back and migrated.
+
+Under a results root, one folder per data set, task and split holds for every method
+
+    <method>.csv       rows: case, value id, index, value (nine significant digits, sorted)
+    <method>.npz       values per joint or frame, too many for rows
+    <method>.json      the header: what ran, on what, with which versions, and what went wrong
+    <method>/          the predictions, one file per case; disposable
+    cases.csv          what is known of every case: source, target, clip, kind, frames
+
+and, while a run is going on, ``<method>.journal``, which a re-run continues from.
+"""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import CaseInfo
+from retarget_bench.errors import FileError
+from retarget_bench.files import atomic, digest, slug, write_text
+
+SCHEMA = 1
+STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
+"""``missing``: scoring was asked for and no prediction was there."""
+ROW_FIELDS = ("case", "value_id", "index", "value")
+CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
+ARRAY_INDICES = ("joint", "frame")
+"""Values with one of these indices are stored in the ``.npz``, not in rows."""
+
+Values = dict[str, float | dict[str, float]]
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where the results of one method on one split of a data set lie."""
+
+    root: Path
+    dataset: str
+    task: str
+    split: str
+    method: str
+
+    @property
+    def folder(self) -> Path:
+        return self.root / self.dataset / self.task / self.split
+
+    @property
+    def rows(self) -> Path:
+        return self.folder / f"{self.method}.csv"
+
+    @property
+    def arrays(self) -> Path:
+        return self.folder / f"{self.method}.npz"
+
+    @property
+    def header(self) -> Path:
+        return self.folder / f"{self.method}.json"
+
+    @property
+    def timing(self) -> Path:
+        return self.folder / f"{self.method}.timing.csv"
+
+    @property
+    def journal(self) -> Path:
+        return self.folder / f"{self.method}.journal"
+
+    @property
+    def cases(self) -> Path:
+        return self.folder / "cases.csv"
+
+    def prediction(self, case_id: str) -> Path:
+        return self.folder / self.method / f"{case_file(case_id)}.npz"
+
+
+@dataclass
+class Entry:
+    """What came out of one case."""
+
+    case: str
+    status: str
+    message: str = ""
+    values: Values = field(default_factory=dict)
+
+
+@dataclass
+class Results:
+    """The results of one method on one split, read back."""
+
+    place: Place
+    header: dict[str, Any]
+    entries: list[Entry]
+    cases: dict[str, CaseInfo]
+
+
+def case_file(case_id: str) -> str:
+    """The file name, without suffix, of a case's prediction."""
+    return slug(case_id.replace("/", "--").replace(">", "-to-"))
+
+
+def key(facts: Mapping[str, Any]) -> str:
+    """Sixteen hex digits that stand for declared facts, whatever their order."""
+    return digest(json.dumps(facts, sort_keys=True, separators=(",", ":"), allow_nan=False), 16)
+
+
+def case_seed(base: int, method: str, case_id: str) -> int:
+    """A seed for one method on one case: adding a case moves no other one's randomness."""
+    return int(digest(f"{base}\n{method}\n{case_id}", 15), 16)
+
+
+# --------------------------------------------------------------------------------------------- journal
+def open_journal(place: Place, keys: Mapping[str, str]) -> dict[str, Entry]:
+    """The finished cases of an interrupted run with the same keys; a stale journal is begun anew.
+
+    The journal is left ending on a whole line, ready to be appended to.
+    """
+    done, whole = _read_journal(place.journal, keys)
+    if not whole:
+        write_text(place.journal, json.dumps({"schema": SCHEMA, **keys}) + "\n")
+    elif whole < place.journal.stat().st_size:
+        with place.journal.open("r+b") as file:
+            file.truncate(whole)
+    return done
+
+
+def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, Entry], int]:
+    """Entries, and the length in bytes of the whole lines (0: stale or none)."""
+    done: dict[str, Entry] = {}
+    length = 0
+    try:
+        lines = path.read_bytes().split(b"\n")
+    except FileNotFoundError:
+        return done, 0
+    for number, line in enumerate(lines[:-1]):  # the last piece is torn, or empty
+        try:
+            record = json.loads(line)
+        except ValueError:
+            break
+        if number == 0 and record != {"schema": SCHEMA, **keys}:
+            return done, 0
+        if number:
+            done[record["case"]] = Entry(**record)
+        length += len(line) + 1
+    return done, length
+
+
+def append_journal(place: Place, entry: Entry) -> None:
+    """One line, written at once."""
+    line = json.dumps(asdict(entry), allow_nan=False) + "\n"
+    with place.journal.open("ab", buffering=0) as file:
+        file.write(line.encode())
+
+
+# --------------------------------------------------------------------------------------------- writing
+def write_results(
+    place: Place, header: Mapping[str, Any], entries: Sequence[Entry], infos: Sequence[CaseInfo]
+) -> None:
+    """Rows, arrays and case list, then the header (whose presence says that all is there)."""
+    write_cases(place.cases, infos)
+    rows, arrays = _flatten(entries, header["values"])
+    with atomic(place.rows) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(ROW_FIELDS)
+        writer.writerows((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
+    with atomic(place.arrays) as temporary, temporary.open("wb") as stream:
+        np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
+    write_text(place.header, json.dumps(header, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
+    place.journal.unlink(missing_ok=True)
+
+
+def _flatten(
+    entries: Iterable[Entry], declared: Mapping[str, Mapping[str, Any]]
+) -> tuple[list[tuple[str, str, str, float]], dict[str, np.ndarray]]:
+    """Entries as sorted rows, and as arrays ``<value id>:cases|index|values``, each one-dimensional."""
+    rows: list[tuple[str, str, str, float]] = []
+    arrays: dict[str, list[tuple[str, str, float]]] = {}
+    for entry in entries:
+        for value_id, value in entry.values.items():
+            if not isinstance(value, dict):
+                rows.append((entry.case, value_id, "", value))
+            elif declared[value_id]["index"] in ARRAY_INDICES:
+                arrays.setdefault(value_id, []).extend((entry.case, k, v) for k, v in value.items())
+            else:
+                rows.extend((entry.case, value_id, k, v) for k, v in value.items())
+    rows.sort(key=lambda row: row[:3])
+    packed: dict[str, np.ndarray] = {}
+    for value_id, triples in sorted(arrays.items()):
+        cases, index, values = zip(*sorted(triples), strict=True)
+        packed[f"{value_id}:cases"] = np.array(cases)
+        packed[f"{value_id}:index"] = np.array(index)
+        packed[f"{value_id}:values"] = np.array([float(f"{v:.9g}") for v in values])
+    return rows, packed
+
+
+def write_cases(path: Path, infos: Sequence[CaseInfo]) -> None:
+    """The case list beside the rows; sorted by case id."""
+    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(CASE_FIELDS)
+        for info in sorted(infos, key=lambda info: info.id):
+            writer.writerow((info.id, info.source, info.target, info.clip, info.kind, info.frames))
+
+
+# --------------------------------------------------------------------------------------------- reading
+def read_header(path: Path) -> dict[str, Any]:
+    """A header, brought to the present schema. Raises FileError on damage or a newer schema."""
+    try:
+        header = json.loads(path.read_text(encoding="utf-8"))
+        schema = header["schema"]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError(path, f"is not a result header ({error})") from error
+    if not isinstance(schema, int) or schema > SCHEMA:
+        raise FileError(
+            path, f"has result schema {schema}; this version reads up to {SCHEMA}. Upgrade retarget-bench"
+        )
+    for step in range(schema, SCHEMA):
+        header = MIGRATIONS[step](header)
+    return dict(header)
+
+
+MIGRATIONS: dict[int, Any] = {}
+"""Schema -> function that brings a header of that schema to the next one."""
+
+
+def read_results(place: Place) -> Results:
+    """Everything that is known of one method on one split.
+
+    Raises FileError when a file is missing, damaged or from a newer version.
+    """
+    header = read_header(place.header)
+    cases = {info.id: info for info in read_cases(place.cases, place.task, place.split)}
+    entries = _read_rows(place.rows)
+    for problem in header["problems"]:
+        for case in problem["cases"]:
+            entries[case] = Entry(case, problem["status"], problem["message"])
+    if strangers := entries.keys() - cases.keys():
+        raise FileError(place.rows, f"names case {min(strangers)!r}, which {place.cases} does not list")
+    return Results(place, header, [entries[case] for case in sorted(entries)], cases)
+
+
+def _read_rows(path: Path) -> dict[str, Entry]:
+    entries: dict[str, Entry] = {}
+    for line, (case, value_id, index, text) in enumerate(_read_csv(path, ROW_FIELDS), 2):
+        try:
+            number = float(text)
+        except ValueError:
+            raise FileError(path, f"{text!r} is not a number", line) from None
+        values = entries.setdefault(case, Entry(case, "ok")).values
+        if not index:
+            values[value_id] = number
+            continue
+        curve = values.setdefault(value_id, {})
+        if not isinstance(curve, dict):
+            raise FileError(path, f"{value_id!r} of {case!r} is both a number and a curve", line)
+        curve[index] = number
+    return entries
+
+
+def read_cases(path: Path, task: str, split: str) -> list[CaseInfo]:
+    """The case list beside the rows."""
+    found = []
+    for line, (case, source, target, clip, kind, frames) in enumerate(_read_csv(path, CASE_FIELDS), 2):
+        if not frames.isdecimal():
+            raise FileError(path, f"{frames!r} is not a number of frames", line)
+        found.append(CaseInfo(case, task, split, source, target, clip, kind, int(frames)))
+    return found
+
+
+def _read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            head, *rows = list(csv.reader(file))
+    except (OSError, ValueError) as error:
+        raise FileError(path, f"cannot be read as a table ({error or 'it is empty'})") from error
+    if tuple(head) != tuple(fields):
+        raise FileError(path, f"has columns {', '.join(head)}; expected {', '.join(fields)}", 1)
+    for line, row in enumerate(rows, 2):
+        if len(row) != len(fields):
+            raise FileError(path, f"has {len(row)} cells instead of {len(fields)}", line)
+    return rows
+
+
+def find_results(root: Path) -> list[Place]:
+    """Every finished result under a results root, sorted."""
+    places = []
+    for header in sorted(root.glob("*/*/*/*.json")):
+        dataset, task, split = header.relative_to(root).parts[:3]
+        places.append(Place(root, dataset, task, split, header.stem))
+    return places

@@ -1,0 +1,89 @@
+"""Carrying out a plan: which cases are missing, the jobs, the journal, and the finished files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from retarget_bench import records
+from retarget_bench.errors import FileError
+from retarget_bench.executor import Executor, LocalPool
+from retarget_bench.header import header_of
+from retarget_bench.plan import Cell, Plan, cells
+from retarget_bench.records import Entry, Place
+
+Progress = Callable[[int, int], None]
+"""Called with the number of jobs done and of all jobs."""
+
+
+def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> list[Place]:
+    """Compute what a plan lacks and return the places of its results.
+
+    Interrupted at any moment, it keeps what was finished; the next run goes on from there.
+    """
+    wanted = cells(plan)
+    todo = {cell: cases for cell in wanted if (cases := _wanted_cases(cell))}
+    keep = plan.stage != "predict"
+    done = {cell: _begun(cell) if keep else {} for cell in todo}
+    jobs = _jobs(todo, done)
+    by_place = {cell.place: cell for cell in todo}
+    progress(0, len(jobs))
+    pool = executor or LocalPool(plan.jobs)
+    for count, finished in enumerate(pool.run("retarget_bench.work:work", jobs), 1):
+        for place, entry in finished.result or _lost(jobs[finished.job], finished.error):
+            if keep:
+                records.append_journal(place, entry)
+            done[by_place[place]][entry.case] = entry
+        progress(count, len(jobs))
+    for cell, entries in done.items() if keep else ():
+        listed = [entries[info.id] for info in cell.infos]
+        records.write_results(cell.place, header_of(cell, listed), listed, cell.infos)
+    return [cell.place for cell in wanted]
+
+
+def _wanted_cases(cell: Cell) -> list[str]:
+    """All cases of a cell, or none where its results are complete and up to date."""
+    wanted = [info.id for info in cell.infos]
+    redo = cell.plan.redo
+    if redo == "never":
+        return []
+    if redo == "always" or cell.plan.stage == "predict":
+        return wanted
+    try:
+        header = records.read_header(cell.place.header)
+    except FileError:
+        return wanted
+    counts = header["counts"]
+    if header["keys"] != cell.keys or counts["asked"] != len(wanted):
+        return wanted
+    failed = any(counts[status] for status in ("failed", "invalid", "missing"))
+    return wanted if redo == "failed" and failed else []
+
+
+def _begun(cell: Cell) -> dict[str, Entry]:
+    """The entries that an interrupted run left, unless they are to be made anew."""
+    if cell.plan.redo != "missing":
+        cell.place.journal.unlink(missing_ok=True)
+    return records.open_journal(cell.place, cell.keys)
+
+
+def _jobs(
+    todo: Mapping[Cell, Sequence[str]], done: Mapping[Cell, Mapping[str, Entry]]
+) -> list[dict[str, Any]]:
+    """One job per case with all methods that lack it, so that a case is loaded once."""
+    jobs: dict[tuple[Any, str, str], dict[str, Any]] = {}
+    for cell, cases in todo.items():
+        for case_id in cases:
+            if case_id in done[cell]:
+                continue
+            job = jobs.setdefault(
+                (cell.dataset, cell.split, case_id),
+                {"plan": cell.plan, "dataset": cell.dataset, "split": cell.split, "case": case_id, "cells": []},
+            )
+            job["cells"].append((cell.method, cell.place, cell.case_key(case_id)))
+    return list(jobs.values())
+
+
+def _lost(job: Mapping[str, Any], error: str) -> list[tuple[Place, Entry]]:
+    """Entries for a job that never answered."""
+    return [(place, Entry(job["case"], "failed", error)) for _, place, _ in job["cells"]]

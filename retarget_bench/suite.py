@@ -1,0 +1,61 @@
+"""A run written down: a TOML file with the same words as the command line.
+
+    methods = ["copy_rotations[root_rule=height]", "ik"]
+    dataset = "mixamo"
+    root = "PATH/TO/mixamo"
+    split = ["intra", "cross"]
+"""
+
+from __future__ import annotations
+
+import tomllib
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+
+from retarget_bench.errors import FileError
+
+
+def _listed(value: Any) -> Any:
+    return [value] if isinstance(value, str) else value
+
+
+Names = Annotated[list[str], BeforeValidator(_listed)]
+
+
+class Suite(BaseModel):
+    """What a suite file may say; everything has the command line's default where it is left out."""
+
+    model_config = ConfigDict(extra="forbid", strict=True)
+
+    methods: Names | None = None
+    dataset: Names | None = None
+    root: str | None = None
+    split: Names | None = None
+    metrics: Names | None = None
+    seed: int | None = Field(default=None, ge=0)
+    jobs: int | None = Field(default=None, ge=1)
+    redo: Literal["never", "missing", "failed", "always"] | None = None
+    out: str | None = None
+    plugin: Names | None = None
+
+
+def read(path: Path) -> dict[str, Any]:
+    """The options that a suite file sets. Raises FileError that lists every mistake with its place."""
+    try:
+        text = path.read_text(encoding="utf-8")
+        data = tomllib.loads(text)
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror})") from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise FileError(path, f"is not TOML: {error}") from error
+    try:
+        suite = Suite.model_validate(data)
+    except ValidationError as error:
+        known = ", ".join(Suite.model_fields)
+        mistakes = "".join(
+            f"\n  {'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors()
+        )
+        raise FileError(path, f"is not a suite file (it may set {known}):{mistakes}") from error
+    return suite.model_dump(exclude_none=True)

@@ -1,0 +1,116 @@
+"""What a worker process does with one case: predict with every method that lacks it, and score."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from retarget_bench import predict as stage_one
+from retarget_bench import records, registry
+from retarget_bench.api import Case, CaseInfo, Prediction
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.files import write_text
+from retarget_bench.plan import Plan, dataset, method, metrics
+from retarget_bench.predict import Invalid, Outcome
+from retarget_bench.records import Entry, Place
+from retarget_bench.score import score
+from retarget_bench.spec import Spec
+
+
+def work(job: dict[str, Any]) -> list[tuple[Place, Entry]]:
+    """One job of ``run._jobs``: an entry per method."""
+    plan: Plan = job["plan"]
+    know(plan.plugin_files)
+    try:
+        info = _infos(job["dataset"], plan.task, job["split"])[job["case"]]
+        case = dataset(job["dataset"]).load(info)
+    except BenchError as error:
+        return [(place, Entry(job["case"], "failed", str(error))) for _, place, _ in job["cells"]]
+    return [
+        (place, _entry(plan, job["dataset"], spec, place, key, case)) for spec, place, key in job["cells"]
+    ]
+
+
+def _entry(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Entry:
+    if plan.external is not None:
+        outcome = _elsewhere(plan.external, case)
+    else:
+        outcome = _stored(place, key, case) if plan.redo != "always" else None
+        if outcome is None or (plan.redo == "failed" and outcome.status in ("failed", "invalid")):
+            outcome = _missing(case) if plan.stage == "score" else _predicted(plan, data, spec, case)
+            if plan.stage != "score":
+                _store(place, key, case, outcome)
+    if outcome.prediction is None or plan.stage == "predict":
+        return Entry(case.info.id, outcome.status, outcome.message)
+    return Entry(case.info.id, "ok", values=score(metrics(plan.metrics), case, outcome.prediction))
+
+
+def _predicted(plan: Plan, data: Spec, spec: Spec, case: Case) -> Outcome:
+    asked = method(spec)
+    seed = records.case_seed(plan.seed, str(spec), case.info.id)
+    return stage_one.predict(asked, case, stage_one.context_for(asked, dataset(data), case, seed))
+
+
+def _missing(case: Case) -> Outcome:
+    return Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
+
+
+# ------------------------------------------------------------------------------------- stored outcomes
+def _store(place: Place, key: str, case: Case, outcome: Outcome) -> None:
+    """A prediction as ``.npz``, a refusal or failure as ``.json``; never both."""
+    path = place.prediction(case.info.id)
+    note = path.with_suffix(".json")
+    if outcome.prediction is not None:
+        stage_one.write_prediction(path, outcome.prediction, key)
+        note.unlink(missing_ok=True)
+    else:
+        facts = {"key": key, "status": outcome.status, "message": outcome.message}
+        write_text(note, json.dumps(facts, ensure_ascii=False) + "\n")
+        path.unlink(missing_ok=True)
+
+
+def _stored(place: Place, key: str, case: Case) -> Outcome | None:
+    """The outcome that an earlier run stored under this key, or None."""
+    path = place.prediction(case.info.id)
+    if path.exists():
+        if stage_one.stored_key(path) != key:
+            return None
+        return _checked(path, case)
+    try:
+        facts = json.loads(path.with_suffix(".json").read_text(encoding="utf-8"))
+        return Outcome(facts["status"], facts["message"]) if facts["key"] == key else None
+    except (OSError, ValueError, KeyError):
+        return None
+
+
+def _elsewhere(folder: Path, case: Case) -> Outcome:
+    """A prediction made by somebody else, found by the case's file name."""
+    stem = records.case_file(case.info.id)
+    for suffix in (".npz", ".bvh"):
+        if (path := folder / (stem + suffix)).exists():
+            return _checked(path, case)
+    return Outcome("missing", f"{folder} has no {stem}.npz or {stem}.bvh")
+
+
+def _checked(path: Path, case: Case) -> Outcome:
+    try:
+        found: Prediction = stage_one.read_prediction(path, case.target, case.source.fps)
+        return Outcome("ok", prediction=stage_one.as_stored(stage_one.verified(found, case)))
+    except (Invalid, FileError) as error:
+        return Outcome("invalid", str(error))
+
+
+# ---------------------------------------------------------------------------------- process-wide state
+@lru_cache(maxsize=None)
+def know(files: Sequence[str]) -> None:
+    """Register the plug-in files that the run was started with."""
+    for file in files:
+        registry.add_file(file)
+
+
+@lru_cache(maxsize=8)
+def _infos(data: Spec, task: str, split: str) -> dict[str, CaseInfo]:
+    return {info.id: info for info in dataset(data).cases(task, split)}
