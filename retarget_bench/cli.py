@@ -1,0 +1,104 @@
+"""The ``bench`` command. A command's module is imported only when that command is run."""
+
+from __future__ import annotations
+
+import importlib
+import os
+import sys
+from collections.abc import Sequence
+from typing import NoReturn
+
+import click
+
+from retarget_bench import __version__
+from retarget_bench.errors import BenchError
+
+COMMANDS = {
+    "run": ("run", "Predict and score what is missing, then show the table. Start here."),
+    "predict": ("predict", "First stage only: write a method's predictions."),
+    "score": ("score", "Second stage only: score predictions, also a folder made elsewhere."),
+    "table": ("table", "Show the results that exist."),
+    "list": ("list_plugins", "List methods, metrics and data sets."),
+    "info": ("info", "Show the card of a method, metric or data set; or every protocol."),
+    "new": ("new", "Start a method, metric or data set of your own from a template."),
+    "test": ("test_plugin", "Check that a plug-in keeps its contract."),
+    "retarget": ("retarget", "Retarget one BVH file to another character."),
+    "doctor": ("doctor", "Say how a motion file is understood, and what to override."),
+    "export-cases": ("export_cases", "Write sources and targets for predicting elsewhere."),
+}
+"""Command -> the module in ``retarget_bench.commands`` that holds it as ``command``, and its help line."""
+
+CONTINUED = ("run", "predict", "score")
+"""Commands that keep what they finished and continue from there."""
+
+
+class LazyGroup(click.Group):
+    """A group that knows its commands by name and one help line, and imports none to list them."""
+
+    def list_commands(self, ctx: click.Context) -> list[str]:
+        del ctx
+        return list(COMMANDS)
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        del ctx
+        if cmd_name not in COMMANDS:
+            return None
+        module = importlib.import_module(f"retarget_bench.commands.{COMMANDS[cmd_name][0]}")
+        command: click.Command = module.command
+        return command
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        if args[0] not in COMMANDS and not args[0].startswith("-"):
+            import difflib
+
+            close = difflib.get_close_matches(args[0], COMMANDS, 2, 0.5)
+            cure = f"did you mean {' or '.join(close)}?" if close else "bench --help lists them."
+            ctx.fail(f"no command is called {args[0]!r}; {cure}")
+        return super().resolve_command(ctx, args)
+
+    def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
+        del ctx
+        with formatter.section("Commands"):
+            formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+
+
+@click.command(cls=LazyGroup, context_settings={"help_option_names": ["-h", "--help"]})
+@click.version_option(__version__, prog_name="retarget-bench")
+@click.option("--traceback", is_flag=True, help="Show where in the code an error arose.")
+def group(traceback: bool) -> None:
+    """Run, score and compare motion-retargeting methods.
+
+    \b
+    bench run                                        every method, embedded motion
+    bench run copy_rotations ik -d mixamo --root DIR
+    bench info 'copy_rotations'                      what a method is and takes
+    """
+    if traceback:
+        os.environ["RETARGET_BENCH_TRACEBACK"] = "1"
+
+
+def main(arguments: Sequence[str] | None = None) -> NoReturn:
+    """Run the command line and exit: 0 done, 1 a check failed, 2 an error, 130 interrupted."""
+    arguments = sys.argv[1:] if arguments is None else list(arguments)
+    try:
+        status = group.main(list(arguments), prog_name="bench", standalone_mode=False)
+    except click.ClickException as error:
+        error.show()
+        sys.exit(error.exit_code)
+    except click.Abort:
+        click.echo(_interrupted(arguments), err=True)
+        sys.exit(130)
+    except BenchError as error:
+        if os.environ.get("RETARGET_BENCH_TRACEBACK"):
+            raise
+        click.echo(f"bench: {error}", err=True)
+        sys.exit(2)
+    sys.exit(status if isinstance(status, int) else 0)
+
+
+def _interrupted(arguments: Sequence[str]) -> str:
+    if any(name in arguments for name in CONTINUED):
+        return "bench: interrupted. What was finished is kept; the same command continues from there."
+    return "bench: interrupted."
