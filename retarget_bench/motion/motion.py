@@ -141,6 +141,13 @@ class Positions:
         return replace(self, positions=first + share[:, None, None] * (second - first), fps=fps)
 
 
+def resampled_frames(frames: int, fps: float, wanted: float) -> int:
+    """How many frames ``resample`` makes of so many."""
+    if step := _whole_step(fps, wanted):
+        return len(range(0, frames, step))
+    return len(_grid(frames, fps, wanted)[0]) if frames else 0
+
+
 def _check_fps(fps: float) -> None:
     if not (np.isfinite(fps) and fps > 0):
         raise SkeletonError(f"frames per second must be positive, got {fps}")
