@@ -84,9 +84,24 @@ def find(kind: Kind, name: str) -> Entry:
         origins = " and ".join(entry.origin for entry in matching)
         raise BenchError(f"two {kind} are called {name!r}: {origins}; rename or uninstall one of them")
     known = sorted({entry.name for entry in entries})
+    raise BenchError(
+        f"no {SINGULAR[kind]} is called {name!r}; {_cure(name, known)}{_elsewhere(kind, name)}"
+    )
+
+
+def kinds_of(name: str) -> list[Kind]:
+    """The kinds that have a plug-in of this name, mostly one; raises BenchError where none has."""
+    kinds = [kind for kind in KINDS if any(entry.name == name for entry in names(kind))]
+    if not kinds:
+        known = sorted({entry.name for kind in KINDS for entry in names(kind)})
+        raise BenchError(f"nothing is called {name!r}; {_cure(name, known)}")
+    return kinds
+
+
+def _cure(name: str, known: list[str]) -> str:
+    """The names that were perhaps meant, else all of them."""
     close = difflib.get_close_matches(name, known, 3, 0.5)
-    cure = f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
-    raise BenchError(f"no {SINGULAR[kind]} is called {name!r}; {cure}{_elsewhere(kind, name)}")
+    return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
 
 
 def _elsewhere(kind: Kind, name: str) -> str:

@@ -10,13 +10,12 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from retarget_bench import registry
+from retarget_bench import defaults, registry
 from retarget_bench.spec import Spec
 
 F = TypeVar("F", bound=Callable[..., Any])
 
 SPLITS = ("self", "intra", "cross")
-DEFAULT_DATASET = "puppets[size=tiny]"
 MOST_JOBS = 8
 """Processes that are started unasked; more must be asked for, since each one takes memory."""
 
@@ -89,7 +88,7 @@ def dataset_option(command: F) -> F:
         "-d",
         "--dataset",
         metavar="DATASET",
-        default=DEFAULT_DATASET,
+        default=defaults.DATASET,
         show_default=True,
         shell_complete=plugin_names("datasets"),
         help="The data set, with its options in brackets.",

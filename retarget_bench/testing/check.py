@@ -1,0 +1,98 @@
+"""What the checks of every kind of plug-in share: one check's outcome, sample cases, snapshots."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass, fields, is_dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import Case, Dataset, Prediction
+from retarget_bench.errors import BenchError
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing that was looked at: what it demands, and what was wrong ("" where nothing was)."""
+
+    demand: str
+    problem: str = ""
+
+    @property
+    def passed(self) -> bool:
+        return not self.problem
+
+    def __str__(self) -> str:
+        return f"ok      {self.demand}" if self.passed else f"FAILED  {self.demand}: {self.problem}"
+
+
+@dataclass(frozen=True)
+class Checks:
+    """Named demands and the functions that look for a problem; each runs whatever became of the others."""
+
+    demands: Mapping[str, Callable[[], str | None]]
+
+    def __iter__(self) -> Iterator[Check]:
+        for demand, look in self.demands.items():
+            try:
+                yield Check(demand, look() or "")
+            except BenchError as error:
+                yield Check(demand, str(error))
+            except Exception as error:  # the plug-in's own fault: it costs this check only
+                yield Check(demand, _where(error))
+
+
+def _where(error: Exception) -> str:
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    return f"{type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
+
+
+def sample(data: Dataset, per_split: int = 1, frames: int = 40) -> list[Case]:
+    """The first cases of every split of a data set, cut to their first frames."""
+    found = []
+    for split in data.card.splits:
+        infos = data.cases("retarget", split)[:per_split]
+        found += [cut(data.load(info), frames) for info in infos]
+    if not found:
+        raise BenchError(f"data set {data.card.name!r} has no case to try a plug-in on")
+    return found
+
+
+def cut(case: Case, frames: int) -> Case:
+    """The first frames of a case."""
+    part = slice(0, frames)
+    contacts = case.contacts and replace(case.contacts, planted=case.contacts.planted[part])
+    reference = None if case.reference is None else case.reference.at(part)
+    return replace(case, source=case.source.at(part), reference=reference, contacts=contacts)
+
+
+def arrays(thing: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
+    """Every array in a tree of dataclasses, with its path."""
+    if isinstance(thing, np.ndarray):
+        yield name, thing
+    elif is_dataclass(thing):
+        for each in fields(thing):
+            yield from arrays(getattr(thing, each.name), f"{name}.{each.name}")
+
+
+def snapshot(**things: Any) -> dict[str, np.ndarray]:
+    """Copies of all arrays in some objects."""
+    return {path: a.copy() for name, thing in things.items() for path, a in arrays(thing, name)}
+
+
+def changed(before: Mapping[str, np.ndarray], **things: Any) -> str | None:
+    """The first array that is no longer what the snapshot holds."""
+    after = snapshot(**things)
+    same = (path for path in before if np.array_equal(before[path], after[path], equal_nan=True))
+    return next((f"{path} was modified" for path in before if path not in set(same)), None)
+
+
+def difference(a: Prediction, b: Prediction) -> float:
+    """The largest difference of any number in two predictions; infinite where their shapes differ."""
+    one, two = dict(arrays(replace(a, character=b.character))), dict(arrays(b))
+    if one.keys() != two.keys() or any(one[path].shape != two[path].shape for path in one):
+        return float("inf")
+    return max(float(np.abs(one[path] - two[path]).max(initial=0.0)) for path in one)

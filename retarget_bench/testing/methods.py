@@ -1,0 +1,179 @@
+"""The checks that a method must pass."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from retarget_bench import parameters, predict, registry
+from retarget_bench.api import Case, Context, Dataset, Method, Prediction
+from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.spec import Spec
+from retarget_bench.testing.check import Check, Checks, changed, cut, difference, sample, snapshot
+
+PRIVILEGED = ("reference", "target_motions", "other_clips")
+KINDS_OF_SOURCE = ("motion", "positions")
+
+
+def check_method(spec: Spec, data: Dataset) -> Iterator[Check]:
+    """Every check of a method on a few cases of a data set; raises BenchError if it cannot be built."""
+    trial = _Trial(spec, data)
+    return iter(
+        Checks(
+            {
+                "its card says what it is and what it takes": trial.card,
+                "supports() gives None or a reason": trial.supports,
+                "answers keep frames and rate, are finite, unit, of the target": trial.answers,
+                "a clip of one frame is answered or refused": trial.one_frame,
+                "another frame rate is kept": trial.other_rate,
+                "a source known by positions only is answered or refused": trial.positions,
+                "its input is not modified": trial.input_untouched,
+                "same case and seed, same answer, whatever ran before": trial.deterministic,
+                "the seed matters only if the card says stochastic": trial.seed,
+                "privileged inputs are read only if the card needs them": trial.privileged,
+            }
+        )
+    )
+
+
+class _Trial:
+    """A method and the cases it is tried on."""
+
+    def __init__(self, spec: Spec, data: Dataset) -> None:
+        self.spec = spec
+        self.data = data
+        self.method: Method = registry.create("methods", spec)
+        self.cases = sample(data)
+
+    def card(self) -> str | None:
+        card = self.method.card
+        if card.name != self.spec.name:
+            return f"card.name is {card.name!r}, but the plug-in is called {self.spec.name!r}"
+        if not (card.summary and card.version):
+            return "summary and version must not be empty"
+        if unknown := set(card.accepts) - set(KINDS_OF_SOURCE):
+            return f"accepts {sorted(unknown)}; known are {', '.join(KINDS_OF_SOURCE)}"
+        if unknown := set(card.needs) - set(PRIVILEGED):
+            return f"needs {sorted(unknown)}; known are {', '.join(PRIVILEGED)}"
+        return undescribed("methods", self.spec, card.parameters)
+
+    def supports(self) -> str | None:
+        for case in self.cases:
+            reason = self.method.supports(case.source.character, case.target)
+            if reason is not None and not (isinstance(reason, str) and reason.strip()):
+                return f"{case.info.id}: returned {reason!r}"
+        return None
+
+    def answers(self) -> str | None:
+        outcomes = [(case, self._ask(case)) for case in self.cases]
+        if not any(outcome.prediction for _, outcome in outcomes):
+            reasons = {outcome.message for _, outcome in outcomes}
+            return f"no case was answered: {'; '.join(sorted(reasons))}"
+        return _first_problem(outcomes)
+
+    def one_frame(self) -> str | None:
+        return _first_problem([(case, self._ask(cut(case, 1))) for case in self.cases])
+
+    def other_rate(self) -> str | None:
+        return _first_problem([(case, self._ask(_at_rate(case, 50.0))) for case in self.cases])
+
+    def positions(self) -> str | None:
+        return _first_problem([(case, self._ask(_by_positions(case))) for case in self.cases])
+
+    def input_untouched(self) -> str | None:
+        for case in self.cases:
+            before = snapshot(source=case.source, target=case.target)
+            self._ask(case)
+            if problem := changed(before, source=case.source, target=case.target):
+                return problem
+        return None
+
+    def deterministic(self) -> str | None:
+        first = [self._ask(case).prediction for case in self.cases]
+        _disturb_global_state()
+        self.method = registry.create("methods", self.spec)
+        again = [self._ask(case).prediction for case in reversed(self.cases)]
+        return _first_difference(self.cases, first, again[::-1])
+
+    def seed(self) -> str | None:
+        if self.method.card.stochastic:
+            return None
+        first = [self._ask(case, seed=1).prediction for case in self.cases]
+        return _first_difference(self.cases, first, [self._ask(c, seed=2).prediction for c in self.cases])
+
+    def privileged(self) -> str | None:
+        declared = self.method.card.needs
+        for case in self.cases:
+            watch = _Watch(self._context(case), declared)
+            if predict.refusal(self.method, case) is None:
+                self.method.retarget(case.source, case.target, context=watch)  # type: ignore[arg-type]
+            if watch.read:
+                names = ", ".join(sorted(watch.read))
+                return f"reads context.{names}, which is None unless the card's needs name it"
+        return None
+
+    def _ask(self, case: Case, seed: int = 0) -> predict.Outcome:
+        return predict.predict(self.method, case, self._context(case, seed))
+
+    def _context(self, case: Case, seed: int = 0) -> Context:
+        return predict.context_for(self.method, self.data, case, seed)
+
+
+class _Watch:
+    """A context that notes which undeclared privileged inputs are read."""
+
+    def __init__(self, context: Context, declared: Sequence[str]) -> None:
+        self._context = context
+        self._declared = declared
+        self.read: set[str] = set()
+
+    def __getattr__(self, name: str) -> Any:
+        if name in PRIVILEGED and name not in self._declared:
+            self.read.add(name)
+        return getattr(self._context, name)
+
+
+def undescribed(kind: registry.Kind, spec: Spec, described: Any) -> str | None:
+    """The parameters of a plug-in that its card has no line for."""
+    taken, _ = parameters.known(registry.load(kind, spec.name))
+    missing = [each.name for each in taken if each.name not in described]
+    return f"card.parameters has no line for {', '.join(missing)}" if missing else None
+
+
+def _first_problem(outcomes: Sequence[tuple[Case, predict.Outcome]]) -> str | None:
+    """The first answer that is neither valid nor a refusal."""
+    bad = ((c, o) for c, o in outcomes if o.status not in ("ok", "unsupported"))
+    return next((f"{c.info.id}: {o.status}: {o.message}" for c, o in bad), None)
+
+
+def _first_difference(
+    cases: Sequence[Case], first: Sequence[Prediction | None], second: Sequence[Prediction | None]
+) -> str | None:
+    for case, a, b in zip(cases, first, second, strict=True):
+        if (a is None) != (b is None):
+            return f"{case.info.id}: answered once, and once not"
+        if a is not None and b is not None and (off := difference(a, b)) > 0:
+            return f"{case.info.id}: answers differ by up to {off:.3g}"
+    return None
+
+
+def _at_rate(case: Case, fps: float) -> Case:
+    reference = None if case.reference is None else replace(case.reference, fps=fps)
+    return replace(case, source=replace(case.source, fps=fps), reference=reference)
+
+
+def _by_positions(case: Case) -> Case:
+    source = case.source
+    if isinstance(source, Motion):
+        source = Positions(source.character, source.positions, source.fps)
+    return replace(case, source=source)
+
+
+def _disturb_global_state() -> None:
+    """Move the random generators that code forgets to seed, so that reading one shows."""
+    random.seed(random.random())
+    np.random.seed(random.randrange(2**32))  # noqa: NPY002 - the legacy generator is the one meant here
