@@ -1,0 +1,346 @@
+"""What joints mean: from joint names to anatomy.
+
+A role is a word such as ``hips``, ``spine_2``, ``left_forearm`` or ``right_toe``. Names decide, through
+the table of ``role_aliases.py``, and the tree checks: the joints of a limb must hang below each other in
+anatomical order, and the hips are the joint that carries both the legs and the spine, whatever they are
+called. Joints between two bones of the body (``Pelvis``, ``LHipJoint``, ``Spine1_split``, twist bones),
+props, hair and the face have no role: they follow their parent.
+
+A user who knows better writes a small TOML file of ``"joint name" = "role"`` (``"none"`` for no role),
+which wins over everything found here.
+"""
+
+from __future__ import annotations
+
+import difflib
+import re
+import tomllib
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.errors import FileError, SkeletonError
+from retarget_bench.motion.role_aliases import (
+    EXTRA_WORDS,
+    HEAD_STEMS,
+    HEAD_TOP_STEMS,
+    HELPER_WORDS,
+    HIPS_STEMS,
+    LIMB_STEMS,
+    LIMBS,
+    NECK_STEMS,
+    NUMBERED_FINGERS,
+    SPINE_STEMS,
+    TAIL_STEMS,
+    Name,
+    finger_of,
+    read,
+)
+from retarget_bench.motion.skeleton import Skeleton
+
+Roles = tuple[str | None, ...]
+
+SIDES = ("left", "right")
+FEET = ("left_foot", "left_toe", "right_foot", "right_toe")
+HANDS = ("left_hand", "right_hand")
+END_EFFECTORS = ("head", "left_hand", "right_hand", "left_foot", "left_toe", "right_foot", "right_toe")
+ESSENTIAL = (
+    "hips",
+    "head",
+    *(f"{side}_{part}" for side in SIDES for part in ("arm", "forearm", "hand", "up_leg", "leg", "foot")),
+)
+"""Without these a body cannot be retargeted by anatomy."""
+
+LIMB_ROLES: dict[str, tuple[str, ...]] = {
+    f"{side}_{limb}": tuple(f"{side}_{part}" for part in parts)
+    for limb, parts in LIMBS.items()
+    for side in SIDES
+}
+"""``left_arm`` -> its roles from the body outwards; likewise ``right_arm``, ``left_leg``, ``right_leg``."""
+
+_NUMBERED = re.compile(r"^(spine|neck|tail|(left|right)_(thumb|index|middle|ring|pinky))_\d+$")
+_PLAIN = frozenset(("hips", "neck", "head", "head_top")).union(*LIMB_ROLES.values())
+
+
+def is_role(word: str) -> bool:
+    """Whether this is a role at all."""
+    return word in _PLAIN or _NUMBERED.match(word) is not None
+
+
+def is_finger(role: str | None) -> bool:
+    return role is not None and any(f"_{finger}_" in role for finger in NUMBERED_FINGERS)
+
+
+def is_body(role: str | None) -> bool:
+    """Whether the joint is part of the body: it has a role and is not a finger's."""
+    return role is not None and not is_finger(role)
+
+
+def body_part(role: str) -> str:
+    """``trunk``, ``head``, ``tail``, ``left_arm``, ``right_arm``, ``left_leg`` or ``right_leg``."""
+    if is_finger(role):
+        return f"{role.split('_')[0]}_arm"
+    for part, chain in LIMB_ROLES.items():
+        if role in chain:
+            return part
+    if role.startswith("tail"):
+        return "tail"
+    return "head" if role.startswith(("neck", "head")) else "trunk"
+
+
+BODY_PARTS = ("trunk", "head", "left_arm", "right_arm", "left_leg", "right_leg", "tail")
+
+
+def chain(roles: Sequence[str | None], stem: str) -> list[int]:
+    """The joints of ``spine``, ``neck`` or ``tail``, from the hips outwards (``neck`` alone counts as one)."""
+    found = {}
+    for joint, role in enumerate(roles):
+        if role == stem:
+            found[1] = joint
+        elif role is not None and re.fullmatch(rf"{stem}_\d+", role):
+            found[int(role.rsplit("_", 1)[1])] = joint
+    return [found[number] for number in sorted(found)]
+
+
+# ------------------------------------------------------------------------------------------- finding
+def find(skeleton: Skeleton, overrides: Mapping[str, str | None] | None = None) -> Roles:
+    """The role of every joint, or None.
+
+    overrides: joint name -> role, or None for no role; they win over the names.
+    Raises SkeletonError when an override names no joint or no role, or gives one role twice.
+    """
+    forced = _checked(skeleton, overrides or {})
+    names = [read(name) for name in skeleton.names]
+    free = [joint not in forced for joint in range(len(names))]
+    roles: dict[int, str] = {joint: role for joint, role in forced.items() if role is not None}
+    taken = set(roles.values())
+
+    def give(found: Mapping[int, str]) -> None:
+        for joint, role in found.items():
+            if free[joint] and role not in taken:
+                roles[joint] = role
+                taken.add(role)
+
+    give(_limbs(skeleton, names, free))
+    give(_head(names, free))
+    by_role = {role: joint for joint, role in roles.items()}
+    if (hips := by_role.get("hips", _hips(skeleton, names, by_role))) is not None:
+        give({hips: "hips"})
+        give(_trunk(skeleton, names, hips, by_role, roles))
+    give(_ends(skeleton, names, {role: joint for joint, role in roles.items()}))
+    return tuple(roles.get(joint) for joint in range(len(names)))
+
+
+def _checked(skeleton: Skeleton, overrides: Mapping[str, str | None]) -> dict[int, str | None]:
+    """Overrides by joint index."""
+    out: dict[int, str | None] = {}
+    for name, role in overrides.items():
+        if name not in skeleton.names:
+            near = difflib.get_close_matches(name, skeleton.names, 3) or list(skeleton.names)
+            raise SkeletonError(f"role override: there is no joint {name!r}; near it: {', '.join(near)}")
+        if role is not None and not is_role(role):
+            near = difflib.get_close_matches(role, sorted(_PLAIN), 3) or sorted(_PLAIN)
+            raise SkeletonError(
+                f"role override of {name!r}: {role!r} is no role; near it: {', '.join(near)}"
+            )
+        if role is not None and role in out.values():
+            raise SkeletonError(f"role override: {role!r} is given to two joints")
+        out[skeleton.index(name)] = role
+    return out
+
+
+def _limbs(skeleton: Skeleton, names: Sequence[Name], free: Sequence[bool]) -> dict[int, str]:
+    """Arms and legs: per side and limb the best run of joints below each other in anatomical order."""
+    out: dict[int, str] = {}
+    for side in SIDES:
+        for parts in LIMBS.values():
+            options: dict[int, dict[int, float]] = {}
+            for joint, name in enumerate(names):
+                if free[joint] and name.side == side:
+                    meanings = [part for part in LIMB_STEMS.get(name.stem, ()) if part in parts]
+                    if meanings:
+                        options[joint] = {parts.index(m): 1.0 - 0.1 * k for k, m in enumerate(meanings)}
+            run = _best_run(skeleton, options)
+            out.update({joint: f"{side}_{parts[rank]}" for joint, rank in run})
+    return out
+
+
+def _best_run(skeleton: Skeleton, options: Mapping[int, Mapping[int, float]]) -> list[tuple[int, int]]:
+    """(joint, rank) along one line of descent, ranks rising, with the largest sum of weights.
+
+    Ties go to the joint nearest the body. options: joint -> rank -> weight.
+    """
+    best: dict[tuple[int, int], tuple[float, list[tuple[int, int]]]] = {}
+    for joint in sorted(options):
+        above = set(ancestors(skeleton, joint))
+        for rank, weight in options[joint].items():
+            runs = [run for (a, r), run in best.items() if a in above and r < rank]
+            score, run = max(runs, key=lambda each: each[0], default=(0.0, []))
+            best[joint, rank] = (score + weight, [*run, (joint, rank)])
+    return max(best.values(), key=lambda each: each[0], default=(0.0, []))[1]
+
+
+def _head(names: Sequence[Name], free: Sequence[bool]) -> dict[int, str]:
+    heads = [j for j, name in enumerate(names) if free[j] and not name.side and name.stem in HEAD_STEMS]
+    return {heads[0]: "head"} if heads else {}
+
+
+def _hips(skeleton: Skeleton, names: Sequence[Name], by_role: Mapping[str, int]) -> int | None:
+    """The joint that carries both the legs and the upper body; by name where there are no limbs."""
+    legs = [by_role[r] for r in ("left_up_leg", "right_up_leg") if r in by_role]
+    upper = [by_role[r] for r in ("head", "left_arm", "right_arm") if r in by_role]
+    if legs and upper:
+        return common_ancestor(skeleton, legs + upper)
+    named = [joint for joint, name in enumerate(names) if not name.side and name.stem in HIPS_STEMS]
+    return named[0] if named else None
+
+
+def _trunk(
+    skeleton: Skeleton,
+    names: Sequence[Name],
+    hips: int,
+    by_role: Mapping[str, int],
+    roles: Mapping[int, str],
+) -> dict[int, str]:
+    """Spine and neck on the way from the hips to the head, and the tail."""
+    top = by_role.get("head")
+    if top is None:
+        arms = [by_role[r] for r in ("left_shoulder", "left_arm", "right_arm") if r in by_role]
+        line = list(ancestors(skeleton, common_ancestor(skeleton, arms) or 0, itself=True)) if arms else []
+    else:
+        line = list(ancestors(skeleton, top))
+    line = [joint for joint in reversed(line) if joint > hips and joint not in roles]
+    spine = [joint for joint in line if _is_trunk(names[joint], SPINE_STEMS)]
+    neck = [joint for joint in line if _is_trunk(names[joint], NECK_STEMS)]
+    tail = [
+        joint
+        for joint, name in enumerate(names)
+        if not name.side and name.stem in TAIL_STEMS and hips in ancestors(skeleton, joint)
+    ]
+    out = {joint: f"spine_{k}" for k, joint in enumerate(spine, 1)}
+    out |= {joint: f"neck_{k}" if len(neck) > 1 else "neck" for k, joint in enumerate(neck, 1)}
+    return out | {joint: f"tail_{k}" for k, joint in enumerate(tail, 1)}
+
+
+def _is_trunk(name: Name, stems: frozenset[str]) -> bool:
+    return not name.side and name.stem in stems
+
+
+def _ends(skeleton: Skeleton, names: Sequence[Name], by_role: Mapping[str, int]) -> dict[int, str]:
+    """Head top and fingers: what hangs below the head and the hands."""
+    out: dict[int, str] = {}
+    for joint, name in enumerate(names):
+        above = set(ancestors(skeleton, joint))
+        if name.stem in HEAD_TOP_STEMS and by_role.get("head") in above:
+            out.setdefault(joint, "head_top")
+        if by_role.get(f"{name.side}_hand") in above:
+            finger, number = finger_of(name.stem), name.number
+            if name.stem == "finger" and len(name.numbers) == 2 and 1 <= name.numbers[0] <= 5:
+                finger = NUMBERED_FINGERS[name.numbers[0] - 1]
+            if finger is not None:
+                out[joint] = f"{name.side}_{finger}_{number or 1}"
+    return out
+
+
+# -------------------------------------------------------------------------------------------- the tree
+def ancestors(skeleton: Skeleton, joint: int, *, itself: bool = False) -> list[int]:
+    """Parent, grandparent, ... up to the root; the joint first with ``itself``."""
+    line = [joint] if itself else []
+    while (joint := int(skeleton.parents[joint])) >= 0:
+        line.append(joint)
+    return line
+
+
+def common_ancestor(skeleton: Skeleton, joints: Sequence[int]) -> int | None:
+    """The deepest joint that every one of these hangs below (or is)."""
+    shared = set.intersection(*(set(ancestors(skeleton, joint, itself=True)) for joint in joints))
+    return max(shared, default=None)
+
+
+def is_quadruped(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:
+    """Whether the body stands on four legs; its fore legs then have the roles of arms.
+
+    Told from the rest pose where trunk and legs cross in it; else (bones all along one axis) a body with a
+    tail whose trunk is at least as long as its legs stands on four.
+    """
+    joint = {role: index for index, role in enumerate(roles) if role is not None}
+    limbs = [(f"{side}_up_leg", f"{side}_foot") for side in SIDES]
+    limbs = [pair for pair in limbs if pair[0] in joint and pair[1] in joint]
+    arms = [joint[r] for r in ("left_arm", "right_arm", "left_shoulder", "right_shoulder") if r in joint]
+    if "hips" not in joint or not limbs or not arms:
+        return False
+    place = skeleton.rest_positions
+    chest = place[arms].mean(axis=0) - place[joint["hips"]]
+    legs = np.mean([place[joint[foot]] - place[joint[top]] for top, foot in limbs], axis=0)
+    trunk, reach = float(np.linalg.norm(chest)), _length(skeleton, joint[limbs[0][1]], joint[limbs[0][0]])
+    cosine = float(chest @ legs) / max(trunk * float(np.linalg.norm(legs)), 1e-12)
+    if -0.75 < cosine < 0.5 and np.linalg.norm(legs) > 0.5 * reach:
+        return True
+    return cosine >= 0.5 and any(role.startswith("tail") for role in joint) and trunk > 0.9 * reach
+
+
+def _length(skeleton: Skeleton, joint: int, top: int) -> float:
+    """Metres of bones from ``joint`` up to ``top``."""
+    line = ancestors(skeleton, joint, itself=True)
+    return float(sum(skeleton.bone_lengths[j] for j in line[: line.index(top)])) if top in line else 0.0
+
+
+# ---------------------------------------------------------------------------------------- explanations
+def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
+    """Per joint its role, or why it has none: ``helper`` (of the body: it follows its parent), ``extra``
+    (clothes, hair, props, face), ``above the hips`` or ``not understood``."""
+    by_role = {role: joint for joint, role in enumerate(roles) if role is not None}
+    over = set(ancestors(skeleton, by_role["hips"])) if "hips" in by_role else set()
+    carries = {j for joint in by_role.values() for j in ancestors(skeleton, joint)} - over
+    out: list[str] = []
+    for joint, (text, role) in enumerate(zip(skeleton.names, roles, strict=True)):
+        words = set(read(text).words)
+        if role is not None:
+            out.append(role)
+        elif joint in over:
+            out.append("above the hips")
+        elif joint in carries:
+            out.append("helper")
+        elif words & EXTRA_WORDS or (joint > 0 and out[skeleton.parents[joint]] == "extra"):
+            out.append("extra")
+        else:
+            out.append("helper" if words & HELPER_WORDS else "not understood")
+    return tuple(out)
+
+
+def missing(roles: Sequence[str | None]) -> list[str]:
+    """The essential roles that no joint has."""
+    return [role for role in ESSENTIAL if role not in roles]
+
+
+def load_overrides(path: str | Path) -> dict[str, str | None]:
+    """A role file: TOML lines ``"joint name" = "role"``; ``"none"`` or ``""`` takes a role away.
+
+    Raises FileError when the file cannot be read, is no TOML or says something else.
+    """
+    try:
+        table = tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror})") from error
+    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise FileError(
+            path, f'is not a role file of TOML lines "joint name" = "role" ({error})'
+        ) from error
+    out: dict[str, str | None] = {}
+    for name, role in table.items():
+        if not isinstance(role, str):
+            raise FileError(path, f'{name!r}: expected "joint name" = "role", with both in quotes')
+        out[name] = None if role in ("", "none") else role
+        if out[name] is not None and not is_role(role):
+            near = ", ".join(difflib.get_close_matches(role, sorted(_PLAIN), 3) or sorted(_PLAIN))
+            raise FileError(path, f"{name!r}: {role!r} is no role; near it: {near}")
+    return out
+
+
+def in_order(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:
+    """Whether the joints of every limb hang below each other in anatomical order."""
+    joint = {role: index for index, role in enumerate(roles) if role is not None}
+    lines = ([joint[role] for role in limb if role in joint] for limb in LIMB_ROLES.values())
+    return all(a in ancestors(skeleton, b) for line in lines for a, b in pairwise(line))
