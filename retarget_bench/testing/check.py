@@ -86,8 +86,8 @@ def snapshot(**things: Any) -> dict[str, np.ndarray]:
 def changed(before: Mapping[str, np.ndarray], **things: Any) -> str | None:
     """The first array that is no longer what the snapshot holds."""
     after = snapshot(**things)
-    same = (path for path in before if np.array_equal(before[path], after[path], equal_nan=True))
-    return next((f"{path} was modified" for path in before if path not in set(same)), None)
+    moved = (path for path in before if not np.array_equal(before[path], after[path]))
+    return next((f"{path} was modified" for path in moved), None)
 
 
 def difference(a: Prediction, b: Prediction) -> float:

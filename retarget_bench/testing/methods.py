@@ -34,7 +34,7 @@ def check_method(spec: Spec, data: Dataset) -> Iterator[Check]:
                 "its input is not modified": trial.input_untouched,
                 "same case and seed, same answer, whatever ran before": trial.deterministic,
                 "the seed matters only if the card says stochastic": trial.seed,
-                "privileged inputs are read only if the card needs them": trial.privileged,
+                "privileged inputs are used only if the card needs them": trial.privileged,
             }
         )
     )
@@ -108,12 +108,16 @@ class _Trial:
     def privileged(self) -> str | None:
         declared = self.method.card.needs
         for case in self.cases:
-            watch = _Watch(self._context(case), declared)
-            if predict.refusal(self.method, case) is None:
-                self.method.retarget(case.source, case.target, context=watch)  # type: ignore[arg-type]
-            if watch.read:
-                names = ", ".join(sorted(watch.read))
-                return f"reads context.{names}, which is None unless the card's needs name it"
+            if case.reference is None or predict.refusal(self.method, case) is not None:
+                continue
+            honest = self._context(case)
+            leaks = {name: value for name, value in _leaks(case).items() if name not in declared}
+            answers = [
+                self.method.retarget(case.source, case.target, context=context)
+                for context in (honest, replace(honest, **leaks))
+            ]
+            if difference(*answers) > 0:
+                return "the answer depends on an input of the context that the card's needs does not name"
         return None
 
     def _ask(self, case: Case, seed: int = 0) -> predict.Outcome:
@@ -123,18 +127,10 @@ class _Trial:
         return predict.context_for(self.method, self.data, case, seed)
 
 
-class _Watch:
-    """A context that notes which undeclared privileged inputs are read."""
-
-    def __init__(self, context: Context, declared: Sequence[str]) -> None:
-        self._context = context
-        self._declared = declared
-        self.read: set[str] = set()
-
-    def __getattr__(self, name: str) -> Any:
-        if name in PRIVILEGED and name not in self._declared:
-            self.read.add(name)
-        return getattr(self._context, name)
+def _leaks(case: Case) -> dict[str, Any]:
+    """Privileged inputs that no method may use undeclared."""
+    motions = [case.reference]
+    return {"reference": case.reference, "target_motions": motions, "other_clips": motions}
 
 
 def undescribed(kind: registry.Kind, spec: Spec, described: Any) -> str | None:
