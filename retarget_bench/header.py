@@ -15,7 +15,15 @@ from typing import Any
 import retarget_bench
 from retarget_bench import registry, score
 from retarget_bench.api import Value
-from retarget_bench.plan import Cell, dataset, method, metric_versions, metrics, value_facts, without_location
+from retarget_bench.plan import (
+    Cell,
+    dataset,
+    method,
+    metric_versions,
+    metrics,
+    value_facts,
+    without_location,
+)
 from retarget_bench.records import SCHEMA, STATUSES, Entry
 
 PACKAGES = ("numpy", "scipy", "torch")
@@ -54,7 +62,11 @@ def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
 
 
 def _method(cell: Cell) -> dict[str, Any]:
-    common = {"name": cell.method.name, "label": str(cell.method), "parameters": dict(cell.method.parameters)}
+    common = {
+        "name": cell.method.name,
+        "label": str(cell.method),
+        "parameters": dict(cell.method.parameters),
+    }
     if cell.plan.external:
         return common | {
             "origin": "predictions made elsewhere",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, lru_cache
+from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -47,19 +47,19 @@ class Plan:
     plugin_files: tuple[str, ...] = field(default_factory=registry.files)
 
 
-@lru_cache(maxsize=None)
+@cache
 def dataset(spec: Spec) -> Dataset:
     """The data set, built once per process."""
     return registry.create("datasets", spec)
 
 
-@lru_cache(maxsize=None)
+@cache
 def method(spec: Spec) -> Method:
     """The method, built once per process."""
     return registry.create("methods", spec)
 
 
-@lru_cache(maxsize=None)
+@cache
 def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
     """The metrics, built once per process; raises BenchError where two declare the same value."""
     built = tuple(registry.create("metrics", Spec.parse(name)) for name in names)
@@ -158,14 +158,14 @@ def dataset_slug(spec: Spec) -> str:
 
 
 # ---------------------------------------------------------------------------------------------- hashes
-@lru_cache(maxsize=None)
+@cache
 def method_code(spec: Spec) -> str:
     """A hash of the plug-in's own files and of the engine's motion room."""
     motion = sorted((Path(__file__).parent / "motion").glob("*.py"))
     return files_hash([*registry.code_files("methods", spec.name), *motion])
 
 
-@lru_cache(maxsize=None)
+@cache
 def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
     """Metric name -> ``version+code``; the engine's comparison counts as code of each."""
     shared = Path(__file__).parent / "comparison.py"
@@ -184,7 +184,7 @@ def files_hash(paths: Sequence[Path]) -> str:
     return total.hexdigest()[:8]
 
 
-@lru_cache(maxsize=None)
+@cache
 def folder_hash(folder: Path) -> str:
     """Eight hex digits of every motion file in a folder of predictions."""
     found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (".npz", ".bvh"))

@@ -69,8 +69,8 @@ def verified(answer: object, case: Case) -> Prediction:
         )
     if not answer.skeleton.same_as(case.target.skeleton):
         raise Invalid(
-            f"returned a motion of {answer.character.name!r} with {len(answer.skeleton)} joints; the target "
-            f"is {case.target.name!r} with {len(case.target.skeleton)} joints and its own bone lengths"
+            f"returned a motion of {answer.character.name!r} with {len(answer.skeleton)} joints; the "
+            f"target is {case.target.name!r} with {len(case.target.skeleton)} joints and its own bones"
         )
     if answer.frames != case.source.frames:
         raise Invalid(f"returned {answer.frames} frames; the source has {case.source.frames}")
@@ -239,4 +239,3 @@ def _from_bvh(path: Path, target: Character) -> Prediction:
         joint = target.skeleton.names[1 + int(off.max(axis=1).argmax())]
         raise FileError(path, f"has another body than {target.name!r}: the bone of {joint!r} differs")
     return placed
-

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from retarget_bench import records
@@ -12,6 +12,7 @@ from retarget_bench.header import header_of
 from retarget_bench.plan import Cell, Plan, cells
 from retarget_bench.records import Entry, Place
 
+WORK = "retarget_bench.work:work"
 Progress = Callable[[int, int], None]
 """Called with the number of jobs done and of all jobs."""
 
@@ -27,14 +28,11 @@ def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> lis
     done = {cell: _begun(cell) if keep else {} for cell in todo}
     jobs = _jobs(todo, done)
     by_place = {cell.place: cell for cell in todo}
-    progress(0, len(jobs))
     pool = executor or LocalPool(plan.jobs)
-    for count, finished in enumerate(pool.run("retarget_bench.work:work", jobs), 1):
-        for place, entry in finished.result or _lost(jobs[finished.job], finished.error):
-            if keep:
-                records.append_journal(place, entry)
-            done[by_place[place]][entry.case] = entry
-        progress(count, len(jobs))
+    for place, entry in _answers(pool, jobs, progress):
+        if keep:
+            records.append_journal(place, entry)
+        done[by_place[place]][entry.case] = entry
     for cell, entries in done.items() if keep else ():
         listed = [entries[info.id] for info in cell.infos]
         records.write_results(cell.place, header_of(cell, listed), listed, cell.infos)
@@ -78,12 +76,34 @@ def _jobs(
                 continue
             job = jobs.setdefault(
                 (cell.dataset, cell.split, case_id),
-                {"plan": cell.plan, "dataset": cell.dataset, "split": cell.split, "case": case_id, "cells": []},
+                {
+                    "plan": cell.plan,
+                    "dataset": cell.dataset,
+                    "split": cell.split,
+                    "case": case_id,
+                    "cells": [],
+                },
             )
             job["cells"].append((cell.method, cell.place, cell.case_key(case_id)))
     return list(jobs.values())
 
 
-def _lost(job: Mapping[str, Any], error: str) -> list[tuple[Place, Entry]]:
-    """Entries for a job that never answered."""
-    return [(place, Entry(job["case"], "failed", error)) for _, place, _ in job["cells"]]
+def _answers(
+    pool: Executor, jobs: Sequence[dict[str, Any]], progress: Progress
+) -> Iterator[tuple[Place, Entry]]:
+    """Entries as they come. A job that killed its worker is tried again, one method at a time, so that
+    it costs the method that did it and no other."""
+    again: list[dict[str, Any]] = []
+    progress(0, len(jobs))
+    for count, answer in enumerate(pool.run(WORK, jobs), 1):
+        if answer.error:
+            job = jobs[answer.job]
+            again += [job | {"cells": [each]} for each in job["cells"]]
+        else:
+            yield from answer.result
+        progress(count, len(jobs) + len(again))
+    for count, answer in enumerate(pool.run(WORK, again), len(jobs) + 1):
+        ((_, place, _),) = again[answer.job]["cells"]
+        lost = Entry(again[answer.job]["case"], "failed", answer.error)
+        yield from [(place, lost)] if answer.error else answer.result
+        progress(count, len(jobs) + len(again))

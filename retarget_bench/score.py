@@ -18,9 +18,7 @@ def score(metrics: Sequence[Metric], case: Case, prediction: Prediction) -> Valu
     comparison = Comparison(case, prediction)
     values: Values = {}
     for metric in metrics:
-        applicable = {
-            value.id for value in metric.card.values if not missing(value, case, prediction)
-        }
+        applicable = {value.id for value in metric.card.values if not missing(value, case, prediction)}
         if not applicable:
             continue
         for value_id, number in metric.compute(comparison).items():

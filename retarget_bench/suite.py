@@ -1,9 +1,9 @@
 """A run written down: a TOML file with the same words as the command line.
 
-    methods = ["copy_rotations[root_rule=height]", "ik"]
-    dataset = "mixamo"
-    root = "PATH/TO/mixamo"
-    split = ["intra", "cross"]
+methods = ["copy_rotations[root_rule=height]", "ik"]
+dataset = "mixamo"
+root = "PATH/TO/mixamo"
+split = ["intra", "cross"]
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ class Suite(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
     methods: Names | None = None
-    dataset: Names | None = None
+    dataset: str | None = None
     root: str | None = None
     split: Names | None = None
     metrics: Names | None = None

@@ -15,7 +15,7 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.executor import LocalPool
 from retarget_bench.files import atomic
-from retarget_bench.plan import Cell, Plan, cells, dataset, method
+from retarget_bench.plan import Plan, cells, dataset, method
 from retarget_bench.predict import context_for, predict
 from retarget_bench.records import Place, case_seed
 from retarget_bench.work import know
@@ -34,7 +34,7 @@ def measure(plan: Plan) -> None:
         for cell in wanted
     ]
     for done in LocalPool(1).run("retarget_bench.timing:time_method", jobs):
-        if done.result:
+        if done.result is not None:
             _write(wanted[done.job].place, done.result)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from functools import lru_cache
+from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from retarget_bench.predict import Invalid, Outcome
 from retarget_bench.records import Entry, Place
 from retarget_bench.score import score
 from retarget_bench.spec import Spec
+
+MISSING = Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
 
 
 def work(job: dict[str, Any]) -> list[tuple[Place, Entry]]:
@@ -35,27 +37,31 @@ def work(job: dict[str, Any]) -> list[tuple[Place, Entry]]:
 
 
 def _entry(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Entry:
-    if plan.external is not None:
-        outcome = _elsewhere(plan.external, case)
-    else:
-        outcome = _stored(place, key, case) if plan.redo != "always" else None
-        if outcome is None or (plan.redo == "failed" and outcome.status in ("failed", "invalid")):
-            outcome = _missing(case) if plan.stage == "score" else _predicted(plan, data, spec, case)
-            if plan.stage != "score":
-                _store(place, key, case, outcome)
+    outcome = _outcome(plan, data, spec, place, key, case)
     if outcome.prediction is None or plan.stage == "predict":
         return Entry(case.info.id, outcome.status, outcome.message)
     return Entry(case.info.id, "ok", values=score(metrics(plan.metrics), case, outcome.prediction))
+
+
+def _outcome(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Outcome:
+    """A prediction that is there, or a new one, which is then stored."""
+    if plan.external is not None:
+        return _elsewhere(plan.external, case)
+    stored = None if plan.redo == "always" else _stored(place, key, case)
+    retry = plan.redo == "failed" and stored is not None and stored.status in ("failed", "invalid")
+    if stored is not None and not retry:
+        return stored
+    if plan.stage == "score":
+        return MISSING
+    outcome = _predicted(plan, data, spec, case)
+    _store(place, key, case, outcome)
+    return outcome
 
 
 def _predicted(plan: Plan, data: Spec, spec: Spec, case: Case) -> Outcome:
     asked = method(spec)
     seed = records.case_seed(plan.seed, str(spec), case.info.id)
     return stage_one.predict(asked, case, stage_one.context_for(asked, dataset(data), case, seed))
-
-
-def _missing(case: Case) -> Outcome:
-    return Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
 
 
 # ------------------------------------------------------------------------------------- stored outcomes
@@ -104,7 +110,7 @@ def _checked(path: Path, case: Case) -> Outcome:
 
 
 # ---------------------------------------------------------------------------------- process-wide state
-@lru_cache(maxsize=None)
+@cache
 def know(files: Sequence[str]) -> None:
     """Register the plug-in files that the run was started with."""
     for file in files:

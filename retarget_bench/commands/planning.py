@@ -1,0 +1,125 @@
+"""From the options of a command to a plan, and carrying it out with a progress bar."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any, TypeVar
+
+import click
+
+from retarget_bench.commands import options
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+REDO = ("never", "missing", "failed", "always")
+_SUITE_NAMES = {"split": "splits", "plugin": "plugins", "metrics": "metric"}
+
+
+def _read_suite(ctx: click.Context, param: click.Parameter, path: Path | None) -> None:
+    """What the file says becomes the defaults of the other options, so that flags win."""
+    del param
+    if path is not None:
+        from retarget_bench import suite
+
+        settings = {_SUITE_NAMES.get(name, name): value for name, value in suite.read(path).items()}
+        ctx.default_map = {**(ctx.default_map or {}), **settings}
+
+
+def suite_option(command: F) -> F:
+    """``--suite FILE``."""
+    return click.option(
+        "--suite",
+        metavar="FILE",
+        type=click.Path(exists=True, dir_okay=False, path_type=Path),
+        is_eager=True,
+        expose_value=False,
+        callback=_read_suite,
+        help="A TOML file with the same words as this command; what is given here wins.",
+    )(command)
+
+
+def metric_option(command: F) -> F:
+    """``-m/--metric NAME`` as the tuple ``metric``."""
+    return click.option(
+        "-m",
+        "--metric",
+        multiple=True,
+        metavar="NAME",
+        shell_complete=options.plugin_names("metrics"),
+        help="Metrics to compute; may be repeated. [default: all]",
+    )(command)
+
+
+def redo_option(command: F) -> F:
+    """``--redo`` as the text ``redo``."""
+    return click.option(
+        "--redo",
+        type=click.Choice(REDO),
+        default="missing",
+        show_default=True,
+        help="never: compute nothing; missing: what is missing or outdated; failed: that and what "
+        "failed; always: everything.",
+    )(command)
+
+
+def common_options(command: F) -> F:
+    """All options by which a plan is described."""
+    for option in (
+        options.plugin_option,
+        options.seed_option,
+        options.jobs_option,
+        options.out_option,
+        redo_option,
+        options.split_option,
+        options.root_option,
+        options.dataset_option,
+        suite_option,
+    ):
+        command = option(command)
+    return command
+
+
+def make_plan(
+    methods: Sequence[str],
+    *,
+    dataset: str,
+    root: str | None,
+    splits: tuple[str, ...],
+    out: Path,
+    jobs: int,
+    seed: int,
+    metric: Sequence[str] = (),
+    **others: Any,
+) -> Any:
+    """A Plan. No methods: all that take part in a plain run; no metrics: all there are."""
+    from retarget_bench import plan, registry
+    from retarget_bench.spec import Spec
+
+    others.pop("plugins", None)
+    names = tuple(metric) or tuple(entry.name for entry in registry.names("metrics"))
+    return plan.Plan(
+        methods=tuple(map(Spec.parse, methods)) or tuple(plan.default_methods()),
+        datasets=(options.dataset_spec(dataset, root),),
+        splits=splits,
+        metrics=names,
+        root=out,
+        jobs=jobs,
+        seed=seed,
+        **others,
+    )
+
+
+def carry_out(plan: Any, what: str) -> list[Any]:
+    """Run a plan under a progress bar (shown on a terminal); returns the places of its results."""
+    from tqdm import tqdm
+
+    from retarget_bench import run
+
+    with tqdm(desc=what, unit="case", leave=False, disable=None) as bar:
+
+        def progress(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        return run.run(plan, progress)

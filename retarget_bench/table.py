@@ -1,0 +1,197 @@
+"""One table of results, whatever it is later drawn as."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from retarget_bench.errors import BenchError
+from retarget_bench.summary import Score, Section
+
+FPS = "fps"
+FIRST_SIGHT = (
+    "mpjpe_h.world",
+    "mpjpe_h.root",
+    "contact_recall",
+    "contact_precision",
+    "foot_slide",
+    "jerk_ratio",
+    FPS,
+)
+"""The columns of a table when nobody asks for others."""
+
+ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
+NOTHING = "–"
+
+
+@dataclass(frozen=True)
+class Column:
+    """``meaning`` is for people who never saw the value; ``arrow`` says which way is better."""
+
+    id: str
+    label: str
+    unit: str
+    arrow: str
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What is shown, and the number behind it (None: there is none, and ``text`` says which kind)."""
+
+    text: str
+    value: float | None = None
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method. ``mark`` says why it is not ranked, or is ""."""
+
+    label: str
+    mark: str
+    cells: tuple[Cell, ...]
+    n: str
+
+
+@dataclass(frozen=True)
+class Group:
+    """One split: ranked rows, best first by the first column, then those that are not ranked."""
+
+    title: str
+    ranked: tuple[Row, ...]
+    unranked: tuple[Row, ...]
+
+
+@dataclass(frozen=True)
+class Table:
+    """``notes`` are sentences that belong below the table."""
+
+    title: str
+    columns: tuple[Column, ...]
+    groups: tuple[Group, ...]
+    notes: tuple[str, ...]
+
+
+def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT) -> list[Table]:
+    """One table per data set. ``columns`` are value ids, or ``fps``.
+
+    Raises BenchError for a column that no result declares, listing those there are.
+    """
+    declared = {key: value for section in found for key, value in section.values.items()}
+    by_dataset: dict[str, list[Section]] = {}
+    for section in found:
+        by_dataset.setdefault(section.dataset, []).append(section)
+    for column in columns:
+        if column not in declared and column != FPS and columns is not FIRST_SIGHT:
+            known = ", ".join(sorted(declared))
+            raise BenchError(f"no result has a value {column!r}; there are fps, {known}")
+    return [_table(title, each, columns, declared) for title, each in by_dataset.items()]
+
+
+def all_columns(found: Sequence[Section]) -> list[str]:
+    """Every value that is one number per case, in declared order, then fps."""
+    ids = {key: None for section in found for key, value in section.values.items() if not value["index"]}
+    return [*ids, FPS]
+
+
+def _table(
+    title: str, found: Sequence[Section], wanted: Sequence[str], declared: Mapping[str, Mapping[str, Any]]
+) -> Table:
+    present = {key for section in found for score in section.scores for key in score.means}
+    columns = [
+        _column(key, declared) for key in (_stand_in(key, present) for key in wanted) if key is not None
+    ]
+    decimals = {column.id: _decimals(_numbers(found, column.id)) for column in columns}
+    return Table(
+        title=title,
+        columns=tuple(columns),
+        groups=tuple(_group(section, columns, decimals) for section in found),
+        notes=tuple(_notes(found)),
+    )
+
+
+def _stand_in(key: str, present: set[str]) -> str | None:
+    """The column itself, or where no case has it the same measure against the source."""
+    if key == FPS or key in present:
+        return key
+    return f"{key}_src" if f"{key}_src" in present else None
+
+
+def _column(key: str, declared: Mapping[str, Mapping[str, Any]]) -> Column:
+    if key == FPS:
+        meaning = "frames retargeted per second by one process and one thread, reading and writing aside"
+        return Column(FPS, "fps", "1/s", ARROWS["higher"], meaning)
+    value = declared[key]
+    arrow = ARROWS[value["better"]] + (f"{value['goal']:g}" if value["better"] == "target" else "")
+    return Column(key, value["label"], value["unit"], arrow, value["meaning"])
+
+
+def _group(section: Section, columns: Sequence[Column], decimals: Mapping[str, int]) -> Group:
+    rows = [(_row(score, columns, decimals), score.unranked) for score in section.scores]
+    rows.sort(key=lambda pair: _rank(pair[0]))
+    frames = f", {section.frames} frames" if section.frames else ""
+    asked = max(score.asked for score in section.scores)
+    return Group(
+        title=f"{section.split}: {_count(asked, 'case')} of {_count(section.clips, 'clip')} and "
+        f"{_count(section.pairs, 'pair')}{frames}",
+        ranked=tuple(row for row, unranked in rows if not unranked),
+        unranked=tuple(row for row, unranked in rows if unranked),
+    )
+
+
+def _row(score: Score, columns: Sequence[Column], decimals: Mapping[str, int]) -> Row:
+    cells = tuple(_cell(_number(score, column.id), score, decimals[column.id]) for column in columns)
+    n = f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
+    return Row(score.label, score.unranked, cells, n)
+
+
+def _cell(number: float | None, score: Score, decimals: int) -> Cell:
+    if number is not None:
+        return Cell(f"{number:.{decimals}f}", number)
+    counts = score.header["counts"]
+    if score.ok:
+        return Cell(NOTHING)
+    return Cell("failed" if counts["failed"] + counts["invalid"] else "n/a")
+
+
+def _number(score: Score, key: str) -> float | None:
+    if key == FPS:
+        return score.fps
+    return score.means[key].value if key in score.means else None
+
+
+def _numbers(found: Sequence[Section], key: str) -> list[float]:
+    numbers = (_number(score, key) for section in found for score in section.scores)
+    return [number for number in numbers if number is not None]
+
+
+def _rank(row: Row) -> tuple[bool, float]:
+    value = row.cells[0].value if row.cells else None
+    return (value is None, value or 0.0)
+
+
+def _decimals(numbers: Sequence[float]) -> int:
+    """As many as show three significant digits of the column's typical number."""
+    sizes = sorted(abs(number) for number in numbers if number)
+    if not sizes:
+        return 2
+    return min(7, max(0, 2 - math.floor(math.log10(sizes[len(sizes) // 2]))))
+
+
+def _notes(found: Sequence[Section]) -> list[str]:
+    notes = {note: None for section in found for note in section.notes}
+    for section in found:
+        for score in section.scores:
+            for problem in score.header["problems"]:
+                cases = problem["cases"]
+                notes[
+                    f"{section.split}: {score.label} {problem['status']} on {_count(len(cases), 'case')} "
+                    f"(first {cases[0]}): {problem['message']}"
+                ] = None
+    return list(notes)
+
+
+def _count(number: int, noun: str) -> str:
+    return f"{number} {noun}" + ("" if number == 1 else "s")

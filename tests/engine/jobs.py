@@ -1,0 +1,27 @@
+"""Jobs for test_executor.py; a module so that worker processes can import it."""
+
+import os
+import signal
+import sys
+import time
+
+
+def square(number):
+    return number**2
+
+
+def trouble(what):
+    if what == "raise":
+        raise ValueError("seven")
+    if what == "kill":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if what == "exit":
+        sys.exit(3)
+    if what == "threads":
+        return os.environ["OMP_NUM_THREADS"]
+    return os.getpid()
+
+
+def nap(seconds):
+    time.sleep(seconds)
+    return os.getpid()

@@ -1,0 +1,277 @@
+"""The two stages end to end, on toy plug-ins: statuses, files, keys, resuming."""
+
+import csv
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import predict, records, registry, run
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.plan import Plan, dataset_slug
+from retarget_bench.spec import Spec
+
+TOYS = Path(__file__).parent / "toys"
+SHIFT = 0.01  # as in toys/toy_cases.py
+
+
+@pytest.fixture(autouse=True)
+def _toys():
+    for file in sorted(TOYS.glob("*.py")):
+        registry.add_file(file)
+
+
+def plan(root: Path, *methods: str, **changes) -> Plan:
+    return Plan(
+        methods=tuple(map(Spec.parse, methods)),
+        datasets=(Spec.parse("toy_cases"),),
+        splits=("intra",),
+        metrics=("position",),
+        root=root,
+        **changes,
+    )
+
+
+def carry_out(*args, **changes) -> list[records.Results]:
+    places = run.run(plan(*args, **changes), lambda done, total: None)
+    return [records.read_results(place) for place in places]
+
+
+def test_rows_hold_the_known_error_of_every_case(tmp_path):
+    (results,) = carry_out(tmp_path, "toy_method")
+    height = {"tall": 1.5, "small": 1.0}
+    assert len(results.entries) == 6
+    for entry in results.entries:
+        target = results.cases[entry.case].target
+        body_height = height[target] * (0.3 + 0.4 + np.hypot(0.1, 0.05) + 0.8)
+        assert entry.values["mpjpe_h.world"] == pytest.approx(100 * SHIFT / body_height, rel=1e-5)
+        assert entry.values["mpjpe_h.root"] == pytest.approx(0, abs=1e-4)
+
+
+def test_rows_are_sorted_text_with_nine_digits(tmp_path):
+    (results,) = carry_out(tmp_path, "toy_method")
+    raw = results.place.rows.read_bytes()
+    assert b"\r" not in raw
+    rows = list(csv.reader(raw.decode().splitlines()))
+    assert rows[0] == ["case", "value_id", "index", "value"]
+    assert rows[1:] == sorted(rows[1:], key=lambda row: row[:3])
+    assert all(row[3] == f"{float(row[3]):.9g}" for row in rows[1:])
+
+
+@pytest.mark.parametrize(
+    ("does", "status", "words"),
+    [
+        ("nan", "invalid", "not finite"),
+        ("short", "invalid", "returned 11 frames; the source has 12"),
+        ("double", "invalid", "not unit"),
+        ("wrong_body", "invalid", "the target is"),
+        ("nothing", "invalid", "NoneType"),
+        ("raise", "failed", "RuntimeError: out of ideas (toy_method.py:"),
+        ("leak", "failed", "AttributeError"),
+        ("die", "failed", "signal SIGKILL"),
+    ],
+)
+def test_a_bad_method_costs_its_rows_and_says_why(tmp_path, does, status, words):
+    bad, good = carry_out(tmp_path, f"toy_method[does={does}]", "toy_method")
+    assert {entry.status for entry in good.entries} == {"ok"}
+    assert {entry.status for entry in bad.entries} == {status}
+    assert all(words in entry.message for entry in bad.entries)
+    assert bad.header["counts"][status] == bad.header["counts"]["asked"] == 6
+    assert all(not entry.values for entry in bad.entries)
+
+
+def test_a_case_that_kills_its_worker_costs_that_case_only(tmp_path):
+    angle = round(np.sin(0.15 * np.sin(2 * np.pi * 3 / 30 / 2)), 3)  # clip 0, frame 3
+    (results,) = carry_out(tmp_path, f"toy_method[does=die,on={angle}]", jobs=2)
+    assert [entry.status for entry in results.entries].count("failed") == 2
+    assert {results.cases[e.case].clip for e in results.entries if e.status == "failed"} == {"clip 0"}
+
+
+def test_unsupported_cases_are_counted_and_named(tmp_path):
+    (results,) = carry_out(tmp_path, "toy_method[does=picky]")
+    assert results.header["counts"] == {
+        "asked": 6, "ok": 3, "unsupported": 3, "invalid": 0, "failed": 0, "missing": 0,
+    }  # fmt: skip
+    (problem,) = results.header["problems"]
+    assert problem["message"] == "I only know tall targets"
+    assert all(">small/" in case for case in problem["cases"])
+
+
+def test_only_declared_privileged_inputs_reach_a_method(tmp_path):
+    peek, other = carry_out(tmp_path, "toy_method[does=peek]", "toy_method[does=other]")
+    assert all(entry.values["mpjpe_h.world"] < 1e-4 for entry in peek.entries)
+    assert peek.header["method"]["privileged"] == ["reference"]
+    assert {entry.status for entry in other.entries} == {"ok"}
+
+
+def test_positions_are_an_answer_too(tmp_path):
+    by_rotations, by_positions = carry_out(tmp_path, "toy_method", "toy_method[does=positions]")
+    for one, two in zip(by_rotations.entries, by_positions.entries, strict=True):
+        assert one.values["mpjpe_h.world"] == pytest.approx(two.values["mpjpe_h.world"], rel=1e-4)
+
+
+def test_seeds_belong_to_cases(tmp_path):
+    (few,) = carry_out(tmp_path / "few", "toy_method[does=noise]")
+    more = replace(
+        plan(tmp_path / "more", "toy_method[does=noise]"), datasets=(Spec.parse("toy_cases[clips=5]"),)
+    )
+    (many,) = [records.read_results(place) for place in run.run(more, lambda done, total: None)]
+    values = {entry.case: entry.values for entry in many.entries}
+    assert all(values[entry.case] == entry.values for entry in few.entries)
+    (other,) = carry_out(tmp_path / "other", "toy_method[does=noise]", seed=1)
+    assert all(a.values != b.values for a, b in zip(few.entries, other.entries, strict=True))
+
+
+# ------------------------------------------------------------------------------------------- resuming
+def test_nothing_is_computed_twice(tmp_path):
+    carry_out(tmp_path, "toy_method")
+    calls = []
+    run.run(plan(tmp_path, "toy_method"), lambda done, total: calls.append(total))
+    assert calls == [0]
+
+
+def test_a_changed_metric_list_rescores_without_predicting(tmp_path):
+    (first,) = carry_out(tmp_path, "toy_method")
+    files = sorted((first.place.folder / first.place.method).glob("*.npz"))
+    before = [file.stat().st_mtime_ns for file in files]
+    place = run.run(
+        replace(plan(tmp_path, "toy_method"), metrics=("position", "ground")), lambda d, t: None
+    )[0]
+    assert [file.stat().st_mtime_ns for file in files] == before
+    assert set(records.read_results(place).header["metrics"]) == {"position", "ground"}
+
+
+def test_predict_then_score_is_run(tmp_path):
+    (both,) = carry_out(tmp_path / "a", "toy_method[does=picky]")
+    places = run.run(plan(tmp_path / "b", "toy_method[does=picky]", stage="predict"), lambda d, t: None)
+    assert not places[0].rows.exists()
+    (apart,) = carry_out(tmp_path / "b", "toy_method[does=picky]", stage="score")
+    assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
+    assert apart.header["problems"] == both.header["problems"]
+
+
+def test_scoring_without_predictions_says_what_is_missing(tmp_path):
+    (results,) = carry_out(tmp_path, "toy_method", stage="score")
+    assert results.header["counts"]["missing"] == 6
+
+
+def test_redo(tmp_path):
+    (first,) = carry_out(tmp_path, "toy_method[does=raise]")
+    jobs = {}
+    for redo in ("never", "missing", "failed", "always"):
+        counts = []
+        run.run(
+            plan(tmp_path, "toy_method[does=raise]", redo=redo),
+            lambda done, total, to=counts: to.append(total),
+        )
+        jobs[redo] = counts[0]
+    assert jobs == {"never": 0, "missing": 0, "failed": 6, "always": 6}
+    assert first.place.rows.exists()
+
+
+def test_a_damaged_prediction_is_made_again(tmp_path):
+    (first,) = carry_out(tmp_path, "toy_method")
+    wanted = first.place.rows.read_bytes()
+    victim = next((first.place.folder / "toy_method").glob("*.npz"))
+    victim.write_bytes(victim.read_bytes()[:100])
+    first.place.header.unlink()
+    (again,) = carry_out(tmp_path, "toy_method")
+    assert again.place.rows.read_bytes() == wanted
+    assert predict.stored_key(victim)
+
+
+def test_a_torn_journal_line_is_dropped(tmp_path):
+    (first,) = carry_out(tmp_path, "toy_method")
+    place, wanted = first.place, first.place.rows.read_bytes()
+    place.header.unlink()
+    records.open_journal(place, first.header["keys"])
+    records.append_journal(place, first.entries[0])
+    whole = place.journal.read_bytes()
+    with place.journal.open("ab") as file:
+        file.write(b'{"case": "toy/tall>sm')
+    assert list(records.open_journal(place, first.header["keys"])) == [first.entries[0].case]
+    assert place.journal.read_bytes() == whole
+    (again,) = carry_out(tmp_path, "toy_method")
+    assert again.place.rows.read_bytes() == wanted
+    assert not place.journal.exists()
+
+
+def test_the_number_of_processes_changes_nothing(tmp_path):
+    one = carry_out(tmp_path / "1", "toy_method", "toy_method[does=noise]")
+    two = carry_out(tmp_path / "2", "toy_method", "toy_method[does=noise]", jobs=2)
+    for a, b in zip(one, two, strict=True):
+        assert a.place.rows.read_bytes() == b.place.rows.read_bytes()
+        assert a.place.arrays.read_bytes() == b.place.arrays.read_bytes()
+
+
+def test_killed_at_random_moments_gives_the_same_bytes(tmp_path):
+    """SIGKILL to the whole run, twenty times, then one run to the end."""
+    toys = [f"--plugin={file}" for file in sorted(TOYS.glob("*.py"))]
+    line = [sys.executable, "-m", "retarget_bench", "run", "toy_method", "toy_method[does=noise]"]
+    line += ["-d", "toy_cases[clips=40]", "-s", "intra", "-j", "2", *toys]
+    environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
+    start = time.monotonic()
+    subprocess.run([*line, "--out", tmp_path / "whole"], env=environment, check=True, capture_output=True)
+    whole = time.monotonic() - start
+    moments = random.Random(5)
+    finished = 0
+    for _ in range(20):
+        process = subprocess.Popen(
+            [*line, "--out", tmp_path / "killed"],
+            env=environment,
+            start_new_session=True,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )
+        try:
+            process.wait(moments.uniform(0.3, 1.0) * whole)
+            finished += 1
+            for file in (tmp_path / "killed").rglob("*.json"):
+                file.unlink()
+        except subprocess.TimeoutExpired:
+            os.killpg(process.pid, signal.SIGKILL)
+            process.wait()
+    assert finished < 20
+    subprocess.run([*line, "--out", tmp_path / "killed"], env=environment, check=True, capture_output=True)
+    for wanted in sorted((tmp_path / "whole").rglob("intra/*")):
+        if wanted.suffix in (".csv", ".npz") and not wanted.name.endswith(".timing.csv"):
+            made = tmp_path / "killed" / wanted.relative_to(tmp_path / "whole")
+            assert made.read_bytes() == wanted.read_bytes(), wanted.name
+    assert not list((tmp_path / "killed").rglob("*.journal"))
+
+
+# --------------------------------------------------------------------------------------- keys and slugs
+def test_a_key_is_pinned():
+    facts = {"method": "copy_rotations", "parameters": {"root_rule": "height"}, "seed": 0}
+    assert records.key(facts) == records.key(dict(reversed(facts.items()))) == "88d4b6a8b920a97f"
+
+
+def test_where_the_data_lie_is_no_part_of_their_name(tmp_path):
+    assert dataset_slug(Spec.parse("toy_cases")) == "toy_cases"
+    assert dataset_slug(Spec.parse("toy_cases[clips=4]")).startswith("toy_cases-")
+
+
+def test_newer_and_damaged_headers_are_refused_with_a_sentence(tmp_path):
+    (results,) = carry_out(tmp_path, "toy_method")
+    header = json.loads(results.place.header.read_text())
+    results.place.header.write_text(json.dumps(header | {"schema": 99}))
+    with pytest.raises(FileError, match="schema 99"):
+        records.read_results(results.place)
+    results.place.header.write_text("{")
+    with pytest.raises(FileError, match="not a result header"):
+        records.read_results(results.place)
+
+
+def test_unknown_names_are_refused(tmp_path):
+    with pytest.raises(BenchError, match="toy_method"):
+        carry_out(tmp_path, "toy_methd")
+    with pytest.raises(BenchError, match="split"):
+        run.run(replace(plan(tmp_path, "toy_method"), splits=("outer",)), lambda done, total: None)

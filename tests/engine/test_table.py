@@ -1,0 +1,171 @@
+"""Means and tables against numbers worked out by hand."""
+
+import csv
+import io
+
+import pytest
+
+from retarget_bench import records, render, summary, table
+from retarget_bench.api import CaseInfo
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.records import Entry, Place
+
+VALUES = {
+    "mpjpe_h.world": {
+        "label": "world", "unit": "% of height", "better": "lower", "goal": 1.0, "index": "",
+        "with_self": False, "meaning": "mean distance of joints", "tolerance": 1e-6, "formula": "",
+    },
+    "ratio": {
+        "label": "ratio", "unit": "1", "better": "target", "goal": 1.0, "index": "",
+        "with_self": False, "meaning": "a | ratio", "tolerance": 1e-6, "formula": "",
+    },
+    "pooled": {
+        "label": "pooled", "unit": "1", "better": "lower", "goal": 1.0, "index": "",
+        "with_self": True, "meaning": "with self pairs", "tolerance": 1e-6, "formula": "",
+    },
+    "curve": {
+        "label": "curve", "unit": "1", "better": "higher", "goal": 1.0, "index": "threshold",
+        "with_self": False, "meaning": "a curve", "tolerance": 1e-6, "formula": "",
+    },
+}  # fmt: skip
+
+
+def header(method: str, entries: list[Entry], **changes):
+    counts = {"asked": len(entries)} | {s: sum(e.status == s for e in entries) for s in records.STATUSES}
+    problems = [
+        {"status": e.status, "message": e.message, "cases": [e.case]} for e in entries if e.status != "ok"
+    ]
+    about = {"name": method, "label": method, "control": False, "privileged": [], "stochastic": False}
+    return {
+        "schema": records.SCHEMA,
+        "keys": {},
+        "method": about | changes,
+        "dataset": {"label": "data", "content": "c1", "notes": ["two clips were dropped"]},
+        "values": VALUES,
+        "counts": counts,
+        "problems": problems,
+    }
+
+
+def store(root, split, method, numbers, **changes):
+    """``numbers``: list of (pair, clip, values dict or status)."""
+    infos, entries = [], []
+    for pair, clip, values in numbers:
+        source, target = pair.split(">")
+        case = f"data/{pair}/{clip}"
+        infos.append(CaseInfo(case, "retarget", split, source, target, clip, "", 10))
+        good = isinstance(values, dict)
+        entries.append(Entry(case, "ok", values=values) if good else Entry(case, values, "because | of it"))
+    place = Place(root, "data", "retarget", split, method)
+    records.write_results(place, header(method, entries, **changes), entries, infos)
+    return place
+
+
+def test_clips_weigh_the_same_however_many_cases_they_have(tmp_path):
+    numbers = [("a>b", "c1", {"mpjpe_h.world": 1.0}), ("b>a", "c1", {"mpjpe_h.world": 3.0})]
+    numbers.append(("a>b", "c2", {"mpjpe_h.world": 10.0, "curve": {"0.1": 0.5}}))
+    place = store(tmp_path, "intra", "m", numbers)
+    (section,) = summary.sections([place])
+    mean = section.scores[0].means["mpjpe_h.world"]
+    assert mean == summary.Mean(value=(2.0 + 10.0) / 2, n=3, clips=2)
+    assert section.scores[0].curves["curve"]["0.1"] == summary.Mean(0.5, 1, 1)
+    assert (section.pairs, section.clips, section.frames) == (2, 2, 30)
+
+
+def test_legacy_protocols_pool_self_pairs_and_say_nothing_without_them(tmp_path):
+    intra = store(tmp_path, "intra", "m", [("a>b", "c1", {"pooled": 4.0, "mpjpe_h.world": 4.0})])
+    (alone,) = summary.sections([intra])
+    assert "pooled" not in alone.scores[0].means
+    own = store(tmp_path, "self", "m", [("a>a", "c1", {"pooled": 0.0, "mpjpe_h.world": 0.0})])
+    split = {section.split: section for section in summary.sections([intra, own])}
+    assert split["intra"].scores[0].means["pooled"].value == 2.0
+    assert split["intra"].scores[0].means["mpjpe_h.world"].value == 4.0
+
+
+def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
+    clips = [("a>b", f"c{n}") for n in range(20)]
+    place = [
+        store(tmp_path, "intra", "worse", [(*c, {"mpjpe_h.world": 2.0}) for c in clips]),
+        store(tmp_path, "intra", "better", [(*c, {"mpjpe_h.world": 1.0}) for c in clips]),
+        store(tmp_path, "intra", "floor", [(*c, {"mpjpe_h.world": 9.0}) for c in clips], control=True),
+        store(
+            tmp_path,
+            "intra",
+            "leak",
+            [(*c, {"mpjpe_h.world": 0.1}) for c in clips],
+            privileged=["reference"],
+        ),
+        store(
+            tmp_path,
+            "intra",
+            "lazy",
+            [(*c, {"mpjpe_h.world": 0.05}) for c in clips[:18]] + [(*c, "unsupported") for c in clips[18:]],
+        ),
+        store(tmp_path, "intra", "broken", [(*c, "failed") for c in clips]),
+    ]
+    (made,) = table.tables(summary.sections(place), ["mpjpe_h.world"])
+    (group,) = made.groups
+    assert [row.label for row in group.ranked] == ["better", "worse"]
+    assert [(row.label, row.mark, row.n) for row in group.unranked] == [
+        ("lazy", "answered 18 of 20", "18/20"),
+        ("leak", "sees reference", "20"),
+        ("floor", "control", "20"),
+        ("broken", "answered 0 of 20", "0/20"),
+    ]
+    assert group.unranked[-1].cells[0].text == "failed"
+    assert any("broken failed on 1 case" in note and "because | of it" in note for note in made.notes)
+    assert "two clips were dropped" in made.notes
+
+
+def test_columns_unknown_to_every_result_are_refused(tmp_path):
+    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+    with pytest.raises(BenchError, match=r"no result has a value 'mpjpe'.*mpjpe_h\.world"):
+        table.tables(summary.sections([place]), ["mpjpe"])
+
+
+def test_text_shows_units_arrows_meanings_and_n(tmp_path):
+    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0, "ratio": 1.5})])
+    (made,) = table.tables(summary.sections([place]), ["mpjpe_h.world", "ratio", "fps"])
+    shown = render.text(made)
+    for words in (
+        "world ↓",
+        "% of height",
+        "ratio →1",
+        "mean distance of joints",
+        "1 clip and 1 pair",
+        " n",
+    ):
+        assert words in shown
+    assert max(map(len, shown.splitlines())) <= render.WIDTH
+
+
+def test_markdown_survives_hostile_names(tmp_path):
+    name = "a|b<script>*_[x]"
+    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})], label=name)
+    (made,) = table.tables(summary.sections([place]), ["mpjpe_h.world"])
+    row = next(line for line in render.markdown(made).splitlines() if "script" in line)
+    assert "<script>" not in row
+    assert row.replace("\\|", "").count("|") == 4
+
+
+def test_csv_reads_back_with_full_precision(tmp_path):
+    place = store(tmp_path, "intra", "m,\n", [("a>b", "c1", {"mpjpe_h.world": 1.23456789})], label="m,\n")
+    (made,) = table.tables(summary.sections([place]), ["mpjpe_h.world", "fps"])
+    (row,) = csv.DictReader(io.StringIO(render.comma_separated(made)))
+    assert (row["method"], row["mpjpe_h.world"], row["fps"], row["n"]) == ("m,\n", "1.23456789", "", "1")
+
+
+def test_results_of_two_versions_of_the_data_never_mix(tmp_path):
+    one = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+    two = store(tmp_path, "intra", "k", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+    text = two.header.read_text().replace('"c1"', '"c2"')
+    two.header.write_text(text)
+    with pytest.raises(FileError, match="2 versions"):
+        summary.sections([one, two])
+
+
+def test_damaged_rows_are_named(tmp_path):
+    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+    place.rows.write_text(place.rows.read_text().replace(",1\n", ",one\n"))
+    with pytest.raises(FileError, match=r"m\.csv:2: 'one' is not a number"):
+        records.read_results(place)
