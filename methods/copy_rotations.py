@@ -1,0 +1,44 @@
+"""Copies joint orientations relative to a common reference pose and scales the root path by one ratio."""
+
+from __future__ import annotations
+
+from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import root_rules, transfer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+
+
+class CopyRotations:
+    """What animation tools do when they are asked to retarget and nothing more.
+
+    Every joint of the target takes the world orientation of its counterpart, relative to the reference
+    pose (T-pose) of both, so rest poses may differ; spines of different counts share the bend. Feet are
+    not held and hands are not kept: this is the line that a retargeting method has to beat.
+
+    root_rule: one of ``root_rules.ROOT_RULES``. ``reference`` takes the right answer's own root path, an
+    upper bound that is marked privileged.
+    """
+
+    def __init__(self, root_rule: str = "hip_height") -> None:
+        self.root_rule = root_rules.check(root_rule)
+        self.card = MethodCard(
+            name="copy_rotations",
+            summary="Joint orientations copied relative to the T-pose, root path scaled by one ratio",
+            version="1",
+            needs=("reference",) if root_rule == "reference" else (),
+            parameters={
+                "root_rule": "length whose ratio scales the root path: " + ", ".join(root_rules.ROOT_RULES)
+            },
+        )
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        return transfer.reason(source, target) or root_rules.reason(self.root_rule, source, target)
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
+        if not isinstance(source, Motion):
+            raise NotSupported("copy_rotations needs a source with rotations, not positions only")
+        return transfer.carry(source, target, self.root_rule, context.reference)
+
+
+plugin = CopyRotations

@@ -1,0 +1,103 @@
+"""Copies rotations, then plants the feet and keeps hand contacts by inverse kinematics."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.errors import NotSupported
+from retarget_bench.methods.ik import hands, pelvis
+from retarget_bench.methods.ik.feet import Exchange, Plan, plan
+from retarget_bench.methods.ik.rig import SIDES, Rig
+from retarget_bench.methods.ik.two_bone import Limb, Pose, bend
+from retarget_bench.motion import kinematics, root_rules, rotation, transfer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+
+RULES = tuple(rule for rule in root_rules.ROOT_RULES if rule != "reference")
+
+
+class InverseKinematics:
+    """Copied rotations with the contacts repaired: what an artist does after copying.
+
+    1. Rotations are copied (see ``copy_rotations``) and the root path is scaled by ``root_rule``.
+    2. Ankles and toes that the source holds still (slower than 0.003 heights per frame at 30 fps) are held
+       at one place, at the height the source has them above the floor; corrections are eased in and out
+       over a third of a second, and from step to step over the swing.
+    3. Where a planted foot is out of a leg's reach, the hips sink, smoothly.
+    4. Legs bend in closed form, in the plane they are in; feet keep their copied orientation but for the
+       turn that holds both ankle and toe.
+    5. Hands near the other hand, the own body or the floor keep that contact, likewise with the arms.
+
+    Four-legged bodies among themselves are held by all four feet. No training, no optimisation.
+    """
+
+    def __init__(self, root_rule: str = "hip_height", feet: bool = True, hands: bool = True) -> None:
+        if root_rule not in RULES:
+            raise NotSupported(f"no root rule {root_rule!r} for ik; rules are {', '.join(RULES)}")
+        self.root_rule, self.feet, self.hands = root_rule, feet, hands
+        self.card = MethodCard(
+            name="ik",
+            summary="Copied rotations with planted feet and kept hand contacts, by two-bone IK",
+            version="1",
+            parameters={
+                "root_rule": "length whose ratio scales the root path: " + ", ".join(RULES),
+                "feet": "hold ankles and toes where the source holds them (true, false)",
+                "hands": "keep hands that touch hands, the body or the floor (true, false)",
+            },
+        )
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        if why := transfer.reason(source, target) or root_rules.reason(self.root_rule, source, target):
+            return why
+        for body in (source, target):
+            rig = Rig.of(body)
+            if any(rig.limb(side, "leg") is None for side in SIDES):
+                return f"{body.name} has no two legs of upper leg, leg and foot to plant"
+        return None
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:  # noqa: ARG002
+        if not isinstance(source, Motion):
+            raise NotSupported("ik needs a source with rotations, not positions only")
+        copied = transfer.carry(source, target, self.root_rule)
+        pose = Pose(copied.rotations.copy(), copied.root, copied.positions, copied.global_rotations)
+        ratio = root_rules.ratio(self.root_rule, source.character, target)
+        exchange = Exchange(source, Rig.of(source.character), Rig.of(target), pose, ratio)
+        four_legged = exchange.theirs.four_legged and exchange.ours.four_legged
+        if self.feet:
+            _plant(exchange, ("leg", "arm") if four_legged else ("leg",))
+        if self.hands and not four_legged:
+            _touch(exchange)
+        return target.motion(rotation.continuous(rotation.normalise(pose.rotations)), pose.root, source.fps)
+
+
+def _limbs(exchange: Exchange, kind: str) -> list[tuple[Limb, Limb]]:
+    """The left and right ``leg`` or ``arm`` on the source and on the target, where both have them."""
+    both = [(exchange.theirs.limb(side, kind), exchange.ours.limb(side, kind)) for side in SIDES]
+    return [(theirs, ours) for theirs, ours in both if theirs is not None and ours is not None]
+
+
+def _plant(exchange: Exchange, kinds: tuple[str, ...]) -> None:
+    """Hold the feet, in place; the pose's places and orientations are up to date afterwards."""
+    pose, body = exchange.pose, exchange.ours.character
+    legs = [pair for kind in kinds for pair in _limbs(exchange, kind)]
+    plans: list[Plan] = [plan(exchange, theirs, ours) for theirs, ours in legs]
+    pose.shift(pelvis.sink(pose, [ours for _, ours in legs], plans, exchange.source.fps))
+    for (_, ours), each in zip(legs, plans, strict=True):
+        bend(body, pose, ours, each.goal, each.orientation)
+    pose.places, pose.turned = kinematics.forward(body.skeleton, pose.rotations, pose.root)
+
+
+def _touch(exchange: Exchange) -> None:
+    """Keep what the hands touch, in place."""
+    pose, body = exchange.pose, exchange.ours.character
+    arms = _limbs(exchange, "arm")
+    if len(arms) < 2:
+        return
+    for (theirs, ours), move in zip(arms, hands.touches(exchange, arms), strict=True):
+        move = hands.lean(exchange, theirs, ours, move)
+        if np.abs(move).max() > 1e-9:
+            bend(body, pose, ours, pose.places[:, ours.end] + move, pose.turned[:, ours.end])
+
+
+plugin = InverseKinematics

@@ -1,0 +1,54 @@
+"""Corrections that are known in some frames, carried smoothly over the others."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from retarget_bench.motion.contact import runs
+
+FADE = 1 / 3
+"""Seconds over which a correction comes and goes where no other one is near."""
+
+
+def smoothstep(share: np.ndarray) -> np.ndarray:
+    """0 below 0, 1 above 1, level at both ends (3 t^2 - 2 t^3)."""
+    t = np.clip(share, 0.0, 1.0)
+    return t * t * (3.0 - 2.0 * t)
+
+
+def spread(values: np.ndarray, known: np.ndarray, fps: float) -> np.ndarray:
+    """``values`` ``(frames, n)`` kept where ``known`` ``(frames,)``, eased over everything else.
+
+    Between two known stretches that are near each other one correction turns into the next, as a foot
+    swings from step to step; where they are further apart than two fades, or at the ends of the clip, a
+    correction fades to nothing.
+    """
+    out = np.where(known[:, None], values, 0.0)
+    fade = FADE * fps
+    for first, last in runs(~known):
+        at = np.arange(first, last)
+        before, after = first - 1, last
+        has_before, has_after = before >= 0, after < len(known)
+        leaving, coming = 1.0 - smoothstep((at - before) / fade), 1.0 - smoothstep((after - at) / fade)
+        if has_before and has_after and after - before <= 2 * fade:
+            coming = smoothstep((at - before) / (after - before))
+            leaving = 1.0 - coming
+        if has_before:
+            out[first:last] += leaving[:, None] * values[before]
+        if has_after:
+            out[first:last] += coming[:, None] * values[after]
+    return out
+
+
+def envelope(need: np.ndarray, fps: float) -> np.ndarray:
+    """``(frames,)`` a smooth curve that is nowhere below ``need``: a running maximum, then a Hann average.
+
+    Both look one third of a second to either side at most, so what is needed at a frame is in every
+    maximum that its average takes.
+    """
+    half = max(1, round(FADE * fps / 2))
+    width = 2 * half + 1
+    padded = np.pad(need, 2 * half, mode="edge")
+    highest = np.lib.stride_tricks.sliding_window_view(padded, width).max(axis=1)
+    window = np.hanning(width + 2)[1:-1]
+    return np.convolve(highest, window / window.sum(), mode="valid")

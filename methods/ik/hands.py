@@ -1,0 +1,127 @@
+"""Hands that touch something in the source: the other hand, the own body, or the floor."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from retarget_bench.methods.ik.ease import smoothstep, spread
+from retarget_bench.methods.ik.feet import Exchange, held, point
+from retarget_bench.methods.ik.rig import Rig
+from retarget_bench.methods.ik.two_bone import Limb
+from retarget_bench.motion import rotation
+
+_TOUCH, _CLEAR = 0.05, 0.10
+"""Body heights from palm to bone: a touch up to here, none from there."""
+_LOW = 0.08
+"""Body heights above the floor up to which a resting hand leans on it."""
+_PALM = 0.35
+"""Fore-arm lengths from the wrist to the palm."""
+_BONES = (
+    ("head", "head_top"),
+    ("hips", "chest"),
+    ("chest", "head"),
+    ("left_up_leg", "right_up_leg"),
+    ("left_arm", "right_arm"),
+    ("left_up_leg", "left_leg"),
+    ("right_up_leg", "right_leg"),
+    ("left_leg", "left_foot"),
+    ("right_leg", "right_foot"),
+    ("left_arm", "left_forearm"),
+    ("left_forearm", "left_hand"),
+    ("right_arm", "right_forearm"),
+    ("right_forearm", "right_hand"),
+)
+"""What a hand can touch: lines between two joints (``chest``: the last of the spine)."""
+
+
+@dataclass(frozen=True)
+class Reach:
+    """One body's palms and what they can touch, over time.
+
+    palms: ``(frames, 2, 3)`` metres, left and right. starts, ends: ``(frames, bones, 3)``.
+    """
+
+    palms: np.ndarray
+    starts: np.ndarray
+    ends: np.ndarray
+
+
+def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.ndarray]:
+    """By how much the left and the right hand have to move, ``(frames, 3)`` metres each.
+
+    A palm near a bone of its own body keeps its place along that bone and its distance from it, in body
+    heights; two palms near each other keep their distance. The closer the touch, the more it counts.
+    arms: the left and the right one, on the source and on the target.
+    """
+    source, height = exchange.source, exchange.source.character.height
+    scale = exchange.ours.character.height / height
+    bones = _shared_bones(exchange.theirs, exchange.ours)
+    before = _reach(exchange.theirs, [a for a, _ in arms], bones[0], source.positions, source.global_rotations)
+    after = _reach(exchange.ours, [b for _, b in arms], bones[1], exchange.pose.places, exchange.pose.turned)
+    moves = np.stack([_to_body(before, after, hand, bones[2], height, scale) for hand in (0, 1)], axis=1)
+    apart = before.palms[:, 1] - before.palms[:, 0]
+    moved = after.palms + moves
+    error = scale * apart - (moved[:, 1] - moved[:, 0])
+    pull = 0.5 * _closeness(apart / height)[:, None] * error
+    return [moves[:, 0] - pull, moves[:, 1] + pull]
+
+
+def lean(exchange: Exchange, theirs: Limb, ours: Limb, move: np.ndarray) -> np.ndarray:
+    """``move`` ``(frames, 3)``, overruled where the source's hand rests on the floor: there it is held."""
+    source = exchange.source
+    rest = point(exchange, theirs.end, ours.end)
+    low = source.positions[:, theirs.end, 1] < _LOW * source.character.height
+    planted = rest.planted & low
+    if not planted.any():
+        return move
+    eased = spread(np.hstack([held(rest) - rest.path, np.ones((len(low), 1))]), planted, source.fps)
+    return eased[:, :3] + (1.0 - np.minimum(eased[:, 3:], 1.0)) * move
+
+
+def _to_body(
+    before: Reach, after: Reach, hand: int, allowed: np.ndarray, height: float, scale: float
+) -> np.ndarray:
+    """``(frames, 3)`` what brings one palm to where the source's touches its body."""
+    start, line = before.starts, before.ends - before.starts
+    palm = before.palms[:, hand, None]
+    square = np.maximum((line * line).sum(-1), 1e-12)
+    along = np.clip(((palm - start) * line).sum(-1) / square, 0.0, 1.0)[..., None]
+    away = palm - (start + along * line)
+    weight = _closeness(away / height) * allowed[hand]
+    wanted = after.starts + along * (after.ends - after.starts) + scale * away
+    mean = (weight[..., None] * wanted).sum(1) / np.maximum(weight.sum(1), 1e-9)[:, None]
+    return weight.max(axis=1, initial=0.0)[:, None] * (mean - after.palms[:, hand])
+
+
+def _closeness(away: np.ndarray) -> np.ndarray:
+    """1 for a touch, 0 when clear of it; ``away`` ``(..., 3)`` in body heights."""
+    return smoothstep((_CLEAR - np.linalg.norm(away, axis=-1)) / (_CLEAR - _TOUCH))
+
+
+def _shared_bones(theirs: Rig, ours: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Joint pairs ``(bones, 2)`` on both bodies, and which ``(2, bones)`` each hand can touch."""
+    pairs, free = ([], []), []
+    for bone in _BONES:
+        ends = [[rig.joint(role) for role in bone] for rig in (theirs, ours)]
+        if bone == ("head", "head_top") and min(ends[0] + ends[1]) < 0:
+            ends = [[end[0], end[0]] for end in ends]
+        if min(ends[0] + ends[1]) >= 0:
+            pairs[0].append(ends[0])
+            pairs[1].append(ends[1])
+            arm = bone[1].endswith(("forearm", "hand"))
+            free.append([not (arm and bone[1].startswith(side)) for side in ("left", "right")])
+    return np.array(pairs[0]), np.array(pairs[1]), np.array(free, dtype=float).T
+
+
+def _reach(
+    rig: Rig, arms: Sequence[Limb], bones: np.ndarray, places: np.ndarray, turned: np.ndarray
+) -> Reach:
+    palms = []
+    for arm in arms:
+        forearm = rig.rest[arm.end] - rig.rest[arm.lower]
+        turn = rotation.multiply(turned[:, arm.end], rotation.conjugate(rig.character.reference_globals[arm.end]))
+        palms.append(places[:, arm.end] + _PALM * rotation.rotate(turn, forearm))
+    return Reach(np.stack(palms, axis=1), places[:, bones[:, 0]], places[:, bones[:, 1]])

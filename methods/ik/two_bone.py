@@ -1,0 +1,110 @@
+"""Reaching with a limb of two bones, in closed form over all frames at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from retarget_bench.motion import rotation
+from retarget_bench.motion.character import Character
+
+_LEAN = 0.1
+"""How strongly the anatomical hinge axis speaks against the bend at hand: it decides for straight limbs."""
+
+
+@dataclass(frozen=True)
+class Limb:
+    """Joint numbers of a limb on one body, and how it folds.
+
+    tip:  the toe, or -1 where there is none.
+    axis: ``(3,)`` in the reference pose; a positive turn about it folds the limb.
+    """
+
+    upper: int
+    lower: int
+    end: int
+    tip: int
+    axis: np.ndarray
+
+
+@dataclass
+class Pose:
+    """A motion being worked on: local rotations and root, with its places and orientations in the world."""
+
+    rotations: np.ndarray
+    root: np.ndarray
+    places: np.ndarray
+    turned: np.ndarray
+
+    def shift(self, offset: np.ndarray) -> None:
+        """Move the whole body by ``offset`` ``(frames, 3)`` metres."""
+        self.root = self.root + offset
+        self.places = self.places + offset[:, None]
+
+
+def reach(pose: Pose, limb: Limb) -> np.ndarray:
+    """Metres: the length of the limb when it is straight."""
+    upper, lower, end = (pose.places[0, joint] for joint in (limb.upper, limb.lower, limb.end))
+    return np.linalg.norm(lower - upper) + np.linalg.norm(end - lower)
+
+
+def solve(
+    upper: np.ndarray, lower: np.ndarray, goal: np.ndarray, axis: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """World turns of the two bones that bring the end of the limb to its goal.
+
+    upper, lower: ``(frames, 3)`` the two bones as vectors, metres.
+    goal:         ``(frames, 3)`` where the end shall be, from the limb's first joint. Beyond reach the
+                  limb points at it, straight.
+    axis:         ``(frames, 3)`` the anatomical bend axis; a positive turn about it folds the limb.
+    Returns the turn of the first bone and that of the second, ``(frames, 4)`` each, to be applied on the
+    left of their world orientations. The limb keeps its bend plane, turned by the shortest arc.
+    """
+    across = np.cross(_unit(upper), _unit(lower))
+    against = np.maximum(0.0, -_dot(across, axis))
+    normal = _unit(across + (_LEAN + 2.0 * against) * axis)
+    a, b = _dot(upper, normal), _dot(lower, normal)
+    flat_a, flat_b = upper - a * normal, lower - b * normal
+    size_a, size_b = _norm(flat_a), _norm(flat_b)
+    now = np.arctan2(_dot(np.cross(flat_a, flat_b), normal), _dot(flat_a, flat_b))
+    far = _dot(goal, goal) - (a + b) ** 2
+    cosine = (far - size_a**2 - size_b**2) / np.maximum(2.0 * size_a * size_b, 1e-12)
+    bend = np.arccos(np.clip(cosine, -1.0, 1.0)) - now
+    fold = rotation.about(normal, bend[:, 0])
+    swing = rotation.between(upper + rotation.rotate(fold, lower), goal)
+    return swing, rotation.multiply(swing, fold)
+
+
+def bend(body: Character, pose: Pose, limb: Limb, goal: np.ndarray, end: np.ndarray) -> None:
+    """Bring the limb's end to ``goal`` ``(frames, 3)`` with world orientation ``end`` ``(frames, 4)``, in place.
+
+    Only the limb's three local rotations change; ``pose.places`` and ``pose.turned`` stay as they were.
+    """
+    first, second, last = pose.places[:, limb.upper], pose.places[:, limb.lower], pose.places[:, limb.end]
+    upper, lower = pose.turned[:, limb.upper], pose.turned[:, limb.lower]
+    rest = rotation.conjugate(body.reference_globals[limb.upper])
+    axis = rotation.rotate(rotation.multiply(upper, rest), limb.axis)
+    swing, fold = solve(second - first, last - second, goal - first, axis)
+    parents = body.skeleton.parents
+    for joint, above, world in (
+        (limb.upper, None, rotation.multiply(swing, upper)),
+        (limb.lower, swing, rotation.multiply(fold, lower)),
+        (limb.end, fold, end),
+    ):
+        parent = pose.turned[:, parents[joint]]
+        if above is not None:
+            parent = rotation.multiply(above, parent)
+        pose.rotations[:, joint] = rotation.multiply(rotation.conjugate(parent), world)
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.einsum("fc,fc->f", a, b)[:, None]
+
+
+def _norm(a: np.ndarray) -> np.ndarray:
+    return np.sqrt(_dot(a, a))
+
+
+def _unit(a: np.ndarray) -> np.ndarray:
+    return a / np.maximum(_norm(a), 1e-12)

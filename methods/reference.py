@@ -1,0 +1,31 @@
+"""Control: the right answer, written and read again like any prediction (the noise floor)."""
+
+from __future__ import annotations
+
+from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion.character import Character
+
+
+class Reference:
+    """The upper bound: what a perfect method would score, rounding in files included."""
+
+    card = MethodCard(
+        name="reference",
+        summary="Control: the right answer itself, passed through the prediction files",
+        version="1",
+        accepts=("motion", "positions"),
+        needs=("reference",),
+        control=True,
+    )
+
+    def supports(self, source: Character, target: Character) -> str | None:  # noqa: ARG002
+        return None
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:  # noqa: ARG002
+        if context.reference is None:
+            raise NotSupported("this case has no reference motion to hand back")
+        return context.reference
+
+
+plugin = Reference
