@@ -6,7 +6,7 @@ import difflib
 import inspect
 import types
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,25 +22,23 @@ class Parameter:
     types:       the plain types it takes, out of bool, int, float, str; empty where it does not say.
     choices:     the only values it takes, or empty.
     default:     its default; ``inspect.Parameter.empty`` where it must be given.
-    description: one line from the card, or "".
     """
 
     name: str
     types: tuple[type, ...]
     choices: tuple[Scalar, ...]
     default: Any
-    description: str = ""
 
     @property
     def required(self) -> bool:
         return self.default is inspect.Parameter.empty
 
     def __str__(self) -> str:
-        """``root_rule=none|height (default none): how the root's path is scaled``."""
+        """``root_rule=none|height (default none)``."""
         kind = "|".join(map(write_value, self.choices)) or "|".join(t.__name__ for t in self.types)
         shown = f"{self.name}={kind}" if kind else self.name
         default = "required" if self.required else f"default {_shown(self.default)}"
-        return f"{shown} ({default})" + (f": {self.description}" if self.description else "")
+        return f"{shown} ({default})"
 
 
 def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
@@ -50,16 +48,13 @@ def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
     except (TypeError, ValueError):
         return [], True
     hints = _hints(factory)
-    described = getattr(getattr(factory, "card", None), "parameters", None)
-    lines = described if isinstance(described, Mapping) else {}
     found, others = [], False
     for each in signature.parameters.values():
         if each.kind is each.VAR_KEYWORD:
             others = True
         elif each.kind in (each.KEYWORD_ONLY, each.POSITIONAL_OR_KEYWORD):
             accepted, choices = _accepted(hints.get(each.name), each.default)
-            line = str(lines.get(each.name, ""))
-            found.append(Parameter(each.name, accepted, choices, each.default, line))
+            found.append(Parameter(each.name, accepted, choices, each.default))
     return found, others
 
 
@@ -80,19 +75,32 @@ def fit(spec: Spec, factory: Callable[..., Any]) -> Spec:
         else:
             close = difflib.get_close_matches(name, by_name, 1)
             hint = f"; did you mean {close[0]}?" if close else "."
-            raise BenchError(f"{spec.name} has no parameter {name!r}{hint}{describe(parameters)}")
+            raise BenchError(f"{spec.name} has no parameter {name!r}{hint}{_sentence(factory)}")
     if missing := [each.name for each in parameters if each.required and each.name not in fitted]:
         example = f"{spec.name}[{missing[0]}=...]"
-        raise BenchError(f"{spec.name} needs {', '.join(missing)}: write {example}.{describe(parameters)}")
+        raise BenchError(f"{spec.name} needs {', '.join(missing)}: write {example}.{_sentence(factory)}")
     changed = {name: value for name, value in fitted.items() if not _is_default(by_name.get(name), value)}
     return Spec(spec.name, changed)
 
 
-def describe(parameters: list[Parameter]) -> str:
-    """A sentence, and a line per parameter."""
-    if not parameters:
-        return " It takes no parameters."
-    return " Its parameters:" + "".join(f"\n  {each}" for each in parameters)
+def describe(factory: Callable[..., Any]) -> list[str]:
+    """A line per parameter, with what the plug-in's card says of it."""
+    lines = _card_lines(factory)
+    return [f"{each}{lines.get(each.name, '')}" for each in known(factory)[0]]
+
+
+def _sentence(factory: Callable[..., Any]) -> str:
+    lines = describe(factory)
+    return " Its parameters:" + "".join(f"\n  {line}" for line in lines) if lines else " It takes none."
+
+
+def _card_lines(factory: Callable[..., Any]) -> dict[str, str]:
+    """What the card says of each parameter; a card that is made with the object needs it to be built."""
+    try:
+        card = getattr(factory, "card", None) or factory().card
+        return {str(name): f": {line}" for name, line in card.parameters.items()}
+    except Exception:  # the plug-in's own code; descriptions are a courtesy
+        return {}
 
 
 def _fit_value(spec: Spec, parameter: Parameter, value: Scalar) -> Scalar:

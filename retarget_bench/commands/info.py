@@ -1,0 +1,96 @@
+"""``bench info``: the card of a plug-in, or the page of all protocols."""
+
+from __future__ import annotations
+
+import textwrap
+from collections.abc import Iterable
+from typing import Any
+
+import click
+
+from retarget_bench import parameters, registry
+from retarget_bench.commands.options import plugin_names, plugin_option
+from retarget_bench.spec import Spec
+
+WIDTH = 100
+FACTS = (
+    # attribute of a card, what it is called
+    ("version", "version"),
+    ("paper", "paper"),
+    ("licence", "licence"),
+    ("obtain", "to get it"),
+    ("accepts", "takes sources known by"),
+    ("needs", "needs (privileged)"),
+    ("tasks", "tasks"),
+    ("splits", "splits"),
+)
+
+
+@click.command("info")
+@click.argument("name", required=False, metavar="[NAME]", shell_complete=plugin_names(*registry.KINDS))
+@click.option("--protocols", is_flag=True, help="Every value of every metric, as a page in Markdown.")
+@plugin_option
+def command(name: str | None, protocols: bool, plugins: tuple[str, ...]) -> None:
+    """Show what a method, metric or data set is, which parameters it takes, how values are defined."""
+    del plugins
+    if protocols:
+        from retarget_bench import protocols as page
+
+        click.echo(page.render())
+    elif name is None:
+        raise click.UsageError("give a NAME (bench list shows them), or --protocols")
+    else:
+        spec = Spec.parse(name)
+        for kind in registry.kinds_of(spec.name):
+            click.echo("\n".join(description(kind, spec)) + "\n")
+
+
+def description(kind: registry.Kind, spec: Spec) -> list[str]:
+    """The lines that describe a plug-in. Raises BenchError where it cannot be imported."""
+    entry = registry.find(kind, spec.name)
+    factory = registry.load(kind, spec.name)
+    card = getattr(factory, "card", None) or registry.create(kind, spec).card
+    lines = [f"{entry}", *_wrapped(card.summary), ""]
+    for attribute, title in FACTS:
+        if value := getattr(card, attribute, None):
+            text = value if isinstance(value, str) else ", ".join(map(str, value))
+            lines += _wrapped(text, f"{title}: ")
+    lines += [sentence for attribute, sentence in _marks() if getattr(card, attribute, False)]
+    if taken := parameters.describe(factory):
+        lines += ["", "Parameters"] + [line for each in taken for line in _wrapped(each, "  ")]
+    if reported := getattr(card, "reported", None):
+        lines += [
+            "",
+            "Published numbers",
+            *(f"  {where}: {number:g}" for where, number in reported.items()),
+        ]
+    if kind == "metrics":
+        lines += [line for value in card.values for line in _value(value)]
+    if text := (factory.__doc__ or "").strip():
+        lines += ["", *textwrap.dedent(f"    {text}").splitlines()]
+    return lines
+
+
+def _marks() -> Iterable[tuple[str, str]]:
+    return (
+        ("control", "a control: shown in tables, never ranked"),
+        ("stochastic", "random: results depend on the seed"),
+    )
+
+
+def _value(value: Any) -> list[str]:
+    """A value of a metric: what it means, how it is computed, where that comes from."""
+    better = f"best at {value.goal:g}" if value.better == "target" else f"{value.better} is better"
+    curve = f", one number per {value.index}" if value.index else ""
+    facts = [
+        f"unit {value.unit}; {better if value.better != 'none' else 'a description, never ranked'}{curve}",
+        f"needs {', '.join(value.needs) or 'nothing but the prediction'}",
+        f"formula: {value.formula}",
+        f"source: {value.source}",
+    ]
+    return ["", *_wrapped(value.meaning, f"{value.id}: "), *(x for f in facts for x in _wrapped(f, "  "))]
+
+
+def _wrapped(text: str, start: str = "") -> list[str]:
+    rest = " " * (2 + len(start) - len(start.lstrip()))
+    return textwrap.wrap(text, WIDTH, initial_indent=start, subsequent_indent=rest, break_on_hyphens=False)
