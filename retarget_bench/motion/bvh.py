@@ -1,0 +1,142 @@
+"""BVH files, read and written.
+
+``parse`` says what a file says; ``read`` turns that into a skeleton and its motion; ``write`` goes back.
+Every number is kept exactly. What cannot be kept is refused with a FileError that names file and line.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from retarget_bench.errors import FileError
+from retarget_bench.motion import bvh_cache
+from retarget_bench.motion.bvh_document import Document, Header, Hierarchy
+from retarget_bench.motion.bvh_header import read_header
+from retarget_bench.motion.bvh_recording import Recording, record
+from retarget_bench.motion.bvh_sniff import complaint, without_mark
+from retarget_bench.motion.bvh_values import read_values
+from retarget_bench.motion.bvh_write import document_of, write_document
+
+if TYPE_CHECKING:
+    from retarget_bench.motion.motion import Motion
+
+__all__ = [
+    "Document",
+    "Header",
+    "Hierarchy",
+    "Recording",
+    "parse",
+    "parse_header",
+    "read",
+    "write",
+    "write_document",
+]
+
+_SNIFFED = 4096
+_CHUNK = 1 << 16
+_FRAME_TIME_LINE = re.compile(
+    rb"^[ \t]*MOTION\s+Frames\s*:[^\n]*\n\s*Frame\s+Time\s*:[^\n]*(\n|\Z)", re.I | re.M
+)
+
+
+def parse(path: str | Path) -> Document:
+    """What the file says: joints with their channels, frame time, numbers.
+
+    A parsed file is kept in the user's cache under the hash of its content.
+    Raises FileError, with file and line, for whatever is not a complete BVH file.
+    """
+    path = Path(path)
+    data = _read(path)
+    place = bvh_cache.place(data)
+    document = bvh_cache.load(place)
+    if document is None:
+        document = _parse(path, data)
+        bvh_cache.save(place, document)
+    return document
+
+
+def parse_header(path: str | Path) -> Header:
+    """The joints, the declared number of frames and the frame time, without reading the numbers.
+
+    Raises FileError as ``parse`` does, as far as the header goes.
+    """
+    path = Path(path)
+    with _opened(path) as file:
+        data = file.read(_CHUNK)
+        if problem := complaint(data[:_SNIFFED]):
+            raise FileError(path, problem)
+        while not _FRAME_TIME_LINE.search(data) and (more := file.read(len(data))):
+            data += more
+    return _header(path, data)[0]
+
+
+def read(path: str | Path, *, root: str = "auto", scale: float = 1.0) -> Recording:
+    """The motion of a file, in its own axes, lengths multiplied by ``scale``.
+
+    root: how the root's position channels are meant: ``absolute`` places, ``relative`` to its OFFSET, or
+        ``auto``, which finds out (``bvh_root.is_relative``) and says so in the notes.
+
+    A dummy root above the hips is folded into them. Joints below the root may have position channels if
+    these are constant; where they move, the file is refused. A name that occurs twice gets a number.
+    Raises FileError for what cannot be read.
+    """
+    return record(Path(path), parse(path), root=root, scale=scale)
+
+
+def write(path: str | Path, motion: Motion, *, order: str = "ZXY", scale: float = 1.0) -> None:
+    """Write a motion: lengths in metres times ``scale``, root places absolute, all joints with one order.
+
+    Angles are written to 1e-8 degrees, lengths to 1e-8. Joints come in depth-first order, as the format
+    wants. Where ``read`` would take the places for relative ones (a body far below its rest height), the
+    root's OFFSET is written as 0, which every reader understands.
+    Raises FileError when a number is not finite or a name cannot stand in a BVH file.
+    """
+    write_document(path, document_of(Path(path), motion, order=order, scale=scale))
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[BinaryIO]:
+    try:
+        with path.open("rb") as file:
+            yield file
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
+
+
+def _read(path: Path) -> bytes:
+    with _opened(path) as file:
+        start = file.read(_SNIFFED)
+        if problem := complaint(start):
+            raise FileError(path, problem)
+        return start + file.read()
+
+
+def _parse(path: Path, data: bytes) -> Document:
+    header, block, lines = _header(path, data)
+    hierarchy = header.hierarchy
+    if not hierarchy.columns:
+        raise FileError(path, "no joint has channels: there is no motion in it")
+    if not header.frames:
+        raise FileError(path, "'Frames:' says 0: there is no motion in it", lines - 1)
+    values = read_values(path, block, frames=header.frames, columns=hierarchy.columns, line=lines + 1)
+    values.setflags(write=False)
+    return Document(hierarchy, header.frame_time, values)
+
+
+def _header(path: Path, data: bytes) -> tuple[Header, bytes, int]:
+    """The header, the block of numbers after it, and the number of lines before that block."""
+    data = without_mark(data)
+    if b"\n" not in data:
+        data = data.replace(b"\r", b"\n")
+    found = _FRAME_TIME_LINE.search(data)
+    end = found.end() if found else len(data)
+    head = data[:end]
+    try:
+        text = head.decode("utf-8")
+    except UnicodeDecodeError:
+        text = head.decode("latin-1")  # never fails, and keeps names apart that are apart
+    return read_header(path, text.split("\n")), data[end:], head.count(b"\n")

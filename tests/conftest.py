@@ -1,0 +1,31 @@
+"""What all tests share: where real data lies, and a cache that is not the user's."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+
+@pytest.fixture(scope="session")
+def real_data() -> Path:
+    """The folder of real motion files: ``RETARGET_BENCH_DATA``, else ``shared/data`` in a folder above."""
+    if chosen := os.environ.get("RETARGET_BENCH_DATA"):
+        if not Path(chosen).is_dir():
+            pytest.fail(f"RETARGET_BENCH_DATA={chosen} is not a folder")
+        return Path(chosen)
+    for folder in Path(__file__).resolve().parents:
+        if (folder / "shared" / "data").is_dir():
+            return folder / "shared" / "data"
+    pytest.skip("no real motion data: set RETARGET_BENCH_DATA to its folder")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Parsed and generated data goes to a temporary folder, also in child processes."""
+    patch = pytest.MonkeyPatch()
+    patch.setenv("RETARGET_BENCH_CACHE", str(tmp_path_factory.mktemp("cache")))
+    yield
+    patch.undo()
