@@ -173,8 +173,9 @@ def _rank(row: Row) -> tuple[bool, float]:
 
 
 def _decimals(numbers: Sequence[float]) -> int:
-    """As many as show three significant digits of the column's typical number."""
-    sizes = sorted(abs(number) for number in numbers if number)
+    """As many as show three significant digits of the column's typical number (dust aside)."""
+    sizes = sorted(abs(number) for number in numbers)
+    sizes = [size for size in sizes if size > 1e-5 * sizes[-1]]
     if not sizes:
         return 2
     return min(7, max(0, 2 - math.floor(math.log10(sizes[len(sizes) // 2]))))

@@ -1,0 +1,114 @@
+"""Scoring motions that somebody else produced, as .npz or .bvh."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import predict, records, registry, run
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion import bvh
+from retarget_bench.plan import Plan, dataset
+from retarget_bench.spec import Spec
+
+TOYS = Path(__file__).parent / "toys"
+
+
+@pytest.fixture
+def cases():
+    for file in sorted(TOYS.glob("*.py")):
+        registry.add_file(file)
+    data = dataset(Spec.parse("toy_cases"))
+    return [data.load(info) for info in data.cases("retarget", "intra")]
+
+
+def score(folder: Path, root: Path) -> records.Results:
+    plan = Plan(
+        methods=(Spec("theirs"),),
+        datasets=(Spec.parse("toy_cases"),),
+        splits=("intra",),
+        metrics=("position",),
+        root=root,
+        stage="score",
+        external=folder,
+    )
+    return records.read_results(run.run(plan, lambda done, total: None)[0])
+
+
+def test_references_as_npz_or_bvh_score_nothing(tmp_path, cases):
+    folder = tmp_path / "theirs"
+    folder.mkdir()
+    for number, case in enumerate(cases):
+        stem = folder / records.case_file(case.info.id)
+        if number % 3 == 0:
+            predict.write_prediction(stem.with_suffix(".npz"), case.reference, "")
+        elif number % 3 == 1:
+            order = np.random.default_rng(number).permutation(len(case.target.skeleton))
+            names = np.array(case.target.skeleton.names)[order]
+            positions = case.reference.positions[:, order].astype(np.float32)
+            np.savez(stem.with_suffix(".npz"), positions=positions, joints=names, fps=30)
+        else:
+            bvh.write(stem.with_suffix(".bvh"), case.reference, scale=100.0)
+    results = score(folder, tmp_path / "runs")
+    assert results.header["counts"]["ok"] == len(cases)
+    assert all(entry.values["mpjpe_h.world"] < 1e-3 for entry in results.entries)
+
+
+def test_what_does_not_fit_is_named(tmp_path, cases):
+    folder = tmp_path / "theirs"
+    folder.mkdir()
+    paths = [folder / f"{records.case_file(case.info.id)}.npz" for case in cases]
+    paths[0].write_bytes(b"no zip")
+    np.savez(paths[1], rotations=np.zeros((12, 3, 4)), root=np.zeros((12, 3)))
+    np.savez(paths[2], positions=np.zeros((12, 2, 3)), joints=np.array(["Hips", "Head"]))
+    np.savez(paths[3], positions=np.full((12, 9, 3), np.nan))
+    predict.write_prediction(paths[4], cases[4].reference.at(slice(0, 5)), "")
+    messages = {entry.case: entry.message for entry in score(folder, tmp_path / "runs").entries}
+    wanted = [
+        "not a readable .npz",
+        "9 joints",
+        "lacks the joints Spine",
+        "not finite",
+        "5 frames",
+        "has no ",
+    ]
+    for case, words in zip(cases, wanted, strict=True):
+        assert words in messages[case.info.id], messages[case.info.id]
+
+
+def test_changed_files_are_scored_again(tmp_path, cases):
+    from retarget_bench.plan import folder_hash
+
+    folder = tmp_path / "theirs"
+    folder.mkdir()
+    for case in cases:
+        path = folder / f"{records.case_file(case.info.id)}.npz"
+        predict.write_prediction(path, case.reference, "")
+    first = score(folder, tmp_path / "runs")
+    assert max(entry.values["mpjpe_h.world"] for entry in first.entries) < 1e-3
+    moved = replace(cases[0].reference, root=cases[0].reference.root + [1.0, 0, 0])
+    predict.write_prediction(folder / f"{records.case_file(cases[0].info.id)}.npz", moved, "")
+    folder_hash.cache_clear()
+    after = score(folder, tmp_path / "runs")
+    worst = max(entry.values["mpjpe_h.world"] for entry in after.entries)
+    assert worst > 10
+
+
+def test_an_empty_folder_is_refused(tmp_path, cases):
+    with pytest.raises(BenchError, match="holds no"):
+        score(tmp_path, tmp_path / "runs")
+
+
+def test_another_body_is_refused(tmp_path, cases):
+    small, tall = cases[0].source, cases[0].target
+    bvh.write(tmp_path / "small.bvh", small)
+    names = tuple(f"{name}_x" for name in tall.skeleton.names)
+    renamed = replace(tall, skeleton=replace(tall.skeleton, names=names))
+    with pytest.raises(FileError, match="lacks the joints"):
+        predict.read_prediction(tmp_path / "small.bvh", renamed, 30.0)
+    offsets = np.array(tall.skeleton.offsets)
+    offsets[4] *= 1.2
+    long_leg = replace(tall, skeleton=replace(tall.skeleton, offsets=offsets))
+    with pytest.raises(FileError, match="the bone of 'LeftLeg' differs"):
+        predict.read_prediction(tmp_path / "small.bvh", long_leg, 30.0)
