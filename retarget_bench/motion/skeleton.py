@@ -133,6 +133,6 @@ class Skeleton:
 
 def _frozen(array: np.ndarray, dtype: type) -> np.ndarray:
     """A read-only contiguous copy."""
-    copy = np.array(array, dtype=dtype, order="C")
+    copy: np.ndarray = np.array(array, dtype=dtype, order="C")
     copy.setflags(write=False)
     return copy

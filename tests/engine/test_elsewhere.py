@@ -87,7 +87,7 @@ def test_changed_files_are_scored_again(tmp_path, cases):
         predict.write_prediction(path, case.reference, "")
     first = score(folder, tmp_path / "runs")
     assert max(entry.values["mpjpe_h.world"] for entry in first.entries) < 1e-3
-    moved = replace(cases[0].reference, root=cases[0].reference.root + [1.0, 0, 0])
+    moved = replace(cases[0].reference, root=cases[0].reference.root + np.array([1.0, 0, 0]))
     predict.write_prediction(folder / f"{records.case_file(cases[0].info.id)}.npz", moved, "")
     folder_hash.cache_clear()
     after = score(folder, tmp_path / "runs")
