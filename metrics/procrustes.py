@@ -1,0 +1,104 @@
+"""Position errors after the best fit of the prediction onto the reference: pose and shape, not place."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from retarget_bench.api import MetricCard, Value
+from retarget_bench.comparison import Comparison, squared_length
+
+RIGID = "R a proper rotation (determinant +1, so a mirrored body does not fit), t a translation"
+SIMILAR = "s a positive scale, R a proper rotation (determinant +1), t a translation"
+SOURCE = "Procrustes-aligned MPJPE (pa_mpjpe); fit by Kabsch 1976 and Umeyama 1991"
+
+
+def _value(variant: str, label: str, meaning: str, formula: str) -> Value:
+    return Value(
+        id=f"pa_mpjpe.{variant}",
+        label=label,
+        meaning=meaning,
+        unit="% of height",
+        better="lower",
+        formula=f"{formula}; joints and h as mpjpe_h.world",
+        source=SOURCE,
+    )
+
+
+class Procrustes:
+    """Mean distances that remain after a least-squares fit."""
+
+    card = MetricCard(
+        name="procrustes",
+        summary="position errors after fitting the prediction onto the reference",
+        version="1",
+        values=(
+            _value(
+                "rigid",
+                "PA error",
+                "pose error after every frame is turned and moved onto the reference",
+                f"100 * mean over frames and joints of |R p + t - g| / h, {RIGID}, chosen in every frame "
+                "for the least sum of squares",
+            ),
+            _value(
+                "similarity",
+                "PA error, scaled",
+                "the same, where every frame may also be scaled",
+                f"100 * mean over frames and joints of |s R p + t - g| / h, {SIMILAR}, chosen in every "
+                "frame for the least sum of squares",
+            ),
+            _value(
+                "rigid_clip",
+                "PA error, clip",
+                "error after the whole clip is turned and moved onto the reference once",
+                f"as pa_mpjpe.rigid with one fit for all frames of the clip; {RIGID}",
+            ),
+            _value(
+                "similarity_clip",
+                "PA error, clip, scaled",
+                "the same, where the whole clip may also be scaled once",
+                f"as pa_mpjpe.similarity with one fit for all frames of the clip; {SIMILAR}",
+            ),
+        ),
+    )
+
+    def compute(self, comparison: Comparison) -> Mapping[str, float]:
+        """Left out without a reference."""
+        if comparison.expected is None:
+            return {}
+        joints = comparison.joints
+        predicted, expected = comparison.predicted[:, joints], comparison.expected[:, joints]
+        scale = 100.0 / comparison.height
+        frames = residuals(predicted, expected)
+        clip = residuals(predicted.reshape(1, -1, 3), expected.reshape(1, -1, 3))
+        return {
+            "pa_mpjpe.rigid": frames[0] * scale,
+            "pa_mpjpe.similarity": frames[1] * scale,
+            "pa_mpjpe.rigid_clip": clip[0] * scale,
+            "pa_mpjpe.similarity_clip": clip[1] * scale,
+        }
+
+
+def residuals(moving: np.ndarray, fixed: np.ndarray) -> tuple[float, float]:
+    """Mean distance left after the best rigid fit, and after the best similarity fit.
+
+    Both are point sets ``(sets, points, 3)``; each set of ``moving`` is fitted onto its own of ``fixed``
+    by least squares. A reflection is never used. Points that all coincide keep scale 1.
+    """
+    moving = moving - moving.mean(axis=1, keepdims=True)
+    fixed = fixed - fixed.mean(axis=1, keepdims=True)
+    u, spread, vt = np.linalg.svd(fixed.transpose(0, 2, 1) @ moving)
+    # where the best orthogonal map is a reflection, the weakest axis is turned round
+    flip = np.where(np.linalg.det(u) * np.linalg.det(vt) < 0, -1.0, 1.0)
+    u[..., 2] *= flip[:, None]
+    spread[:, 2] *= flip
+    turned = moving @ (u @ vt).transpose(0, 2, 1)
+    size = np.einsum("fjc,fjc->f", moving, moving)
+    scale = np.divide(spread.sum(axis=1), size, out=np.ones_like(size), where=size > 0)
+    rigid = np.sqrt(squared_length(turned - fixed)).mean()
+    similar = np.sqrt(squared_length(turned * scale[:, None, None] - fixed)).mean()
+    return float(rigid), float(similar)
+
+
+plugin = Procrustes

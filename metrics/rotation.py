@@ -1,0 +1,85 @@
+"""Rotation errors: geodesic angles between the joints of prediction and reference, in degrees."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from retarget_bench.api import MetricCard, Value
+from retarget_bench.comparison import Comparison
+from retarget_bench.motion import rotation
+
+ANGLE = "angle(a, b) = 2 atan2(|v|, |w|) of the quaternion a^-1 b = (w, v); joints as mpjpe_h.world"
+SOURCE = "geodesic distance on SO(3); qR of SAME (Lee et al. 2023), in degrees"
+BOTH = "left out unless prediction and reference are both known by rotations"
+
+
+class Rotation:
+    """Angles between orientations of one and the same skeleton, so that no rest pose enters."""
+
+    card = MetricCard(
+        name="rotation",
+        summary="angles between predicted and reference rotations",
+        version="1",
+        values=(
+            Value(
+                id="rotation.local",
+                label="angle, local",
+                meaning="how far joints are turned off the reference, each seen from its parent",
+                unit="degrees",
+                better="lower",
+                formula=(
+                    "mean over frames and joints of angle(local rotation, reference's local rotation); the "
+                    f"root's local rotation is its orientation in the world; {ANGLE}; {BOTH}"
+                ),
+                source=SOURCE,
+                tolerance=1e-5,
+                needs=("reference", "rotations"),
+            ),
+            Value(
+                id="rotation.world",
+                label="angle, world",
+                meaning="how far joints are turned off the reference, seen from the world",
+                unit="degrees",
+                better="lower",
+                formula=(
+                    "mean over frames and joints of angle(world orientation, that of the reference); "
+                    f"{ANGLE}; {BOTH}"
+                ),
+                source=SOURCE,
+                tolerance=1e-5,
+                needs=("reference", "rotations"),
+            ),
+            Value(
+                id="rotation.joint",
+                label="angle by joint",
+                meaning="rotation error of every joint, seen from its parent",
+                unit="degrees",
+                better="lower",
+                formula="per joint the mean over frames of rotation.local's angle",
+                source=SOURCE,
+                tolerance=1e-5,
+                needs=("reference", "rotations"),
+                index="joint",
+            ),
+        ),
+    )
+
+    def compute(self, comparison: Comparison) -> Mapping[str, float | Mapping[str, float]]:
+        """Left out unless both sides are known by rotations."""
+        if comparison.motions is None:
+            return {}
+        predicted, expected = comparison.motions
+        joints, names = comparison.joints, comparison.target.skeleton.names
+        local = rotation.angle(predicted.rotations[:, joints], expected.rotations[:, joints])
+        world = rotation.angle(predicted.global_rotations[:, joints], expected.global_rotations[:, joints])
+        by_joint = np.degrees(local.mean(axis=0))
+        return {
+            "rotation.local": float(by_joint.mean()),
+            "rotation.world": float(np.degrees(world.mean())),
+            "rotation.joint": {names[j]: float(v) for j, v in zip(joints, by_joint, strict=True)},
+        }
+
+
+plugin = Rotation

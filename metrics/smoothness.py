@@ -1,0 +1,168 @@
+"""Smoothness: acceleration and jerk beside the reference's and the source's, and constant bones."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from retarget_bench.api import MetricCard, Value
+from retarget_bench.comparison import RATE, Comparison, squared_length
+
+STILL = 0.1
+"""Heights per second to the order of the difference: below it a clip is still and has no ratio."""
+
+JOINTS = "joints as mpjpe_h.world"
+SHORT = {2: "left out for clips of fewer than 3 frames", 3: "left out for clips of fewer than 4 frames"}
+NAMES = {2: "acceleration", 3: "jerk"}
+SIZES = {
+    2: "A = mean over frames and joints of |p(t+1) - 2 p(t) + p(t-1)| * fps^2",
+    3: "J = mean over frames and joints of |p(t+2) - 3 p(t+1) + 3 p(t) - p(t-1)| * fps^3",
+}
+FIELD = "third differences as SAME and TransPose take them; ratio instead of size, after STaR's finding"
+
+
+def _size(order: int) -> Value:
+    name = NAMES[order]
+    return Value(
+        id=name,
+        label=name,
+        meaning=f"mean {name} of the joints: how restless the motion is; no goal by itself",
+        unit=f"m/s^{order}",
+        better="none",
+        formula=f"{SIZES[order]}; {JOINTS}; {SHORT[order]}",
+        source=FIELD,
+        tolerance=1e-2,
+        needs=(),
+    )
+
+
+def _ratio(order: int, *, source: bool) -> Value:
+    name, letter = NAMES[order], SIZES[order][0]
+    other = "source" if source else "reference"
+    if source:
+        ratio = (
+            f"{letter}/h of the prediction / {letter}/h of the source, each by its own h, over joints with one role "
+            "in both"
+        )
+    else:
+        ratio = f"{letter} of the prediction / {letter} of the reference, {JOINTS}"
+    return Value(
+        id=f"{name}_ratio_src" if source else f"{name}_ratio",
+        label=f"{name} ratio, source" if source else f"{name} ratio",
+        meaning=f"{name} over the {other}'s: above 1 is jittery, below 1 is smoothed away",
+        unit="1",
+        better="target",
+        formula=(
+            f"{ratio}; {SIZES[order]}; {SHORT[order]} and where the {other}'s is below {STILL:g} "
+            f"heights/s^{order} (a still clip)"
+        ),
+        source=FIELD,
+        tolerance=1e-3,
+        needs=("source",) if source else ("reference",),
+    )
+
+
+class Smoothness:
+    """Differences over time, always scaled to seconds or to frames of 30 per second."""
+
+    card = MetricCard(
+        name="smoothness",
+        summary="acceleration, jerk and constant bone lengths",
+        version="1",
+        values=(
+            Value(
+                id="acc",
+                label="acceleration error",
+                meaning="how much accelerations differ from the reference's",
+                unit="m/frame^2",
+                better="lower",
+                formula=(
+                    "mean over frames and joints of |D(p) - D(g)| * (fps / 30)^2 with D(x) = x(t+1) - 2 "
+                    f"x(t) + x(t-1); metres per squared frame of 30 per second; {JOINTS}; {SHORT[2]}"
+                ),
+                source="acc as printed for SMPL bodies: second finite differences, global, not aligned",
+            ),
+            _ratio(3, source=False),
+            _ratio(2, source=False),
+            _ratio(3, source=True),
+            _ratio(2, source=True),
+            _size(3),
+            _size(2),
+            Value(
+                id="bone_drift",
+                label="bone drift",
+                meaning="how much bones differ from their true length; not 0 only for predicted positions",
+                unit="% of height",
+                better="lower",
+                formula=(
+                    "100 * mean over frames and bones of ||p - p_parent| - length of the bone| / h, over "
+                    "all bones of the target's skeleton; left out for a skeleton of one joint"
+                ),
+                source="bone-length consistency, this project",
+                tolerance=1e-4,
+                needs=(),
+            ),
+        ),
+    )
+
+    def compute(self, comparison: Comparison) -> Mapping[str, float]:
+        """Left out for clips that are too short, for ratios to still clips, and without what they need."""
+        joints, height, fps = comparison.joints, comparison.height, comparison.fps
+        values = _bone_drift(comparison)
+        own = _sizes(comparison.predicted, fps)
+        values |= {NAMES[order]: float(size[joints].mean()) for order, size in own.items()}
+        if comparison.offsets is not None and comparison.expected is not None:
+            if comparison.frames > 2:
+                error = np.diff(comparison.offsets[:, joints], n=2, axis=0)
+                values["acc"] = float(np.sqrt(squared_length(error)).mean()) * (fps / RATE) ** 2
+            true = _sizes(comparison.expected, fps)
+            for order, size in own.items():
+                ratio = _over(size[joints] / height, true[order][joints] / height)
+                values |= {f"{NAMES[order]}_ratio": ratio} if ratio is not None else {}
+        return values | _ratios_to_source(comparison, own)
+
+
+def _ratios_to_source(comparison: Comparison, own: Mapping[int, np.ndarray]) -> dict[str, float]:
+    source, target = comparison.case.source, comparison.target
+    roles = [role for joint in comparison.joints if (role := target.roles[joint]) is not None]
+    at_source, at_target = comparison.shared(roles)
+    height = float(source.character.height)
+    if not at_source or not height > 0:
+        return {}
+    values: dict[str, float] = {}
+    for order, size in _sizes(source.positions[:, at_source], comparison.fps).items():
+        ratio = _over(own[order][at_target] / comparison.height, size / height)
+        values |= {f"{NAMES[order]}_ratio_src": ratio} if ratio is not None else {}
+    return values
+
+
+def _sizes(positions: np.ndarray, fps: float) -> dict[int, np.ndarray]:
+    """Order -> ``(joints,)`` m/s^order: mean size of the differences of positions ``(frames, joints, 3)``.
+
+    Orders that need more frames than there are, are missing.
+    """
+    sizes, difference = {}, np.diff(positions, axis=0)
+    for order in NAMES:
+        difference = difference[1:] - difference[:-1]
+        if len(difference):
+            sizes[order] = np.sqrt(squared_length(difference)).mean(axis=0) * fps**order
+    return sizes
+
+
+def _over(size: np.ndarray, other: np.ndarray) -> float | None:
+    """The ratio of the means over joints, or None where the other side is still."""
+    below = float(other.mean())
+    return float(size.mean()) / below if below >= STILL else None
+
+
+def _bone_drift(comparison: Comparison) -> dict[str, float]:
+    skeleton, places = comparison.target.skeleton, comparison.predicted
+    if len(skeleton) < 2:
+        return {}
+    bones = places[:, 1:] - places[:, skeleton.parents[1:]]
+    off = np.abs(np.sqrt(squared_length(bones)) - skeleton.bone_lengths[1:])
+    return {"bone_drift": 100.0 * float(off.mean()) / comparison.height}
+
+
+plugin = Smoothness
