@@ -10,13 +10,15 @@ from __future__ import annotations
 import hashlib
 import json
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass
 from pathlib import Path
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import cache_folder, digest, write_text
+from retarget_bench.motion import bvh
+from retarget_bench.motion.bvh_document import frame_rate
 
 VERSION = 1
 _HEADER = re.compile(rb"^[ \t]*MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*(\S+)[ \t\r]*\n", re.MULTILINE)
@@ -56,16 +58,42 @@ def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, Entry]:
         name = str(path.resolve())
         stamp = _stamp(path)
         kept = known.get(name)
-        if kept is not None and kept[0] == stamp:
-            entry = Entry(**kept[1])
-        else:
-            entry = inspect(path)
+        entry = Entry(**kept[1]) if kept is not None and kept[0] == stamp else inspect(path)
         found[path] = entry
         record[name] = [stamp, asdict(entry)]
     if any(known.get(name) != kept for name, kept in record.items()):
         with suppress(FileError):  # a cache that cannot be written costs time, nothing else
             write_text(place, json.dumps({"version": VERSION, "files": {**known, **record}}))
     return found
+
+
+def bvh_files(folder: Path) -> dict[str, Path]:
+    """The BVH files in a folder itself, by name without ``.bvh``, sorted, without hidden ones."""
+    files = (each for each in _visible(folder) if each.suffix.lower() == ".bvh" and each.is_file())
+    return {each.stem: each for each in files}
+
+
+def subfolders(folder: Path) -> list[Path]:
+    """The folders in a folder, sorted, without hidden ones."""
+    return [each for each in _visible(folder) if each.is_dir()]
+
+
+def contents(folder: Path) -> str:
+    """What lies in a folder, in a few words, for messages."""
+    names = [each.name for each in _visible(folder)]
+    return some(names) if names else "nothing"
+
+
+def some(names: Sequence[str], most: int = 6) -> str:
+    """A list for messages: the first few names, and how many more."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def _visible(folder: Path) -> list[Path]:
+    try:
+        return sorted(each for each in folder.iterdir() if not each.name.startswith("."))
+    except OSError as error:
+        raise FileError(folder, f"cannot be listed ({error.strerror or error})") from error
 
 
 def inspect(path: Path) -> Entry:
@@ -83,9 +111,9 @@ def inspect(path: Path) -> Entry:
     body = data[match.end() :].strip() if match else b""
     hierarchy = _hierarchy_hash(data, match.start() if match else 0)
     if match and _looks_whole(data[: match.start()], body, int(match[1])):
-        with suppress(ValueError, ZeroDivisionError, OverflowError):
+        with suppress(ValueError):
             if 1e-4 < (seconds := float(match[2])) < 10.0:
-                return Entry(content, hierarchy, int(match[1]), 1.0 / seconds)
+                return Entry(content, hierarchy, int(match[1]), frame_rate(seconds))
     return _parsed(path, content, hierarchy)
 
 
@@ -111,8 +139,6 @@ def _looks_whole(header: bytes, body: bytes, frames: int) -> bool:
 
 
 def _parsed(path: Path, content: str, hierarchy: str) -> Entry:
-    from retarget_bench.motion import bvh  # numpy and pandas: only where the outline does not do
-
     try:
         recording = bvh.read(path)
     except BenchError as error:

@@ -1,0 +1,250 @@
+"""Mixamo clips, one folder per character: the papers' test set or any part of it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.catalogue import Entry, catalogue, fingerprint
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+
+from . import listing, protocols
+from .layout import Layout, find
+from .motions import METRES, Motions
+
+CARD = DatasetCard(
+    name="mixamo",
+    summary=(
+        "Clips that Mixamo applied to several characters, as DIR/Character/clip.bvh. Its references are "
+        "nearly copied rotations: position error to them measures legs and root scale"
+    ),
+    version="1",
+    licence="Mixamo content (Adobe): no redistribution; get your own",
+    obtain=(
+        "Download the clips from mixamo.com for every character and convert them to BVH, or ask the "
+        "authors of SAN (Aberman et al. 2020) for their test archive; then give its folder with --root DIR"
+    ),
+    parameters={
+        "root": "the folder that holds one folder of BVH files per character",
+        "fps": "frames per second of the cases; 30 takes every second frame of 60, as SAN does",
+        "structure": (
+            "joints of the cases: native (the papers' S23 or S28 where the rig is theirs, else body22), "
+            "full, body22, S23 or S28; splits always follow the rig in the file"
+        ),
+        "protocol": (
+            "all (every ordered pair of the characters found), san (the papers' clips and pairs) or folds "
+            "(one fifth of the clips, the rest to train on)"
+        ),
+        "fold": "which of the five folds the cases come from (protocol=folds)",
+        "unit": "unit of the files: cm as Mixamo has it, or m",
+    },
+)
+FOLDS_SUMMARY = (
+    "{}. Protocol folds: cases are the clips of one fold in five, held out by name, and each fold also "
+    "holds out characters. Where these clips are those of SAN's test_list.txt, they are the papers' own "
+    "test clips: whoever trains on the other folds has trained on them, and such numbers do not compare "
+    "with the papers'"
+)
+
+
+class Mixamo:
+    """The data set; files are looked at when cases are asked for."""
+
+    card: DatasetCard = CARD
+
+    def __init__(
+        self,
+        root: str = "",
+        fps: float = 30.0,
+        structure: Literal["native", "full", "body22", "S23", "S28"] = "native",
+        protocol: Literal["all", "san", "folds"] = "all",
+        fold: int = 0,
+        unit: Literal["cm", "m"] = "cm",
+    ) -> None:
+        if not 1.0 <= fps <= 1000.0:
+            raise BenchError(
+                f"mixamo: fps={fps:g} is not a frame rate; Mixamo's files have 60, SAN uses 30"
+            )
+        if not 0 <= fold < protocols.FOLDS:
+            raise BenchError(f"mixamo: fold={fold}, but folds are 0 to {protocols.FOLDS - 1}")
+        if unit not in METRES:
+            raise BenchError(f"mixamo: unit={unit} is unknown; units are {', '.join(METRES)}")
+        if protocol == "san" and (fps != protocols.SAN_FPS or structure != "native"):
+            raise BenchError(
+                "mixamo: protocol=san means fps=30 and structure=native, as SAN's code has it; "
+                "use protocol=all for other rates and joints"
+            )
+        self._root, self._fps, self._structure = root, fps, structure
+        self._protocol, self._fold, self._unit = protocol, fold, unit
+        if protocol == "folds":
+            self.card = replace(CARD, summary=FOLDS_SUMMARY.format(CARD.summary))
+
+    # ------------------------------------------------------------------------------- what there is
+    @cached_property
+    def _layout(self) -> Layout:
+        return find(self._root)
+
+    @cached_property
+    def _selection(self) -> protocols.Selection:
+        if self._protocol == "san":
+            return protocols.san(self._layout)
+        if self._protocol == "folds":
+            return protocols.one_fold(self._layout, self._fold)
+        return protocols.everything(self._layout)
+
+    @cached_property
+    def _files(self) -> dict[str, dict[str, Path]]:
+        """The files that the protocol asks for: character -> clip -> path."""
+        asked = set(self._selection.clips)
+        return {
+            name: {clip: path for clip, path in self._layout.clips[name].items() if clip in asked}
+            for name in self._selection.characters
+        }
+
+    @cached_property
+    def _entries(self) -> dict[Path, Entry]:
+        files = [path for clips in self._files.values() for path in clips.values()]
+        return catalogue(self._layout.root, files)
+
+    @cached_property
+    def _motions(self) -> Motions:
+        return Motions(self._structure, self._fps, self._unit, self._selection.multiple)
+
+    @cached_property
+    def _listing(self) -> listing.Listing:
+        def structure(name: str, path: Path, entry: Entry) -> str:
+            return self._motions.rig(name, path, entry).native.structure
+
+        clips, notes = listing.readable(self._files, self._entries, structure, self._selection, self._fps)
+        return listing.list_cases(self.card.name, self._selection, clips, notes)
+
+    # ------------------------------------------------------------------------------- the contract
+    @property
+    def content(self) -> str:
+        """A hash of the bytes of the files that the protocol asks for, and how they are read."""
+        named = {
+            f"{who}/{clip}": path for who, clips in self._files.items() for clip, path in clips.items()
+        }
+        files = fingerprint({name: self._entries[path] for name, path in named.items()})
+        how = f"{self._fps:g} fps, {self._structure}, {self._unit}, multiple of {self._selection.multiple}"
+        return f"{files} ({how})"
+
+    @property
+    def label(self) -> str:
+        """What tables call it. Whatever is less than SAN's whole test set is called ``san-partial``."""
+        if self._protocol == "folds":
+            return f"mixamo fold {self._fold} of {protocols.FOLDS}{self._variant}"
+        if self._protocol == "all":
+            return f"mixamo{self._variant}"
+        clips, characters, _ = self._selection.asked
+        if self._whole_san:
+            return f"mixamo san ({clips} clips, {characters} characters)"
+        return (
+            f"mixamo san-partial ({self._listing.clips} of {clips} clips, "
+            f"{len(self._targets)} of {characters} characters)"
+        )
+
+    @cached_property
+    def notes(self) -> Sequence[str]:
+        found = list(self._listing.notes)
+        if self._protocol == "san" and not self._whole_san:
+            clips, characters, pairs = self._selection.asked
+            have = len({info.pair for info in self._listing.infos})
+            found.insert(
+                0,
+                f"not the papers' test set: {self._listing.clips} of {clips} clips, {have} of {pairs} "
+                f"pairs, {len(self._targets)} of {characters} target characters; its numbers do not "
+                "compare with published ones",
+            )
+        if self._protocol == "folds":
+            held = ", ".join(self.held_out) or "no character"
+            found.insert(0, f"fold {self._fold} holds out {held} and {len(self._selection.clips)} clips")
+        return tuple(found)
+
+    def characters(self) -> Mapping[str, Character]:
+        """Every character of the cases, with the body that most of its clips have."""
+        bodies = {}
+        for name in sorted({name for info in self._listing.infos for name in (info.source, info.target)}):
+            clips = {info.clip for info in self._listing.infos if name in (info.source, info.target)}
+            paths = [self._files[name][clip] for clip in sorted(clips)]
+            counts = Counter(self._entries[path].hierarchy for path in paths)
+            usual = counts.most_common(1)[0][0]
+            path = next(path for path in paths if self._entries[path].hierarchy == usual)
+            bodies[name] = self._motions.rig(name, path, self._entries[path]).character
+        return bodies
+
+    def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
+        """Clip by clip, so that the motions of a clip are read once for all its pairs."""
+        return self._by_split.get((task, split), ())
+
+    def load(self, info: CaseInfo) -> Case:
+        """Source, target and reference of a case; raises FileError where a file cannot be read."""
+        source = self.motion(info.source, info.clip)
+        reference = self.motion(info.target, info.clip)
+        return Case(info, source, reference.character, reference)
+
+    # ------------------------------------------------------------------------------- beyond it
+    def motion(self, character: str, clip: str) -> Motion:
+        """What a character does in a clip, on the joints and at the rate of the cases."""
+        path = self._layout.clips.get(character, {}).get(clip)
+        if path is None:
+            raise BenchError(f"{self._layout.root} holds no {character}/{clip}.bvh")
+        entry = self._entries.get(path) or catalogue(self._layout.root, [path])[path]
+        if entry.problem:
+            raise FileError(path, entry.problem)
+        return self._motions.motion(character, path, entry)
+
+    def training(self) -> dict[str, tuple[str, ...]]:
+        """Character -> clips that no case shows: those that may be trained on.
+
+        folds: every clip of the other folds, by the characters that this fold does not hold out.
+        san:   every clip that the test list does not name. all: nothing.
+        """
+        asked = set(self._selection.clips)
+        free = (name for name in self._layout.characters if name not in self.held_out)
+        found = {
+            name: tuple(clip for clip in self._layout.clips[name] if clip not in asked) for name in free
+        }
+        return {name: clips for name, clips in found.items() if clips}
+
+    @property
+    def held_out(self) -> tuple[str, ...]:
+        """Characters that may not be trained on."""
+        names = self._layout.characters
+        if self._protocol == "folds":
+            return tuple(name for name in names if protocols.fold_of(name) == self._fold)
+        return self._targets if self._protocol == "san" else ()
+
+    @property
+    def _targets(self) -> tuple[str, ...]:
+        return tuple(sorted({info.target for info in self._listing.infos}))
+
+    @property
+    def _whole_san(self) -> bool:
+        clips, _, pairs = self._selection.asked
+        listed = self._layout.listed is not None and clips == protocols.SAN_CLIPS
+        return listed and len(self._listing.infos) == clips * pairs
+
+    @property
+    def _variant(self) -> str:
+        """What is not as by default, for the label."""
+        said = [f"{self._fps:g} fps"] if self._fps != protocols.SAN_FPS else []
+        said += [self._structure] if self._structure != "native" else []
+        return f" ({', '.join(said)})" if said else ""
+
+    @cached_property
+    def _by_split(self) -> dict[tuple[str, str], tuple[CaseInfo, ...]]:
+        groups: dict[tuple[str, str], list[CaseInfo]] = {}
+        for info in self._listing.infos:
+            groups.setdefault((info.task, info.split), []).append(info)
+        return {key: tuple(infos) for key, infos in groups.items()}
+
+
+plugin = Mixamo

@@ -1,0 +1,106 @@
+"""Which files a Mixamo folder holds: ``Character/clip.bvh``, and ``test_list.txt`` where there is one."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from retarget_bench.catalogue import bvh_files, contents, some, subfolders
+from retarget_bench.errors import BenchError, FileError
+
+NOT_CHARACTERS = ("std_bvhs", "mean_var")
+"""Folders of the archive of SAN's authors that hold rest poses and statistics, not clips."""
+EXAMPLE = "DIR holds one folder per character with its clips, as in DIR/BigVegas/Running.bvh"
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The files found.
+
+    clips:  character -> clip name (file name without ``.bvh``) -> file; both sorted by name.
+    listed: the clip names of ``test_list.txt``, or None where there is no such file.
+    """
+
+    root: Path
+    clips: dict[str, dict[str, Path]]
+    listed: tuple[str, ...] | None
+
+    @property
+    def characters(self) -> tuple[str, ...]:
+        return tuple(self.clips)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every clip that any character performs, sorted."""
+        return tuple(sorted({name for clips in self.clips.values() for name in clips}))
+
+
+def find(root: str) -> Layout:
+    """Look at the folder; raises BenchError that says what is there instead and what to give."""
+    if not root:
+        raise BenchError(
+            "mixamo needs a folder of BVH files that you have got from Mixamo (they may not be passed on): "
+            f"give --root DIR, or mixamo[root=DIR]. {EXAMPLE}."
+        )
+    folder = Path(root).expanduser()
+    if not folder.is_dir():
+        raise BenchError(_not_a_folder(folder))
+    clips = {each.name: found for each in _folders(folder) if (found := bvh_files(each))}
+    if not clips or (_shared(clips) < 0.5 and _deeper(folder)):
+        raise BenchError(_no_clips(folder))
+    return Layout(folder, clips, _test_list(folder / "test_list.txt"))
+
+
+def _folders(folder: Path) -> list[Path]:
+    return [each for each in subfolders(folder) if each.name not in NOT_CHARACTERS]
+
+
+def _shared(clips: dict[str, dict[str, Path]]) -> float:
+    """The share of clip names that more than one character has."""
+    counts = Counter(name for found in clips.values() for name in found)
+    return sum(count > 1 for count in counts.values()) / len(counts)
+
+
+def _deeper(folder: Path) -> list[Path]:
+    """Folders that hold no BVH files but folders with some: what a parent of the right folder has."""
+    below = [each for each in _folders(folder) if not bvh_files(each)]
+    return [each for each in below if any(bvh_files(deep) for deep in _folders(each))]
+
+
+def _test_list(path: Path) -> tuple[str, ...] | None:
+    if not path.is_file():
+        return None
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(path, f"is not a list of clip names, one per line ({error})") from error
+    names = (line.strip() for line in lines)
+    return tuple(
+        dict.fromkeys(name[:-4] if name.lower().endswith(".bvh") else name for name in names if name)
+    )
+
+
+def _not_a_folder(folder: Path) -> str:
+    if folder.is_file():
+        return f"{folder} is a file: give the folder of all characters. {EXAMPLE}."
+    nearest = next((each for each in folder.parents if each.is_dir()), Path())
+    return f"there is no folder {folder}; {nearest} exists and holds {contents(nearest)}."
+
+
+def _no_clips(folder: Path) -> str:
+    """Why a folder is not a Mixamo root, and which neighbour is."""
+    if own := bvh_files(folder):
+        hint = f"--root {folder.resolve().parent}"
+        return (
+            f"{folder} holds {len(own)} BVH files itself, so it looks like the folder of one character: "
+            f"give the folder above it, {hint}. {EXAMPLE}."
+        )
+    if deeper := _deeper(folder):
+        return (
+            f"{folder} is no folder of characters that perform the same clips, but a folder in it may be: "
+            f"give --root {' or --root '.join(str(each) for each in deeper[:5])}. {EXAMPLE}."
+        )
+    others = sorted({each.suffix.lower() for each in folder.glob("*/*") if each.is_file() and each.suffix})
+    seen = f"; its folders hold {some(others)} files, and only BVH is read" if others else ""
+    return f"{folder} holds no Character/clip.bvh; it holds {contents(folder)}{seen}. {EXAMPLE}."
