@@ -7,7 +7,7 @@ The grammar::
     value  = true | false | integer | number | text | "quoted text" | 'quoted text'
 
 Bare text ends at a comma or a closing bracket; spaces around it do not count. Text that holds one of
-these, or that would read as a number or a truth value, is quoted; in quotes a backslash makes the next
+these, a quote or an equals sign, or that would read as a number or a truth value, is quoted; in quotes a backslash makes the next
 quote or backslash an ordinary character and is itself ordinary before anything else. A plus sign
 outside brackets belongs to no name: it is kept for the composition of a method with what follows it.
 """
@@ -31,7 +31,7 @@ _KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _INTEGER = re.compile(r"[+-]?(0|[1-9][0-9]*)")
 _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _TRUTH = {"true": True, "True": True, "false": False, "False": False}
-_BARE = re.compile(r"[^\s\[\],'\"]([^\[\],'\"]*[^\s\[\],'\"])?")
+_BARE = re.compile(r"[^\s\[\],='\"]([^\[\],='\"]*[^\s\[\],='\"])?")
 _QUOTED = re.compile(r"\"((?:\\.|[^\"\\])*)\"|'((?:\\.|[^'\\])*)'", re.DOTALL)
 
 
@@ -143,7 +143,7 @@ class _Reader:
             quoted = self._match(_QUOTED, f"the closing quote of {key}")
             inside = quoted[1] if quoted[1] is not None else quoted[2]
             return re.sub(r"\\(['\"\\])", r"\1", inside)
-        return read_value(self._match(_BARE, f"a value for {key} (quote text that holds ,[]'\")")[0])
+        return read_value(self._match(_BARE, f"a value for {key} (quote text that holds ,=[]'\")")[0])
 
     def _match(self, pattern: re.Pattern[str], wanted: str) -> re.Match[str]:
         self._spaces()

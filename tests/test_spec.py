@@ -1,0 +1,120 @@
+"""Names with parameters in brackets: what is written is what is read."""
+
+from __future__ import annotations
+
+import json
+import pickle
+import re
+import subprocess
+import sys
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from retarget_bench.errors import BenchError
+from retarget_bench.spec import Spec, read_value, write_value
+
+NAMES = st.from_regex(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,30}", fullmatch=True)
+KEYS = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,10}", fullmatch=True)
+SCALARS = st.one_of(
+    st.text(max_size=20),
+    st.integers(),
+    st.booleans(),
+    st.floats(allow_nan=False, allow_infinity=False),
+    st.sampled_from(
+        ["true", "False", "1", "1e-3", "007", " a ", 'a"b', "a'b", "\\", "x,y]", "+", "inf", ""]
+    ),
+)
+
+
+@given(NAMES, st.dictionaries(KEYS, SCALARS, max_size=4))
+def test_the_canonical_form_reads_as_the_same_spec(name, parameters):
+    spec = Spec(name, parameters)
+    again = Spec.parse(str(spec))
+    assert again.name == name
+    assert again.parameters == parameters
+    assert {k: type(v) for k, v in again.parameters.items()} == {k: type(v) for k, v in parameters.items()}
+
+
+@given(SCALARS)
+def test_a_value_survives_being_written_unless_it_needed_quotes(value):
+    text = write_value(value)
+    if not text.startswith('"'):
+        assert read_value(text) == value
+        assert type(read_value(text)) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("copy_rotations", {}),
+        ("copy_rotations[]", {}),
+        ("m[rule=height]", {"rule": "height"}),
+        ("m[ n = 3 , x=-1.5e-3 ]", {"n": 3, "x": -0.0015}),
+        ("m[a=true,b=False,c=no]", {"a": True, "b": False, "c": "no"}),
+        ("m[a=.5,b=5.,c=007,d=1_000]", {"a": 0.5, "b": 5.0, "c": "007", "d": "1_000"}),
+        ("m[root=/data/my clips/v1.2+x]", {"root": "/data/my clips/v1.2+x"}),
+        ("m[root=C:\\clips\\new]", {"root": "C:\\clips\\new"}),
+        ('m[a="1",b=\'x,]["\',c="q\\"\\\\"]', {"a": "1", "b": 'x,]["', "c": 'q"\\'}),
+    ],
+)
+def test_values_have_the_type_they_look_like(text, expected):
+    found = Spec.parse(text).parameters
+    assert found == expected
+    assert [type(found[k]) for k in sorted(expected)] == [type(expected[k]) for k in sorted(expected)]
+
+
+@pytest.mark.parametrize(
+    ("text", "place"),
+    [
+        ("", "character 1"),
+        ("[a=1]", "character 1"),
+        ("m[a=1", "character 6, found the end"),
+        ("m[a]", "expected '=' after a at character 4"),
+        ("m[a=]", "a value for a"),
+        ("m[a=1]x", "found 'x'"),
+        ("m[a=1 b=2]", "character 8"),
+        ("m[a=1,,b=2]", "found ','"),
+        ("m[a='x]", "closing quote of a"),
+        ("m[a=1,a=2]", "'a' is given twice"),
+        ("pan+footfix", "found '+'"),
+        ("x" * 51, "longer than the 50 characters"),
+    ],
+)
+def test_mistakes_are_named_with_their_place(text, place):
+    with pytest.raises(BenchError, match=re.escape(place)):
+        Spec.parse(text)
+
+
+def test_order_of_writing_does_not_matter_but_types_do():
+    assert Spec.parse("m[b=2,a=1]") == Spec.parse("m[a=1,b=2]")
+    assert str(Spec.parse("m[b=2,a=x]")) == "m[a=x,b=2]"
+    assert (
+        len({Spec.parse("m[a=1]"), Spec.parse("m[a=1.0]"), Spec.parse("m[a=true]"), Spec.parse("m")}) == 4
+    )
+
+
+def test_slugs_are_file_names_that_differ_with_the_parameters():
+    assert Spec.parse("copy_rotations").slug == "copy_rotations"
+    slugs = {Spec.parse(f"m[rule={rule}]").slug for rule in ("a", "b", "A", "1", "'1'")}
+    assert len(slugs) == 5
+    assert all(re.fullmatch(r"m-[0-9a-f]{8}", slug) for slug in slugs)
+    longest = Spec("x" * 50, {"a": "/" * 500}).slug
+    assert re.fullmatch(r"[a-z0-9_.-]{1,60}", longest)
+
+
+def test_the_slug_is_the_hash_of_sorted_json_and_does_not_move():
+    import hashlib
+
+    text = json.dumps({"a": 1, "rule": "height"}, separators=(",", ":"))
+    expected = hashlib.sha256(text.encode()).hexdigest()[:8]
+    assert Spec.parse("m[rule=height,a=1]").slug == f"m-{expected}" == "m-fb03e68e"
+
+
+def test_specs_travel_between_processes_and_are_the_same_there():
+    spec = Spec.parse("m[b=2,a=x]")
+    assert pickle.loads(pickle.dumps(spec)) == spec
+    code = "from retarget_bench.spec import Spec; print(Spec.parse('m[b=2,a=x]').slug)"
+    there = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert there.stdout.strip() == spec.slug
