@@ -1,0 +1,61 @@
+"""A body: its joints in the T-pose, and how its author drew its rest pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from .proportions import Proportions
+from .structures import Structure
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A performer, in the T-pose: Y up, facing +Z, left arm along +X, soles on the floor.
+
+    offsets: ``(joints, 3)`` metres, from parent to joint, along world axes; row 0 is the root's place.
+    part:    name of a part (``left_forearm``) -> joint. Parts are this package's own words; joint names
+             are the structure's.
+    """
+
+    name: str
+    structure: Structure
+    proportions: Proportions
+    rest: str
+
+    @cached_property
+    def part(self) -> Mapping[str, int]:
+        return {part: joint for joint, part in enumerate(self.structure.parts)}
+
+    @cached_property
+    def offsets(self) -> np.ndarray:
+        return np.array([self.structure.offset(part, self.proportions) for part in self.structure.parts])
+
+    @cached_property
+    def tips(self) -> Mapping[str, np.ndarray]:
+        """Part -> where its last bone ends, from its joint, for joints without children."""
+        return self.structure.tips(self.proportions)
+
+    def offset(self, part: str) -> np.ndarray:
+        return self.offsets[self.part[part]]
+
+    def reach(self, part: str, ancestor: str) -> np.ndarray:
+        """``(3,)`` from an ancestor's joint to a part's joint in the T-pose."""
+        total, joint = np.zeros(3), self.part[part]
+        while joint != self.part[ancestor]:
+            total = total + self.offsets[joint]
+            joint = self.structure.parents[joint]
+        return total
+
+    def place(self, turned: np.ndarray, root: np.ndarray) -> np.ndarray:
+        """Joint positions ``(frames, joints, 3)`` from world orientations ``(frames, joints, 3, 3)``
+        against the T-pose and the root's places ``(frames, 3)``."""
+        places = np.empty((*turned.shape[:2], 3))
+        places[:, 0] = root
+        for joint, parent in enumerate(self.structure.parents):
+            if parent >= 0:
+                places[:, joint] = places[:, parent] + turned[:, parent] @ self.offsets[joint]
+        return places

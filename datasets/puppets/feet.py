@@ -1,0 +1,188 @@
+"""Feet on the floor: from a schedule of plants to the path of an ankle, with exact contacts.
+
+A foot is a rigid sole with a heel, a toe joint and toes. While it is planted it rests flat or pivots
+about its toe joint; it lands on heel or toe. In a swing the point that touched last (the toe joint)
+hands over to the point that will touch next, which makes take-off and landing smooth by construction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .bodies import Body
+from .curves import bump, hermite, smooth
+from .limbs import about
+from .scaling import foot_place
+from .score import Foot, Plant
+
+
+@dataclass(frozen=True, eq=False)
+class FootPath:
+    """ankle: ``(frames, 3)`` metres. yaw: ``(frames,)``. sole, toes: ``(frames, 3, 3)`` world orientations.
+    flat, on_toe: ``(frames,)`` bool, whether ankle and toe joint rest since the frame before."""
+
+    ankle: np.ndarray
+    yaw: np.ndarray
+    sole: np.ndarray
+    toes: np.ndarray
+    flat: np.ndarray
+    on_toe: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class _Sole:
+    """Points of a foot from its ankle, as (up, forward), metres."""
+
+    toe: tuple[float, float]
+    heel: tuple[float, float]
+    ball_height: float
+    toes: float
+
+    @classmethod
+    def of(cls, body: Body) -> _Sole:
+        p = body.proportions
+        return cls((p.ball_height - p.ankle, p.ball), (-p.ankle, -p.heel), p.ball_height, p.toes)
+
+
+def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
+    """The path of one foot of a body through a score's plants."""
+    t = np.arange(frames, dtype=float)
+    sole = _Sole.of(body)
+    pitch, bent, yaw = np.zeros(frames), np.zeros(frames), np.zeros(frames)
+    pivot, up, ahead = np.zeros((frames, 3)), np.zeros(frames), np.zeros(frames)
+    swinging = np.zeros(frames, dtype=bool)
+    for plant, after in zip(foot.plants, [*foot.plants[1:], None], strict=True):
+        last = after.strike if after else frames
+        stay = (t >= plant.strike) & (t <= plant.off)
+        pitch[stay], on_heel = _stance_pitch(plant, t[stay])
+        yaw[stay] = _yaw(plant, side)
+        bent[stay] = np.where(on_heel, pitch[stay], 0.0)
+        point, (up[stay], ahead[stay]) = _stance_pivot(plant, side, body, sole, on_heel)
+        pivot[stay] = point
+        if after is None:
+            continue
+        away = (t > plant.off) & (t < last)
+        swinging |= away
+        share = (t[away] - plant.off) / (after.strike - plant.off)
+        pitch[away] = _swing_pitch(plant, after, t[away])
+        bent[away] = pitch[away] * smooth(share / 0.7)
+        yaw[away] = _yaw(plant, side) + smooth(share) * (_yaw(after, side) - _yaw(plant, side))
+        pivot[away], up[away], ahead[away] = _swing_pivot(plant, after, side, body, sole, share)
+    raised = foot.heel > 0.0
+    pitch = pitch + foot.heel
+    # a raised heel turns about the toe, whichever point the sole rested on
+    toe_place = foot_toe(pivot, up, ahead, yaw, sole)
+    pivot = np.where(raised[:, None], toe_place, pivot)
+    up, ahead = np.where(raised, sole.toe[0], up), np.where(raised, sole.toe[1], ahead)
+    ankle = pivot - _turned(up, ahead, pitch, yaw)
+    ankle[:, 1] += np.where(swinging, _clearing(ankle[:, 1], pitch, bent, sole), 0.0)
+    flat, on_toe = _contacts(foot, t)
+    turn = about(1, yaw)
+    return FootPath(ankle, yaw, turn @ about(0, pitch), turn @ about(0, bent), flat, on_toe)
+
+
+def foot_toe(
+    pivot: np.ndarray, up: np.ndarray, ahead: np.ndarray, yaw: np.ndarray, sole: _Sole
+) -> np.ndarray:
+    """Where the toe joint lies while the sole is flat."""
+    flat = np.zeros_like(yaw)
+    return pivot + _turned(sole.toe[0] - up, sole.toe[1] - ahead, flat, yaw)
+
+
+def _yaw(plant: Plant, side: str) -> float:
+    return plant.heading + (plant.toe_out if side == "left" else -plant.toe_out)
+
+
+def _turned(up: np.ndarray, ahead: np.ndarray, pitch: np.ndarray, yaw: np.ndarray) -> np.ndarray:
+    """``(frames, 3)``: points of the foot, seen from its ankle, in world axes."""
+    c, s = np.cos(pitch), np.sin(pitch)
+    level = up * s + ahead * c
+    return np.stack([level * np.sin(yaw), up * c - ahead * s, level * np.cos(yaw)], axis=-1)
+
+
+def _rates(plant: Plant) -> tuple[float, float]:
+    """Speeds of the sole's pitch at first touch and when the toe leaves, radians per frame."""
+    landing = -1.3 * plant.strike_pitch / max(plant.flat - plant.strike, 1)
+    return landing, 1.5 * plant.off_pitch / max(plant.off - plant.lift, 1)
+
+
+def _stance_pitch(plant: Plant, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Pitch while the foot is down, and whether it rests on the heel."""
+    landing, leaving = _rates(plant)
+    pitch = np.zeros_like(t)
+    early, late = t < plant.flat, t > plant.lift
+    if plant.flat > plant.strike:
+        ends = (plant.strike, plant.flat)
+        pitch[early] = hermite(t[early], ends, (plant.strike_pitch, 0.0), (landing, 0.0))
+    if plant.off > plant.lift:
+        pitch[late] = hermite(t[late], (plant.lift, plant.off), (0.0, plant.off_pitch), (0.0, leaving))
+    return pitch, early & (plant.strike_pitch < 0.0)
+
+
+def _swing_pitch(plant: Plant, after: Plant, t: np.ndarray) -> np.ndarray:
+    leaving, landing = _rates(plant)[1], _rates(after)[0]
+    start = plant.off_pitch if plant.off > plant.lift else 0.0
+    end = after.strike_pitch if after.flat > after.strike else 0.0
+    return hermite(t, (plant.off, after.strike), (start, end), (leaving, landing))
+
+
+def _stance_pivot(
+    plant: Plant, side: str, body: Body, sole: _Sole, on_heel: np.ndarray
+) -> tuple[np.ndarray, tuple[np.ndarray, np.ndarray]]:
+    """The resting point per frame, and where it is on the foot."""
+    heel, toe = _resting(plant, side, body, sole)
+    place = np.where(on_heel[:, None], heel, toe)
+    up = np.where(on_heel, sole.heel[0], sole.toe[0])
+    return place, (up, np.where(on_heel, sole.heel[1], sole.toe[1]))
+
+
+def _resting(plant: Plant, side: str, body: Body, sole: _Sole) -> tuple[np.ndarray, np.ndarray]:
+    """Where heel and toe joint of a planted foot lie on the floor."""
+    x, z = foot_place(plant, side, body)
+    ahead = np.array([np.sin(_yaw(plant, side)), 0.0, np.cos(_yaw(plant, side))])
+    under = np.array([x, 0.0, z])
+    return under + sole.heel[1] * ahead, under + sole.toe[1] * ahead + [0.0, sole.ball_height, 0.0]
+
+
+def _swing_pivot(
+    plant: Plant, after: Plant, side: str, body: Body, sole: _Sole, share: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The point that is handed over from toe to heel (or toe), and where it is on the foot."""
+    _, leaves = _resting(plant, side, body, sole)
+    heel, toe = _resting(after, side, body, sole)
+    on_heel = after.strike_pitch < 0.0
+    lands, point = (heel, sole.heel) if on_heel else (toe, sole.toe)
+    w = smooth(share)
+    place = leaves + w[:, None] * (lands - leaves)
+    place[:, 1] += plant.lift_height * body.proportions.leg * bump(share)
+    return place, sole.toe[0] + w * (point[0] - sole.toe[0]), sole.toe[1] + w * (point[1] - sole.toe[1])
+
+
+def _clearing(ankle: np.ndarray, pitch: np.ndarray, bent: np.ndarray, sole: _Sole) -> np.ndarray:
+    """How much a swinging foot must rise so that neither heel, ball nor toes go through the floor."""
+    slack = 0.002
+    c, s = np.cos(pitch), np.sin(pitch)
+    toe = ankle + sole.toe[0] * c - sole.toe[1] * s
+    heel = ankle + sole.heel[0] * c - sole.heel[1] * s
+    ball = toe - sole.ball_height
+    tip = ball - sole.toes * np.sin(bent)
+    deep = sum(np.maximum(-point, 0.0) ** 4 for point in (heel, ball, tip))
+    return np.asarray((deep + slack**4) ** 0.25 - slack)
+
+
+def _contacts(foot: Foot, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Frames in which ankle and toe joint rest, and already rested in the frame before."""
+    flat, on_toe = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
+    for plant in foot.plants:
+        toe_first = plant.strike_pitch >= 0.0
+        flat |= (t >= plant.flat) & (t <= plant.lift)
+        on_toe |= (t >= (plant.strike if toe_first else plant.flat)) & (t <= plant.off)
+    flat &= foot.heel == 0.0
+    before = t > 0
+    for label in (flat, on_toe):
+        rested = label.copy()
+        rested[1:] &= label[:-1]
+        label[before] = rested[before]
+    return flat, on_toe

@@ -1,0 +1,46 @@
+"""What "the same motion" means on another body: every rule of scaling, in one place.
+
+| of the performance | measured in | on this body |
+|---|---|---|
+| travel, sway and step places | leg lengths | times its leg (hip joint to sole) |
+| stance width | half hip widths | times half the distance of its hip joints |
+| height of the hip joints | leg lengths | times its leg, lowered where a foot would not reach the floor |
+| foot contacts | schedule | kept: the same frames, its own sole |
+| hands in the air | arm lengths | times its arm (shoulder joint to wrist), from its own shoulder |
+| hands on the body | places | kept: its own hip, knee, other palm |
+| turning, leaning, gaze | radians | the same |
+| balance | share of each foot | kept: its own centre of mass over its own feet |
+| time | frames | the same |
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bodies import Body
+from .score import Hand, Plant, Score, sign
+
+
+def foot_place(plant: Plant, side: str, body: Body) -> tuple[float, float]:
+    """(x, z) in metres of the ankle's place on the floor while the foot is flat."""
+    sizes = body.proportions
+    out = sign(side) * plant.width * sizes.hip_half
+    left = (np.cos(plant.heading), -np.sin(plant.heading))
+    return (
+        float(plant.place[0] * sizes.leg + out * left[0]),
+        float(plant.place[1] * sizes.leg + out * left[1]),
+    )
+
+
+def pelvis_place(score: Score, body: Body) -> np.ndarray:
+    """``(frames, 3)`` metres: the middle between the hip joints, before feet and balance have a say."""
+    c, s = np.cos(score.heading), np.sin(score.heading)
+    left, ahead = score.sway[:, 0], score.sway[:, 1]
+    x = score.path[:, 0] + left * c + ahead * s
+    z = score.path[:, 1] - left * s + ahead * c
+    return np.stack([x, score.height, z], axis=-1) * body.proportions.leg
+
+
+def hand_reach(hand: Hand, side: str, body: Body) -> np.ndarray:
+    """``(frames, 3)`` metres (left, up, forward) from where the hand is measured to the wrist."""
+    return hand.reach * (body.proportions.arm * np.array([sign(side), 1.0, 1.0]))

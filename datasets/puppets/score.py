@@ -1,0 +1,132 @@
+"""The language of performances: what is done, in terms that every body understands.
+
+A Score knows no body. Lengths on the floor and the pelvis' height are in leg lengths, stance width in
+half hip widths, hands in arm lengths from the shoulder or attached to a place on the performer's own
+body, angles in radians, time in frames. ``scaling.py`` says what they become on a given body.
+
+Sides are written outward: a positive ``out`` is to the left for the left hand and to the right for the
+right one, so that one sentence describes both.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+FPS = 30.0
+SIDES = ("left", "right")
+
+
+def sign(side: str) -> int:
+    """+1 for left (left is +X), -1 for right."""
+    return 1 if side == "left" else -1
+
+
+@dataclass(frozen=True)
+class Plant:
+    """One stay of a foot on the floor.
+
+    place:   (x, z) of the body's line of travel beside the foot, leg lengths.
+    width:   how far outward of that line the foot stands, half hip widths.
+    heading: of the body at this step; ``toe_out`` turns the foot outward of it.
+    strike, flat, lift, off: frames of first touch, of the sole coming flat, of the last flat frame, of
+             the last frame on the toe. Whole numbers, so that labels are exact; may lie outside the clip.
+    strike_pitch: of the sole at first touch: below 0 the heel lands, from 0 on the toe.
+    off_pitch: how far the heel has risen when the toe leaves.
+    lift_height: clearance of the swing that follows, leg lengths.
+    """
+
+    place: tuple[float, float]
+    width: float
+    heading: float
+    toe_out: float
+    strike: int
+    flat: int
+    lift: int
+    off: int
+    strike_pitch: float = -0.3
+    off_pitch: float = 0.9
+    lift_height: float = 0.05
+
+
+@dataclass(frozen=True, eq=False)
+class Foot:
+    """plants: in time order, the first striking before frame 0. heel: ``(frames,)`` how far the heel is
+    raised about the toe while the foot stays planted; exactly 0 elsewhere."""
+
+    plants: tuple[Plant, ...]
+    heel: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """A hand on a place of the performer's own body (``places.py``): in full where ``weight`` is 1."""
+
+    place: str
+    weight: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Hand:
+    """Where a hand goes.
+
+    reach:   ``(frames, 3)`` (out, up, forward) from the shoulder to the wrist, arm lengths.
+    upright: ``(frames,)`` 0: the axes lean with the chest; 1: they stay upright and only turn with it.
+    middle:  ``(frames,)`` 0: measured from the own shoulder; 1: from the point between both shoulders.
+    swivel:  ``(frames,)`` turns the elbow outward and up about the line from shoulder to wrist.
+    wrist:   ``(frames, 3)`` bend towards the palm, bend towards the thumb, palm turned up (supination).
+    """
+
+    reach: np.ndarray
+    upright: np.ndarray
+    middle: np.ndarray
+    swivel: np.ndarray
+    wrist: np.ndarray
+    touches: tuple[Touch, ...] = ()
+
+
+@dataclass(frozen=True, eq=False)
+class Trunk:
+    """Angles ``(frames, 3)`` as (turn to the left, lean forward, lean to the left), radians.
+
+    pelvis: against the heading. chest: against the pelvis, shared by the spine.
+    gaze:   of the head against the heading; ``follow`` is the share of the chest's own turning that the
+            head takes along (0: the gaze is held still).
+    """
+
+    pelvis: np.ndarray
+    chest: np.ndarray
+    gaze: np.ndarray
+    follow: float = 0.2
+
+
+@dataclass(frozen=True, eq=False)
+class Score:
+    """A performance, with channels ``(frames, ...)`` at 30 frames per second.
+
+    heading: of the body, 0 faces +Z, growing to the left.
+    path:    ``(frames, 2)`` (x, z) of the line of travel, leg lengths; ``sway`` (left, forward) moves
+             the pelvis off it, leg lengths.
+    height:  of the hip joints over the floor, leg lengths (1: as in the T-pose). Lowered for bodies
+             whose feet would not reach the floor.
+    balance: 1: the centre of mass is brought over the feet, wherever ``path`` and ``sway`` put it;
+             ``support`` says over which: share of the left foot.
+    """
+
+    kind: str
+    heading: np.ndarray
+    path: np.ndarray
+    sway: np.ndarray
+    height: np.ndarray
+    balance: np.ndarray
+    support: np.ndarray
+    trunk: Trunk
+    feet: Mapping[str, Foot]
+    hands: Mapping[str, Hand]
+    parameters: Mapping[str, float | str] = field(default_factory=dict)
+
+    @property
+    def frames(self) -> int:
+        return len(self.heading)
