@@ -7,9 +7,10 @@ The grammar::
     value  = true | false | integer | number | text | "quoted text" | 'quoted text'
 
 Bare text ends at a comma or a closing bracket; spaces around it do not count. Text that holds one of
-these, a quote or an equals sign, or that would read as a number or a truth value, is quoted; in quotes a backslash makes the next
-quote or backslash an ordinary character and is itself ordinary before anything else. A plus sign
-outside brackets belongs to no name: it is kept for the composition of a method with what follows it.
+these, a quote or an equals sign, or that would read as a number or a truth value, is quoted; in quotes
+a backslash makes the next quote or backslash an ordinary character and is itself ordinary before
+anything else. A plus sign outside brackets belongs to no name: it is kept for the composition of a
+method with what follows it.
 """
 
 from __future__ import annotations
