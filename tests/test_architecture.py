@@ -1,0 +1,207 @@
+"""The rules that make the architecture, and what an installed copy holds and costs."""
+
+from __future__ import annotations
+
+import ast
+import json
+import shutil
+import subprocess
+import sys
+import tomllib
+import zipfile
+from collections.abc import Iterator
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+ENGINE = ROOT / "retarget_bench"
+ROOMS = ("methods", "metrics", "datasets")
+TRAVELLING = (".py", ".safetensors", ".json", ".toml", ".md", ".csv", ".npz")
+LARGEST_WHEEL = 100_000_000
+
+
+def python_files(folder: Path) -> list[Path]:
+    return sorted(p for p in folder.rglob("*.py") if "__pycache__" not in p.parts)
+
+
+def imports(file: Path) -> Iterator[str]:
+    """Every module that a file imports, relative ones with their dots."""
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            module = "." * node.level + (node.module or "")
+            yield from (f"{module}.{alias.name}" if module.strip(".") else module for alias in node.names)
+
+
+@pytest.mark.parametrize("file", python_files(ENGINE), ids=lambda p: p.relative_to(ROOT).as_posix())
+def test_the_engine_imports_no_plug_in(file):
+    forbidden = tuple(f"retarget_bench.{room}" for room in ROOMS)
+    assert not [name for name in imports(file) if name.startswith((*forbidden, *ROOMS))]
+
+
+@pytest.mark.parametrize(
+    "file",
+    [p for room in ROOMS for p in python_files(ROOT / room)],
+    ids=lambda p: p.relative_to(ROOT).as_posix(),
+)
+def test_a_plug_in_imports_only_the_engine_its_own_siblings_and_third_parties(file):
+    room = next(ROOT / room for room in ROOMS if (ROOT / room) in file.parents)
+    depth = len(file.relative_to(room).parts)
+    for name in imports(file):
+        dots = len(name) - len(name.lstrip("."))
+        assert dots <= depth, f"{name} reaches out of {room.name}/"
+        assert not name.startswith((*(f"{other}." for other in ROOMS), "tests.")), name
+        if name.startswith("retarget_bench."):
+            second = name.split(".")[1]
+            assert (ENGINE / second).is_dir() or (ENGINE / f"{second}.py").is_file(), (
+                f"{name} is not the engine"
+            )
+            assert second not in ("commands", "cli"), f"{name}: a plug-in needs no command line"
+
+
+@pytest.mark.parametrize("room", ROOMS)
+def test_no_init_lies_directly_in_a_room(room):
+    assert not (ROOT / room / "__init__.py").exists()
+
+
+@pytest.mark.parametrize(
+    "file", [p for base in (ENGINE, *(ROOT / room for room in ROOMS)) for p in python_files(base)], ids=str
+)
+def test_every_module_says_what_it_is_and_is_short(file):
+    text = file.read_text(encoding="utf-8")
+    assert ast.get_docstring(ast.parse(text)), f"{file} has no docstring"
+    assert text.count("\n") <= 400, f"{file} has more than 400 lines"
+
+
+# ------------------------------------------------------------------------------------- cost of imports
+def modules_after(code: str) -> set[str]:
+    report = f"{code}\nimport sys, json\nprint(json.dumps(sorted(sys.modules)))"
+    done = subprocess.run(
+        [sys.executable, "-c", report], cwd=ROOT, capture_output=True, text=True, check=True
+    )
+    return set(json.loads(done.stdout.splitlines()[-1]))
+
+
+HEAVY = {"torch", "scipy", "pandas", "matplotlib", "pydantic", "tqdm"}
+
+
+def test_the_package_itself_imports_nothing_heavy():
+    assert not modules_after("import retarget_bench") & (HEAVY | {"numpy", "click"})
+
+
+def test_the_command_line_imports_click_and_nothing_heavier():
+    assert not modules_after("import retarget_bench.cli") & (HEAVY | {"numpy", "retarget_bench.registry"})
+
+
+@pytest.mark.parametrize("command", ["--help", "list", "--version", "run --help", "new --help"])
+def test_light_commands_import_neither_numpy_nor_a_plug_in(command):
+    code = f"""
+from retarget_bench.cli import main
+try:
+    main({command.split()!r})
+except SystemExit as stop:
+    assert stop.code == 0, stop.code
+"""
+    loaded = modules_after(code)
+    assert not loaded & (HEAVY | {"numpy"})
+    assert not [
+        name for name in loaded if name.startswith(tuple(f"retarget_bench.{room}" for room in ROOMS))
+    ]
+
+
+@pytest.mark.parametrize(
+    "module", ["api", "predict", "score", "records", "plan", "run", "table", "comparison", "testing"]
+)
+def test_the_evaluation_side_needs_numpy_only(module):
+    assert not modules_after(f"import retarget_bench.{module}") & HEAVY
+
+
+# ----------------------------------------------------------------------------------------------- wheel
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory) -> Path:
+    """A wheel of the folders as they are, built from a copy so that nothing old gets in."""
+    if find_spec("setuptools") is None or find_spec("pip") is None:
+        pytest.skip("building the wheel needs setuptools and pip in this environment")
+    copy = tmp_path_factory.mktemp("source")
+    for name in ("retarget_bench", *ROOMS):
+        shutil.copytree(
+            ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info")
+        )
+    for name in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / name, copy)
+    made = tmp_path_factory.mktemp("wheel")
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "wheel",
+        "--no-deps",
+        "--no-build-isolation",
+        "-w",
+        str(made),
+        str(copy),
+    ]
+    subprocess.run(command, check=True, capture_output=True)
+    (found,) = made.glob("*.whl")
+    return found
+
+
+def test_the_wheel_holds_what_the_folders_hold(wheel):
+    packed = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
+    expected = {
+        (Path("retarget_bench") / p.relative_to(ROOT if room else ENGINE)).as_posix()
+        for room in ("", *ROOMS)
+        for p in (ROOT / room if room else ENGINE).rglob("*")
+        if p.is_file() and "__pycache__" not in p.parts and (p.suffix in TRAVELLING or p.name == "py.typed")
+    }
+    assert packed == expected
+    assert wheel.stat().st_size < LARGEST_WHEEL
+
+
+def test_every_kind_of_file_in_the_rooms_travels():
+    suffixes = {
+        p.suffix
+        for room in (*ROOMS, "retarget_bench")
+        for p in (ROOT / room).rglob("*")
+        if p.is_file() and "__pycache__" not in p.parts and p.name != "py.typed"
+    }
+    assert suffixes <= set(TRAVELLING), (
+        "add the new kind to package-data in pyproject.toml and to TRAVELLING"
+    )
+
+
+def test_an_unpacked_wheel_lists_the_same_plug_ins(wheel, tmp_path):
+    zipfile.ZipFile(wheel).extractall(tmp_path)
+    command = [sys.executable, "-m", "retarget_bench", "list"]
+    there = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=True)
+    here = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert there.stdout == here.stdout
+    code = "import retarget_bench, retarget_bench.methods.copy_rotations as c; print(c.__file__)"
+    place = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True, check=True
+    )
+    assert Path(place.stdout.strip()) == tmp_path / "retarget_bench" / "methods" / "copy_rotations.py"
+
+
+def test_versions_and_names_agree():
+    from retarget_bench import __version__
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    assert project["version"] == __version__
+    assert project["scripts"]["bench"] == project["scripts"]["retarget-bench"]
+    assert f"version: {__version__}" in (ROOT / "CITATION.cff").read_text()
+    assert f"## {__version__}" in (ROOT / "CHANGELOG.md").read_text()
+
+
+def test_every_dependency_is_pinned():
+    import re
+
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    pins = dict(re.findall(r"^([a-z0-9-]+)==(\S+)$", (ROOT / "constraints.txt").read_text(), re.MULTILINE))
+    asked = [*project["dependencies"], *project["optional-dependencies"]["test"]]
+    names = {re.split(r"[><=\[ ]", each)[0].lower().replace("_", "-") for each in asked}
+    assert names <= set(pins)
+    assert pins["torch"] == "2.13.0"
