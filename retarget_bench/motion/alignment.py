@@ -7,10 +7,10 @@ An orientation *relative* to it, ``G * G_ref^-1``, then means the same on every 
 
 - A limb that rests within the tolerances below of the T-pose is left exactly as the artist made it, so two
   T-pose rigs exchange plain local rotations.
-- Another limb of a body that rests in a human pose (A-pose, arms down, legs apart) is swung the shortest way.
-- A rest pose that no body could take (bones all along one axis) cannot tell how bones are twisted. There a
-  sample of the body's motion tells it: elbows and knees are hinges, and feet lie flat when they stand still
-  (``sampled.py``). Without a sample, the way round is chosen that turns about the body's own axes.
+- Another limb of a body that rests in a pose (A-pose, arms down, legs apart) is swung the shortest way.
+- A rest pose that no body could take (bones all along one axis) cannot tell how bones are twisted: a sample
+  of the body's motion does (``sampled.py``).
+- A four-legged body that rests on its legs is left as it is but for the frame of its hips.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ import numpy as np
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import kinematics, rotation, sampled
-from retarget_bench.motion.body import DOWN, LEFT, UP, Body
+from retarget_bench.motion.body import DOWN, Body
 from retarget_bench.motion.roles import SIDES
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -53,11 +53,12 @@ def reference_pose(
     body = Body(skeleton, roles)
     if body.frame is None:
         return rotation.identity(len(skeleton))
-    if not body.rests_in_a_pose and sample is not None and len(sample):
-        return sampled.reference_pose(body, np.asarray(sample, dtype=np.float64))
+    if not body.rests_in_a_pose:
+        at_rest = rotation.identity(1, len(skeleton))
+        return sampled.reference_pose(body, at_rest if sample is None or not len(sample) else sample)
     pose = rotation.identity(len(skeleton))
     body.set_global(pose, body.hips, body.frame)
-    if not body.quadruped or not body.rests_in_a_pose:
+    if not body.quadruped:
         for side in SIDES:
             _straighten(body, pose, f"{side}_up_leg", f"{side}_leg", f"{side}_foot", DOWN)
             _straighten(body, pose, f"{side}_arm", f"{side}_forearm", f"{side}_hand", body.sideways(side))
@@ -88,13 +89,6 @@ def _straighten(body: Body, pose: np.ndarray, top: str, middle: str, end: str, w
     whole = _angle(c - a, wanted)
     if whole <= LIMB_TOLERANCE and max(_angle(b - a, wanted), _angle(c - b, wanted)) <= BONE_TOLERANCE:
         return
-    if whole > np.radians(135.0):  # the limb lies the other way round: turn it about the axis across
-        across = LEFT if abs(wanted @ UP) > 0.5 else UP
-        body.set_global(
-            pose,
-            joints[0],
-            rotation.multiply(rotation.about(across, np.pi), body.get_global(pose, joints[0])),
-        )
     body.swing(pose, joints[0], joints[1], wanted)
     body.swing(pose, joints[1], joints[2], wanted)
 

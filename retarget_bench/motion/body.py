@@ -4,18 +4,21 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
-from itertools import permutations, product
+from itertools import pairwise, permutations, product
 
 import numpy as np
 
 from retarget_bench.motion import kinematics, rotation
-from retarget_bench.motion.roles import ancestors, chain, is_quadruped
+from retarget_bench.motion.roles import LIMB_ROLES, SIDES, ancestors, chain, is_quadruped
 from retarget_bench.motion.skeleton import Skeleton
 
 LEFT, UP, FORWARD = np.eye(3)
 DOWN = -UP
 SNAP = np.radians(25.0)
 """An estimated frame this near to a whole number of quarter turns is taken to be meant as that."""
+_NOTHING = 1e-9
+_ALONG = np.cos(np.radians(8.0))
+_OPPOSITE = np.cos(np.radians(135.0))
 
 
 class Body:
@@ -30,7 +33,7 @@ class Body:
         self.joint = {role: index for index, role in enumerate(roles) if role is not None}
         self.quadruped = is_quadruped(skeleton, roles)
         self.hips = self.joint.get("hips", 0)
-        self.spine, self.neck = chain(roles, "spine"), chain(roles, "neck")
+        self.spine, self.neck, self.tail = (chain(roles, stem) for stem in ("spine", "neck", "tail"))
 
     def joints(self, *roles: str) -> list[int]:
         """The joints that have one of these roles, in the order asked."""
@@ -42,69 +45,69 @@ class Body:
             return DOWN
         return LEFT if side == "left" else -LEFT
 
-    # ------------------------------------------------------------------------------------- geometry
-    def across(self, *, upper: bool = False) -> np.ndarray | None:
-        """From the right to the left limbs at rest: of the legs, or of the arms with ``upper``."""
-        stems = ("shoulder", "arm") if upper else ("up_leg",)
-        for stem in stems:
-            pair = self.joints(f"left_{stem}", f"right_{stem}")
-            if len(pair) == 2:
-                apart = self.skeleton.rest_positions[pair[0]] - self.skeleton.rest_positions[pair[1]]
-                if np.linalg.norm(apart) > 1e-9:
-                    return apart
+    # ------------------------------------------------------------------------------- the rest pose
+    def line(self, start: int, end: int) -> np.ndarray:
+        """``(3,)`` metres from one joint to another at rest."""
+        return np.asarray(self.skeleton.rest_positions[end] - self.skeleton.rest_positions[start])
+
+    @cached_property
+    def across(self) -> np.ndarray | None:
+        """From the right to the left leg (or arm) at rest; None if they are not apart."""
+        for stem in ("up_leg", "arm", "shoulder"):
+            pair = self.joints(f"right_{stem}", f"left_{stem}")
+            if len(pair) == 2 and np.linalg.norm(apart := self.line(*pair)) > _NOTHING:
+                return apart
         return None
+
+    @cached_property
+    def trunk_end(self) -> int:
+        """The joint that the trunk leads to: the first of neck, head, shoulders, last spine away from the
+        hips."""
+        ends = [*self.neck[:1], *self.joints("head", "left_shoulder", "left_arm"), *self.spine[::-1]]
+        return next((j for j in ends if np.linalg.norm(self.line(self.hips, j)) > _NOTHING), self.hips)
 
     @cached_property
     def trunk(self) -> np.ndarray | None:
-        """From the hips to the neck, or what there is of it, at rest."""
-        for joint in [*self.neck[:1], *self.joints("head", "left_shoulder", "left_arm"), *self.spine[::-1]]:
-            line = self.skeleton.rest_positions[joint] - self.skeleton.rest_positions[self.hips]
-            if np.linalg.norm(line) > 1e-9:
-                return line
-        return None
-
-    @cached_property
-    def legs(self) -> np.ndarray | None:
-        """From the upper legs to the feet at rest, mean of both."""
-        lines = [
-            self.skeleton.rest_positions[foot] - self.skeleton.rest_positions[top]
-            for top, foot in (
-                self.joints(f"{s}_up_leg", f"{s}_foot")
-                for s in ("left", "right")
-                if len(self.joints(f"{s}_up_leg", f"{s}_foot")) == 2
-            )
-        ]
-        return np.mean(lines, axis=0) if lines else None
+        """From the hips to the end of the trunk at rest."""
+        return self.line(self.hips, self.trunk_end) if self.trunk_end != self.hips else None
 
     @cached_property
     def rests_in_a_pose(self) -> bool:
         """Whether a living body could rest like this: legs away from the trunk (across it on four legs)."""
-        if self.legs is None or self.trunk is None:
+        pairs = [pair for side in SIDES if len(pair := self.joints(f"{side}_up_leg", f"{side}_foot")) == 2]
+        if not pairs or self.trunk is None:
             return True
-        size = np.linalg.norm(self.legs) * np.linalg.norm(self.trunk)
-        longest = max(
-            (
-                sum(self.skeleton.bone_lengths[j] for j in self.joints(f"{s}_leg", f"{s}_foot"))
-                for s in ("left", "right")
-            ),
-            default=0.0,
-        )
-        if size < 1e-12 or np.linalg.norm(self.legs) < 0.5 * longest:
+        legs = np.mean([self.line(*pair) for pair in pairs], axis=0)
+        reach = np.mean([self.skeleton.bone_lengths[foot] for _, foot in pairs])
+        size = float(np.linalg.norm(legs) * np.linalg.norm(self.trunk))
+        if np.linalg.norm(legs) < reach:  # mirrored sides cancel
             return False
-        cosine = float(self.legs @ self.trunk) / size
+        cosine = float(legs @ self.trunk) / size
         return abs(cosine) < 0.6 if self.quadruped else cosine < -0.5
+
+    @cached_property
+    def along_axes(self) -> bool:
+        """Whether nearly all bones of the limbs lie along a coordinate axis of their joint."""
+        bones = []
+        for limb in LIMB_ROLES.values():
+            joints = self.joints(*limb)
+            bones += [self.bone(a, b) for a, b in pairwise(joints) if self.bone(a, b).any()]
+        near = [float(np.abs(bone).max()) > _ALONG for bone in bones]
+        return bool(near) and float(np.mean(near)) > 0.7
 
     @cached_property
     def frame(self) -> np.ndarray | None:
         """``(4,)`` what turns the hips from their rest into the reference pose, told from the rest pose.
 
-        Snapped to whole quarter turns where it is near to them. None without legs (or arms) and a trunk.
+        Snapped to whole quarter turns where it is near to them. None without legs (or arms) and a trunk,
+        or if these are parallel.
         """
-        across = self.across() if self.across() is not None else self.across(upper=True)
-        if across is None or self.trunk is None:
+        if self.across is None or self.trunk is None:
             return None
-        forward_trunk = self.quadruped
-        return snapped(frame(across, self.trunk, FORWARD if forward_trunk else UP))
+        crossed = np.linalg.norm(np.cross(self.across, self.trunk))
+        if crossed < 1e-3 * np.linalg.norm(self.across) * np.linalg.norm(self.trunk):
+            return None
+        return snapped(frame(self.trunk, self.across, FORWARD if self.quadruped else UP, LEFT))
 
     # ---------------------------------------------------------------------------------------- poses
     def places(self, pose: np.ndarray) -> np.ndarray:
@@ -125,35 +128,57 @@ class Body:
 
     def bone(self, joint: int, child: int) -> np.ndarray:
         """Unit vector to ``child`` in the frame of ``joint``, joints between them at rest; 0 if none."""
-        line = self.skeleton.rest_positions[child] - self.skeleton.rest_positions[joint]
+        line = self.line(joint, child)
         length = float(np.linalg.norm(line))
-        return line / length if length > 1e-9 else np.zeros(3)
+        return line / length if length > _NOTHING else np.zeros(3)
+
+    def tip(self, joint: int, child: int | None) -> np.ndarray:
+        """The bone to ``child``, or to the joint's end site; 0 if there is none."""
+        if child is not None:
+            return self.bone(joint, child)
+        tips = [np.array(site.offset) for site in self.skeleton.end_sites if site.parent == joint]
+        length = float(np.linalg.norm(tips[0])) if tips else 0.0
+        return tips[0] / length if length > _NOTHING else np.zeros(3)
 
     def swing(self, pose: np.ndarray, joint: int, child: int, wanted: np.ndarray) -> None:
         """Turn a joint the shortest way so that its bone to ``child`` points along ``wanted``."""
+        self.swing_bone(pose, joint, self.bone(joint, child), wanted)
+
+    def swing_bone(self, pose: np.ndarray, joint: int, bone: np.ndarray, wanted: np.ndarray) -> None:
+        """Likewise for any vector in the joint's frame; one that points the other way is first turned
+        about the axis across the body (or upright, for sideways ones), so that the way round is definite."""
         turned = self.get_global(pose, joint)
-        arc = rotation.between(rotation.rotate(turned, self.bone(joint, child)), wanted)
-        self.set_global(pose, joint, rotation.multiply(arc, turned))
+        now = rotation.rotate(turned, bone)
+        if now @ wanted < _OPPOSITE:
+            half = rotation.about(LEFT if abs(wanted @ LEFT) < 0.5 else UP, np.pi)
+            turned, now = rotation.multiply(half, turned), rotation.rotate(half, now)
+        self.set_global(pose, joint, rotation.multiply(rotation.between(now, wanted), turned))
 
 
-def frame(across: np.ndarray, along: np.ndarray, wanted: np.ndarray) -> np.ndarray:
-    """``(4,)`` the turn that brings ``along`` onto ``wanted`` (UP or FORWARD or the like) exactly and
-    ``across`` as near to LEFT as that allows."""
-    first = along / np.linalg.norm(along)
-    second = across - (across @ first) * first
-    second /= np.linalg.norm(second)
-    goal = LEFT - (LEFT @ wanted) * wanted
-    goal /= np.linalg.norm(goal)
-    ours = np.stack([first, second, np.cross(first, second)], axis=1)
-    theirs = np.stack([wanted, goal, np.cross(wanted, goal)], axis=1)
-    return rotation.from_matrix(theirs @ ours.T)
+def frame(first: np.ndarray, second: np.ndarray, to_first: np.ndarray, to_second: np.ndarray) -> np.ndarray:
+    """``(4,)`` the turn that brings ``first`` onto ``to_first`` exactly and ``second`` as near to
+    ``to_second`` as that allows. Neither pair may be parallel."""
+    return rotation.from_matrix(_basis(to_first, to_second) @ _basis(first, second).T)
+
+
+def _basis(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """``(3, 3)`` columns: ``first``, what is across it towards ``second``, and their cross product."""
+    along = first / np.linalg.norm(first)
+    across = second - (second @ along) * along
+    across = across / np.linalg.norm(across)
+    return np.stack([along, across, np.cross(along, across)], axis=1)
 
 
 def snapped(turned: np.ndarray, within: float = SNAP) -> np.ndarray:
     """The nearest orientation made of quarter turns if it is that near, else ``turned`` itself."""
-    apart = rotation.angle(quarter_turns(), turned)
-    best = int(np.argmin(apart))
-    return quarter_turns()[best] if apart[best] <= within else turned
+    nearest = quarter_turn(turned)
+    return nearest if rotation.angle(nearest, turned) <= within else turned
+
+
+def quarter_turn(turned: np.ndarray) -> np.ndarray:
+    """``(4,)`` the nearest orientation made of quarter turns."""
+    apart = rotation.angle(quarter_turns(), np.asarray(turned)[None])
+    return np.array(quarter_turns()[int(np.argmin(apart))])
 
 
 @lru_cache(maxsize=1)

@@ -1,20 +1,54 @@
 """The reference pose of a rig whose rest pose tells little, from a sample of its motion.
 
-Trunk: the typical rotation of every spine joint, taken as whole quarter turns where it is near to them.
-Elbows and knees: the axis that they bend about tells how upper and lower limb are twisted. Feet: they lie
-flat when they stand still. Hands and toes: their typical rotation.
+In such rigs (every bone along +X) the frames of the joints differ by whole quarter turns. The sample tells
+*which*: elbows and knees bend about one axis only, feet lie flat when they stand still, everything else is
+typically near its place. The turn itself is then exact, so that two clips of one rig give the same pose.
+Only the slope of the feet is measured. A rig whose bones lie along no axis takes the estimates as they are.
+
+Without a sample (one frame at rest) bones are swung, and opposite ones turned about the body's own axes.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
+
 import numpy as np
 
 from retarget_bench.motion import kinematics, rotation
-from retarget_bench.motion.body import DOWN, LEFT, UP, Body, snapped
+from retarget_bench.motion.body import (
+    DOWN,
+    FORWARD,
+    LEFT,
+    UP,
+    Body,
+    frame,
+    quarter_turn,
+    quarter_turns,
+    snapped,
+)
 from retarget_bench.motion.roles import SIDES
 
+STAND = {
+    "shoulder": 45.0,
+    "arm": -40.0,
+    "forearm": 20.0,
+    "hand": 25.0,
+    "up_leg": 35.0,
+    "leg": -40.0,
+    "foot": 5.0,
+}
+"""How a four-legged body stands: degrees of each bone from straight down, forward is positive (the means of
+a dog that stands and walks)."""
+
+_FLAT_FOOT = np.radians(25.0)
+"""How far the line from foot to toe slopes down where no sample shows it."""
 _ENOUGH_BEND = np.sin(np.radians(4.0))
 """A joint that bends less than this on average does not show its axis."""
+_CLEAR_BEND = np.sin(np.radians(20.0))
+_STRAIGHT = np.cos(np.radians(25.0))
+_UPRIGHT = np.cos(np.radians(35.0))
+_TURNED_ROUND = np.cos(np.radians(60.0))
 
 
 def reference_pose(body: Body, sample: np.ndarray) -> np.ndarray:
@@ -22,18 +56,14 @@ def reference_pose(body: Body, sample: np.ndarray) -> np.ndarray:
     typical = Typical(body, sample)
     pose = rotation.identity(len(body.skeleton))
     body.set_global(pose, body.hips, typical.hips)
-    for joint in [*body.spine, *body.neck, *body.joints("head")]:
-        pose[joint] = snapped(typical.local(joint), np.radians(40.0))
+    _trunk(body, pose, typical)
     for side in SIDES:
-        _limb(body, pose, typical, [f"{side}_{part}" for part in ("up_leg", "leg", "foot")], DOWN, LEFT)
-        _foot(body, pose, typical, side)
-        _shoulder(body, pose, typical, side)
-        hinge = -LEFT if body.quadruped else UP if side == "right" else DOWN
-        parts = [f"{side}_{part}" for part in ("arm", "forearm", "hand")]
-        _limb(body, pose, typical, parts, body.sideways(side), hinge)
-        for joint in body.joints(f"{side}_hand"):
-            pose[joint] = typical.local(joint)
-            body.set_global(pose, joint, snapped(body.get_global(pose, joint)))
+        _leg(body, pose, typical, side)
+        _arm(body, pose, typical, side)
+        if body.quadruped:
+            _stand(body, pose, typical, side)
+        else:
+            _foot(body, pose, typical, side)
     return pose
 
 
@@ -42,104 +72,252 @@ class Typical:
 
     def __init__(self, body: Body, sample: np.ndarray) -> None:
         self.body, self.sample = body, sample
-        _, self.globals = kinematics.forward(body.skeleton, sample, np.zeros((len(sample), 3)))
-        assert body.frame is not None
-        self.hips = body.frame
+        self.places, self.globals = kinematics.forward(body.skeleton, sample, np.zeros((len(sample), 3)))
+        self.hips = self._hips()
         self.frames = self._upright()
+
+    def _hips(self) -> np.ndarray:
+        """``(4,)`` the hips' turn into the reference pose. The rest pose tells it, unless the trunk always
+        points elsewhere: then the place of the tail or the typical trunk does."""
+        body = self.body
+        assert body.frame is not None
+        assert body.trunk is not None
+        assert body.across is not None
+        if body.quadruped and body.tail and (tail := body.line(body.hips, body.tail[0])).any():
+            return _exact(body, frame(-tail, body.across, FORWARD, LEFT))
+        lines = self.places[:, body.trunk_end] - self.places[:, body.hips]
+        typical = rotation.rotate(rotation.conjugate(self.globals[:, body.hips]), lines).mean(axis=0)
+        size = np.linalg.norm(typical) * np.linalg.norm(body.trunk)
+        if size < 1e-12 or typical @ body.trunk > _TURNED_ROUND * size:
+            return body.frame
+        return _exact(body, frame(typical, body.across, FORWARD if body.quadruped else UP, LEFT))
 
     def _upright(self) -> np.ndarray:
         """The frames in which the hips stand as in the reference pose; the best tenth if there are few."""
-        standing = rotation.multiply(self.globals[:, self.body.hips], rotation.conjugate(self.hips))
-        lean = np.arccos(
-            np.clip(rotation.rotate(standing, np.broadcast_to(UP, (len(standing), 3)))[:, 1], -1, 1)
-        )
-        enough = max(1, len(lean) // 10)
-        upright = np.flatnonzero(lean < np.radians(35.0))
-        return upright if len(upright) >= enough else np.argsort(lean, kind="stable")[:enough]
+        standing = rotation.multiply(self.globals[:, self.body.hips], rotation.conjugate(self.hips)[None])
+        up = rotation.rotate(standing, np.broadcast_to(UP, (len(standing), 3)))[:, 1]
+        enough = max(1, len(up) // 10)
+        upright = np.flatnonzero(up > _UPRIGHT)
+        return upright if len(upright) >= enough else np.argsort(-up, kind="stable")[:enough]
 
     def local(self, joint: int) -> np.ndarray:
         """``(4,)`` mean local rotation."""
         return mean(self.sample[self.frames, joint])
 
+    @cached_property
+    def lowest(self) -> np.ndarray:
+        """``(frames,)`` metres: the lowest joint of the feet, the root at the origin."""
+        feet = self.body.joints("left_foot", "left_toe", "right_foot", "right_toe")
+        return self.places[:, feet, 1].min(axis=1)
+
 
 def mean(turned: np.ndarray) -> np.ndarray:
     """``(4,)`` the chordal mean of orientations ``(n, 4)``: signs do not matter."""
-    return np.linalg.eigh(turned.T @ turned)[1][:, -1]
+    return np.asarray(np.linalg.eigh(turned.T @ turned)[1][:, -1])
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """What the sample says about a joint's turn: an estimate of all of it, or where one axis shall lie."""
+
+    weight: float
+    turn: np.ndarray | None = None
+    axis: np.ndarray | None = None
+    to: np.ndarray | None = None
+
+    def score(self, turned: np.ndarray) -> float:
+        if self.turn is not None:
+            return self.weight * float(np.cos(rotation.angle(turned, self.turn)))
+        assert self.axis is not None
+        assert self.to is not None
+        return self.weight * float(rotation.rotate(turned, self.axis) @ self.to)
+
+
+def _exact(body: Body, turned: np.ndarray) -> np.ndarray:
+    """The quarter turn that an estimate means in a rig along the axes; elsewhere the estimate."""
+    return quarter_turn(turned) if body.along_axes else snapped(turned, np.radians(5.0))
+
+
+def _place(
+    body: Body, pose: np.ndarray, joint: int, bone: np.ndarray, wanted: np.ndarray, told: list[Evidence]
+) -> None:
+    """Turn a joint so that ``bone`` points along ``wanted``, twisted as the evidence tells."""
+    if body.along_axes and float(np.abs(bone).max(initial=0.0)) > np.cos(np.radians(40.0)):
+        along = rotation.rotate(quarter_turns(), np.broadcast_to(bone, (24, 3))) @ wanted
+        options = quarter_turns()[along > along.max() - 0.05]
+        turned = max(options, key=lambda option: sum(each.score(option) for each in told))
+    else:
+        turned = _estimate(body, bone, wanted, told)
+    body.set_global(pose, joint, turned)
+
+
+def _estimate(body: Body, bone: np.ndarray, wanted: np.ndarray, told: list[Evidence]) -> np.ndarray:
+    """A rig along no axis: the heaviest evidence, with the bone swung to ``wanted``."""
+    best = max(told, key=lambda each: each.weight)
+    if best.turn is None:
+        assert best.axis is not None
+        assert best.to is not None
+        return frame(bone, best.axis, wanted, best.to)
+    arc = rotation.between(rotation.rotate(best.turn, bone), wanted)
+    return _exact(body, rotation.multiply(arc, best.turn))
+
+
+def _seen(body: Body, pose: np.ndarray, typical: Typical, joint: int) -> np.ndarray:
+    """``(4,)`` a joint's world orientation if it is turned from its parent as it typically is."""
+    above = body.get_global(pose, int(body.skeleton.parents[joint]))
+    return rotation.multiply(above, typical.local(joint))
+
+
+def _trunk(body: Body, pose: np.ndarray, typical: Typical) -> None:
+    """Spine, neck and head along the trunk; a tail that rests behind the body stays as it is."""
+    wanted = FORWARD if body.quadruped else UP
+    line = [*body.spine, *body.neck, *body.joints("head")]
+    for joint, after in zip(line, [*line[1:], body.joint.get("head_top")], strict=True):
+        bone = body.tip(joint, after)
+        seen = _seen(body, pose, typical, joint)
+        if bone @ bone < 0.5:
+            body.set_global(pose, joint, _exact(body, seen))
+        else:
+            _place(body, pose, joint, bone, wanted, [Evidence(1.0, turn=seen)])
+    for joint in body.tail:
+        pose[joint] = _exact(body, typical.local(joint))
+    if len(body.tail) > 1:
+        behind = rotation.rotate(typical.hips, body.bone(*body.tail[:2])) @ -FORWARD
+        if behind > _TURNED_ROUND:
+            pose[body.tail] = rotation.identity(len(body.tail))
+
+
+def _leg(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
+    """Upper and lower leg straight down, the axis of the knee across the body."""
+    joints = body.joints(f"{side}_up_leg", f"{side}_leg", f"{side}_foot")
+    if len(joints) == 3:
+        _limb(body, pose, typical, joints, DOWN, LEFT, [])
+
+
+def _arm(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
+    """Collar bone and arm straight out (fore legs: down), the elbow bending forward."""
+    hinge = -LEFT if body.quadruped else UP if side == "right" else DOWN
+    wanted = body.sideways(side)
+    arm = body.joints(f"{side}_arm", f"{side}_forearm", f"{side}_hand")
+    collar = body.joints(f"{side}_shoulder")
+    told = []
+    if collar and len(arm) == 3:
+        bone = body.bone(collar[0], arm[0])
+        if body.quadruped:
+            pose[collar[0]] = typical.local(collar[0])
+            body.swing_bone(pose, collar[0], bone, wanted)
+            seen = body.get_global(pose, collar[0])
+        else:
+            seen = _seen(body, pose, typical, collar[0])
+        _place(body, pose, collar[0], bone, wanted, [Evidence(1.0, turn=seen)])
+        if bone @ body.bone(arm[0], arm[1]) > _STRAIGHT:  # the arm rests in line with the collar bone
+            told = [Evidence(0.5, turn=body.get_global(pose, collar[0]))]
+    if len(arm) == 3:
+        _limb(body, pose, typical, arm, wanted, hinge, told)
+    for joint in body.joints(f"{side}_hand"):
+        if not body.quadruped and not _rests_straight(body, joint, side):
+            body.set_global(pose, joint, _exact(body, _seen(body, pose, typical, joint)))
+
+
+def _rests_straight(body: Body, hand: int, side: str) -> bool:
+    """Whether the hand's fingers or tip rest in line with the forearm."""
+    finger = next((body.joint[r] for r in (f"{side}_middle_1", f"{side}_index_1") if r in body.joint), None)
+    bone = body.tip(hand, finger)
+    return not bone.any() or float(bone @ body.bone(body.joint[f"{side}_forearm"], hand)) > _STRAIGHT
 
 
 def _limb(
-    body: Body, pose: np.ndarray, typical: Typical, parts: list[str], wanted: np.ndarray, hinge: np.ndarray
+    body: Body,
+    pose: np.ndarray,
+    typical: Typical,
+    joints: list[int],
+    wanted: np.ndarray,
+    hinge: np.ndarray,
+    told: list[Evidence],
 ) -> None:
-    """Set upper and lower limb along ``wanted``, their common hinge axis along ``hinge``."""
-    joints = body.joints(*parts)
-    if len(joints) < 3:
-        return
+    """Set upper and lower limb along ``wanted``, the axis that they bend about along ``hinge``.
+
+    told: what is known already. A limb that rests straight stays so, twisted as one.
+    """
     top, middle, end = joints
     upper, lower = body.bone(top, middle), body.bone(middle, end)
-    bend = _relative(typical, top, middle)
-    axes = np.cross(upper, rotation.rotate(bend, np.broadcast_to(lower, (len(bend), 3))))
-    axis = axes.mean(axis=0)
-    if np.linalg.norm(axis) > _ENOUGH_BEND:
+    bend = rotation.multiply(rotation.conjugate(typical.globals[:, top]), typical.globals[:, middle])
+    axis = np.cross(upper, rotation.rotate(bend, np.broadcast_to(lower, (len(bend), 3)))).mean(axis=0)
+    pose[top] = typical.local(top)
+    body.swing_bone(pose, top, upper, wanted)
+    told = [*told, Evidence(0.3, turn=body.get_global(pose, top))]
+    bent = float(np.linalg.norm(axis))
+    if bent > _ENOUGH_BEND:
+        weight = min(2.0, bent / _CLEAR_BEND)
+        told.append(Evidence(weight, axis=axis / bent, to=hinge))
+    _place(body, pose, top, upper, wanted, told)
+    body.swing_bone(pose, top, upper, wanted)
+    if upper @ lower > _STRAIGHT:
+        pose[middle] = rotation.identity()
+    elif bent > _ENOUGH_BEND:
         below = rotation.rotate(rotation.conjugate(bend), np.broadcast_to(axis, (len(bend), 3))).mean(
             axis=0
         )
-        body.set_global(pose, top, snapped(frame_to(upper, axis, wanted, hinge)))
-        body.set_global(pose, middle, snapped(frame_to(lower, below, wanted, hinge)))
+        _place(
+            body, pose, middle, lower, wanted, [Evidence(1.0, axis=below / np.linalg.norm(below), to=hinge)]
+        )
     else:
-        for joint in (top, middle):
-            pose[joint] = typical.local(joint)
-        body.swing(pose, top, middle, wanted)
-        body.swing(pose, middle, end, wanted)
-
-
-def _relative(typical: Typical, top: int, below: int) -> np.ndarray:
-    """``(frames, 4)`` orientation of a joint in the frame of one above it."""
-    return rotation.multiply(rotation.conjugate(typical.globals[:, top]), typical.globals[:, below])
-
-
-def frame_to(bone: np.ndarray, axis: np.ndarray, wanted: np.ndarray, hinge: np.ndarray) -> np.ndarray:
-    """``(4,)`` the turn that brings ``bone`` onto ``wanted`` exactly and ``axis`` as near to ``hinge`` as
-    that allows."""
-
-    def basis(along: np.ndarray, across: np.ndarray) -> np.ndarray:
-        first = along / np.linalg.norm(along)
-        second = across - (across @ first) * first
-        second = second / np.linalg.norm(second)
-        return np.stack([first, second, np.cross(first, second)], axis=1)
-
-    return rotation.from_matrix(basis(wanted, hinge) @ basis(bone, axis).T)
+        pose[middle] = typical.local(middle)
+    body.swing_bone(pose, middle, lower, wanted)
 
 
 def _foot(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
     """Foot and toe as they are when the foot stands still, turned to point forward."""
     joints = body.joints(f"{side}_foot", f"{side}_toe")
     if len(joints) < 2:
-        for joint in joints:
-            pose[joint] = typical.local(joint)
         return
     foot, toe = joints
-    turned = typical.globals[typical.frames, foot]
+    still = _standing(typical, foot, toe)
+    turned = typical.globals[still, foot]
     line = rotation.rotate(turned, np.broadcast_to(body.bone(foot, toe), (len(turned), 3)))
-    still = _still(turned)
-    heading = rotation.about(UP, -np.arctan2(line[still, 0], line[still, 2]))
-    body.set_global(pose, foot, mean(rotation.multiply(heading, turned[still])))
-    pose[toe] = mean(typical.sample[typical.frames, toe][still])
-    body.set_global(pose, toe, snapped(body.get_global(pose, toe)))
+    across = np.hypot(line[:, 0], line[:, 2])
+    if np.median(across) < 0.3:  # points along the leg: nothing was learnt from the sample
+        body.swing(pose, foot, toe, _down(FORWARD, _FLAT_FOOT))
+    else:
+        slope = float(np.median(np.arctan2(-line[:, 1], across)))
+        heading = rotation.about(UP, -np.arctan2(line[:, 0], line[:, 2]))
+        level = rotation.multiply(_pitch(-slope), mean(rotation.multiply(heading, turned)))
+        body.set_global(pose, foot, rotation.multiply(_pitch(slope), _exact(body, level)))
+        pose[toe] = mean(typical.sample[still, toe])
+    body.set_global(pose, toe, _exact(body, body.get_global(pose, toe)))
 
 
-def _still(turned: np.ndarray) -> np.ndarray:
-    """The quarter of the frames in which an orientation ``(frames, 4)`` changes least."""
-    if len(turned) < 8:
-        return np.arange(len(turned))
-    speed = rotation.angle(turned[:-1], turned[1:])
-    return np.argsort(np.append(speed, speed[-1]), kind="stable")[: len(turned) // 4]
+def _standing(typical: Typical, foot: int, toe: int) -> np.ndarray:
+    """Upright frames in which this foot carries the body and does not turn: of the quarter in which it is
+    nearest to the lowest point, the slower half."""
+    frames = typical.frames
+    if len(frames) < 16:
+        return frames
+    lift = (typical.places[frames][:, [foot, toe], 1].min(axis=1)) - typical.lowest[frames]
+    low = frames[np.argsort(lift, kind="stable")[: len(frames) // 4]]
+    after = np.minimum(low + 1, len(typical.globals) - 1)
+    speed = rotation.angle(typical.globals[low, foot], typical.globals[after, foot])
+    return low[np.argsort(speed, kind="stable")[: len(low) // 2]]
 
 
-def _shoulder(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
-    """The collar bone as it typically is; quarter turns where it is near to them."""
-    joints = body.joints(f"{side}_shoulder", f"{side}_arm")
-    if len(joints) < 2:
-        return
-    shoulder, arm = joints
-    pose[shoulder] = typical.local(shoulder)
-    body.set_global(pose, shoulder, snapped(body.get_global(pose, shoulder)))
+def _stand(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
+    """Four legs from straight down into the angles of a standing animal, paws too."""
+    for part, child in (("hand", None), ("foot", "toe")):
+        for joint in body.joints(f"{side}_{part}"):
+            pose[joint] = typical.local(joint)
+            bone = body.tip(joint, body.joint.get(f"{side}_{child}"))
+            body.swing_bone(pose, joint, bone, DOWN)
+            body.set_global(pose, joint, _exact(body, body.get_global(pose, joint)))
+    straight = {part: body.joint[f"{side}_{part}"] for part in STAND if f"{side}_{part}" in body.joint}
+    turned = {part: body.get_global(pose, joint) for part, joint in straight.items()}
+    for part, joint in straight.items():
+        body.set_global(pose, joint, rotation.multiply(_pitch(-np.radians(STAND[part])), turned[part]))
+
+
+def _pitch(angle: float) -> np.ndarray:
+    """``(4,)`` a turn about LEFT: forward goes down, down goes back."""
+    return rotation.about(LEFT, angle)
+
+
+def _down(line: np.ndarray, angle: float) -> np.ndarray:
+    return rotation.rotate(_pitch(angle), line)
