@@ -42,8 +42,8 @@ def _ratio(order: int, *, source: bool) -> Value:
     other = "source" if source else "reference"
     if source:
         ratio = (
-            f"{letter}/h of the prediction / {letter}/h of the source, each by its own h, over joints with one role "
-            "in both"
+            f"{letter}/h of the prediction / {letter}/h of the source, over joints "
+            "with one role in both, each with its own h"
         )
     else:
         ratio = f"{letter} of the prediction / {letter} of the reference, {JOINTS}"

@@ -1,0 +1,72 @@
+"""Penetration and floating against plain loops, on flat and uneven ground."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metric_cases import BODY, FEET, compute, index, sides
+from scipy.interpolate import RegularGridInterpolator
+
+from retarget_bench.api import Contacts, Ground
+
+BUMPS = Ground(
+    heights=np.random.default_rng(0).uniform(-0.6, 0.1, size=(9, 7)), origin=(-1.5, -2.0), spacing=0.5
+)
+ROLES = ("left_foot", "left_toe", "right_foot", "right_toe")
+
+
+def height(ground: Ground, x: float, z: float) -> float:
+    """By scipy, with places beyond the field moved to its edge."""
+    if ground.heights is None:
+        return ground.height
+    rows, columns = (
+        start + ground.spacing * np.arange(n)
+        for start, n in zip(ground.origin[::-1], ground.heights.shape, strict=True)
+    )
+    place = [np.clip(z, rows[0], rows[-1]), np.clip(x, columns[0], columns[-1])]
+    return float(RegularGridInterpolator((rows, columns), ground.heights)([place])[0])
+
+
+def lowest(ground: Ground, pose: np.ndarray, joints: list[int]) -> float:
+    return min(pose[j, 1] - height(ground, pose[j, 0], pose[j, 2]) for j in joints)
+
+
+@pytest.mark.parametrize("ground", [Ground(), Ground(height=-0.1), BUMPS], ids=["zero", "flat", "bumps"])
+def test_against_loops(ground: Ground) -> None:
+    case = replace(sides(30, 1), ground=ground)
+    case.contacts = Contacts(ROLES, np.random.default_rng(1).random((30, 4)) < 0.2)
+    body = case.predicted.character
+    found = compute("ground", case)
+    joints = index(body, (*BODY, "LeftToe_End", "RightToe_End"))
+    depths = [max(0.0, -lowest(ground, pose, joints)) for pose in case.predicted.positions]
+    assert 0 < sum(d > 0.01 for d in depths) < 30, "the random case must not be trivial"
+    assert found["penetration.rate"] == pytest.approx(100 * sum(d > 0.01 for d in depths) / 30)
+    assert found["penetration.mean"] == pytest.approx(100 * np.mean(depths), rel=1e-9)
+    assert found["penetration.max"] == pytest.approx(100 * max(depths), rel=1e-9)
+    feet, gaps = index(body, FEET), []
+    for t in range(30):
+        if any(case.contacts.planted[t]):
+            mine = lowest(ground, case.predicted.positions[t], feet)
+            gaps.append(max(0.0, mine - lowest(ground, case.expected.positions[t], feet)))
+    assert 0 < len(gaps) < 30
+    assert found["floating.rate"] == pytest.approx(100 * sum(g > 0.01 for g in gaps) / len(gaps))
+    assert found["floating.mean"] == pytest.approx(100 * np.mean(gaps), rel=1e-9)
+
+
+def test_floating_needs_a_reference_and_a_standing_frame() -> None:
+    case = sides(10, 2)
+    assert {id_.split(".")[0] for id_ in compute("ground", replace(case, expected=None))} == {"penetration"}
+    case.contacts = Contacts(ROLES, np.zeros((10, 4), dtype=bool))
+    assert {id_.split(".")[0] for id_ in compute("ground", case)} == {"penetration"}
+
+
+def test_a_body_lifted_by_five_centimetres() -> None:
+    case = sides(20, 3)
+    lifted = case.expected.character.motion(
+        case.expected.rotations, case.expected.root + np.array([0, 0.05, 0]), 30.0
+    )
+    found = compute("ground", replace(case, predicted=lifted))
+    assert found["floating.rate"] == 100.0
+    assert found["floating.mean"] == pytest.approx(5.0)

@@ -1,0 +1,102 @@
+"""The best fit: against numerical search, and what it must and must not forgive."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metric_cases import BODY, Sides, compute, index, sides
+from scipy.optimize import minimize
+from scipy.spatial.transform import Rotation
+
+VARIANTS = ("rigid", "similarity", "rigid_clip", "similarity_clip")
+
+
+def search(moving: np.ndarray, fixed: np.ndarray, *, scaled: bool) -> float:
+    """Mean distance after a least-squares fit found by descent from several beginnings."""
+
+    def fitted(x: np.ndarray) -> np.ndarray:
+        scale = np.exp(x[6]) if scaled else 1.0
+        return scale * Rotation.from_rotvec(x[:3]).apply(moving) + x[3:6]
+
+    def cost(x: np.ndarray) -> float:
+        return float(((fitted(x) - fixed) ** 2).sum())
+
+    beginnings = [np.zeros(7), *(np.r_[v, 0, 0, 0, 0] for v in 3.0 * np.eye(3))]
+    best = min((minimize(cost, x, tol=1e-14) for x in beginnings), key=lambda found: found.fun)
+    return float(np.linalg.norm(fitted(best.x) - fixed, axis=1).mean())
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_against_search(seed: int) -> None:
+    case = sides(4, seed)
+    body = case.predicted.character
+    p, g = (side.positions[:, index(body, BODY)] for side in (case.predicted, case.expected))
+    found = compute("procrustes", case)
+    for scaled, name in ((False, "rigid"), (True, "similarity")):
+        frames = np.mean([search(a, b, scaled=scaled) for a, b in zip(p, g, strict=True)])
+        clip = search(p.reshape(-1, 3), g.reshape(-1, 3), scaled=scaled)
+        assert found[f"pa_mpjpe.{name}"] == pytest.approx(100 * frames / body.height, rel=1e-5)
+        assert found[f"pa_mpjpe.{name}_clip"] == pytest.approx(100 * clip / body.height, rel=1e-5)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_against_a_loop_of_scipy_fits(seed: int) -> None:
+    """scipy finds the proper rotation; the rest is the formula, to 1e-9."""
+    case = sides(6, seed)
+    body = case.predicted.character
+    p, g = (side.positions[:, index(body, BODY)] for side in (case.predicted, case.expected))
+    found = compute("procrustes", case)
+
+    def left(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
+        a, b = a - a.mean(axis=0), b - b.mean(axis=0)
+        turned = Rotation.align_vectors(b, a)[0].apply(a)
+        scale = (turned * b).sum() / (a * a).sum()
+        return tuple(np.linalg.norm(s * turned - b, axis=1).mean() for s in (1.0, scale))
+
+    frames = np.mean([left(a, b) for a, b in zip(p, g, strict=True)], axis=0)
+    clip = left(p.reshape(-1, 3), g.reshape(-1, 3))
+    for name, value in zip(VARIANTS, (*frames, *clip), strict=True):
+        assert found[f"pa_mpjpe.{name}"] == pytest.approx(100 * value / body.height, rel=1e-9)
+
+
+def of(case: Sides, positions: np.ndarray) -> dict[str, float]:
+    """The values when the prediction is at these positions."""
+    predicted = case.predicted.character.positions(positions, case.predicted.fps)
+    return dict(compute("procrustes", replace(case, predicted=predicted)))
+
+
+def test_moved_and_scaled_references_fit() -> None:
+    case = sides(8, 1)
+    truth = case.expected.positions
+    turns = Rotation.from_rotvec([[0.3, 2.0, -1.0]] * truth.shape[1])
+    moved = np.array([turns.apply(pose) for pose in truth]) + np.array([4.0, -2.0, 1.0])
+    assert of(case, moved) == pytest.approx(
+        dict.fromkeys((f"pa_mpjpe.{v}" for v in VARIANTS), 0.0), abs=1e-9
+    )
+    bigger = of(case, 1.5 * moved)
+    assert bigger["pa_mpjpe.rigid"] > 1.0
+    assert bigger["pa_mpjpe.similarity"] == pytest.approx(0.0, abs=1e-9)
+    assert bigger["pa_mpjpe.similarity_clip"] == pytest.approx(0.0, abs=1e-9)
+    drifting = of(case, moved + np.arange(8)[:, None, None] * 0.1)
+    assert drifting["pa_mpjpe.rigid"] == pytest.approx(0.0, abs=1e-9)
+    assert drifting["pa_mpjpe.similarity_clip"] > 1.0
+
+
+@pytest.mark.parametrize("axis", range(3))
+def test_a_mirrored_body_does_not_fit(axis: int) -> None:
+    case = sides(8, 2)
+    mirrored = case.expected.positions.copy()
+    mirrored[..., axis] *= -1
+    found = of(case, mirrored)
+    assert all(found[f"pa_mpjpe.{variant}"] > 1.0 for variant in VARIANTS)
+
+
+def test_joints_all_in_one_place_give_the_size_of_the_reference() -> None:
+    case = sides(3, 3)
+    body = case.predicted.character
+    g = case.expected.positions[:, index(body, BODY)]
+    spread = np.linalg.norm(g - g.mean(axis=1, keepdims=True), axis=-1).mean()
+    found = of(case, np.ones_like(case.expected.positions))
+    assert found["pa_mpjpe.similarity"] == pytest.approx(100 * spread / body.height, rel=1e-9)
