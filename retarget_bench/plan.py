@@ -67,19 +67,6 @@ def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
     return built
 
 
-def default_methods() -> list[Spec]:
-    """Every installed method whose card asks to be part of a plain run; broken plug-ins left out."""
-    found = []
-    for entry in registry.names("methods"):
-        try:
-            card = method(Spec(entry.name)).card
-        except BenchError:
-            continue
-        if getattr(card, "default", True):
-            found.append(Spec(entry.name))
-    return found
-
-
 @dataclass(frozen=True)
 class Cell:
     """One method on one split of one data set: a result file and what it is known by."""

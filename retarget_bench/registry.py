@@ -235,6 +235,26 @@ def create(kind: Kind, spec: Spec | str) -> Any:
         raise _broken(find(kind, spec.name), f"built as {spec}", error) from error
 
 
+def working(kind: Kind) -> tuple[dict[str, Any], list[str]]:
+    """Every plug-in of a kind that can be built as it is, by name, and a sentence for each broken one.
+
+    Those that must be given a parameter are in neither.
+    """
+    found: dict[str, Any] = {}
+    problems: dict[str, None] = {}
+    for entry in names(kind):
+        try:
+            factory = load(kind, entry.name)
+            if not any(each.required for each in parameters.known(factory)[0]):
+                built = create(kind, entry.name)
+                if not hasattr(built, "card"):
+                    raise BenchError(f"{entry} has no card")
+                found[entry.name] = built
+        except BenchError as error:
+            problems[str(error)] = None
+    return found, list(problems)
+
+
 def _attribute(entry: Entry, module: Any) -> Callable[..., Any]:
     found = module
     for part in entry.attribute.split("."):
@@ -244,7 +264,7 @@ def _attribute(entry: Entry, module: Any) -> Callable[..., Any]:
             f"{entry}: module {entry.module} has no {entry.attribute} that can be called; "
             f"a plug-in's module ends with a line such as {entry.attribute} = MyMethod"
         )
-    return found  # type: ignore[no-any-return]
+    return found
 
 
 def _broken(entry: Entry, what: str, error: BaseException) -> BenchError:

@@ -8,7 +8,9 @@ from typing import Any, TypeVar
 
 import click
 
+from retarget_bench import registry
 from retarget_bench.commands import options
+from retarget_bench.spec import Spec
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -93,21 +95,33 @@ def make_plan(
     **others: Any,
 ) -> Any:
     """A Plan. No methods: all that take part in a plain run; no metrics: all there are."""
-    from retarget_bench import plan, registry
-    from retarget_bench.spec import Spec
+    from retarget_bench import plan
 
     others.pop("plugins", None)
-    names = tuple(metric) or tuple(entry.name for entry in registry.names("metrics"))
     return plan.Plan(
-        methods=tuple(map(Spec.parse, methods)) or tuple(plan.default_methods()),
+        methods=tuple(map(Spec.parse, methods)) or _default_methods(),
         datasets=(options.dataset_spec(dataset, root),),
         splits=splits,
-        metrics=names,
+        metrics=tuple(metric) or tuple(_working("metrics")),
         root=out,
         jobs=jobs,
         seed=seed,
         **others,
     )
+
+
+def _default_methods() -> tuple[Spec, ...]:
+    """The methods whose card asks to be part of a plain run."""
+    found = _working("methods")
+    return tuple(Spec(name) for name, each in found.items() if getattr(each.card, "default", True))
+
+
+def _working(kind: registry.Kind) -> dict[str, Any]:
+    """Every plug-in of a kind that can be built; the broken ones are named and left out."""
+    found, problems = registry.working(kind)
+    for problem in problems:
+        click.echo(f"bench: left out: {problem}", err=True)
+    return found
 
 
 def carry_out(plan: Any, what: str) -> list[Any]:
