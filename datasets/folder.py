@@ -67,9 +67,9 @@ class Folder:
     @property
     def content(self) -> str:
         """A hash of the files' bytes and of how they are read."""
-        paths = {path for clips in self._bodies.values() for path in clips.values()}
-        files = fingerprint({str(path): self._entries[path] for path in sorted(paths)})
-        roles = digest(Path(self._roles).read_text(encoding="utf-8")) if self._roles else "found"
+        named = {f"{name}/{clip}": path for name, own in self._bodies.items() for clip, path in own.items()}
+        files = fingerprint({name: self._entries[path] for name, path in named.items()})
+        roles = digest(repr(sorted(self._overrides.items()))) if self._overrides else "found"
         return (
             f"{files} ({self._fps:g} fps, unit {self._unit}, up {self._up}, roles {roles}, {self._pairs})"
         )

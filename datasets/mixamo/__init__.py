@@ -114,6 +114,12 @@ class Mixamo:
         return catalogue(self._layout.root, files)
 
     @cached_property
+    def _others(self) -> dict[Path, Entry]:
+        """The files that no case shows."""
+        files = (path for clips in self._layout.clips.values() for path in clips.values())
+        return catalogue(self._layout.root, [path for path in files if path not in self._entries])
+
+    @cached_property
     def _motions(self) -> Motions:
         return Motions(self._structure, self._fps, self._unit, self._selection.multiple)
 
@@ -196,7 +202,7 @@ class Mixamo:
         path = self._layout.clips.get(character, {}).get(clip)
         if path is None:
             raise BenchError(f"{self._layout.root} holds no {character}/{clip}.bvh")
-        entry = self._entries.get(path) or catalogue(self._layout.root, [path])[path]
+        entry = self._entries[path] if path in self._entries else self._others[path]
         if entry.problem:
             raise FileError(path, entry.problem)
         return self._motions.motion(character, path, entry)

@@ -46,7 +46,7 @@ def structure_a() -> Rig:
         ("Hips", "", (0.0, 98.0, 0.0)),
         ("Pelvis", "Hips", (0.0, 0.0, 0.0)),
         *((name, "Pelvis" if parent == "HIPS" else parent, place) for name, parent, place in legs),
-        ("Spine", "Pelvis", (0.0, 10.0, 0.0)),
+        ("Spine", "Hips", (0.0, 10.0, 0.0)),
         ("Spine1", "Spine", (0.0, 12.0, 0.0)),
         ("Spine2", "Spine1", (0.0, 12.0, 0.0)),
         ("Neck", "Spine2", (0.0, 15.0, 0.0)),
@@ -131,3 +131,37 @@ def mini(tmp_path: Path, cache: Path) -> Callable[..., Path]:
         return tmp_path / folder
 
     return write
+
+
+def plain_rig() -> Rig:
+    """An ordinary Mixamo rig: neither split nor with a ``Pelvis``, ends as joints."""
+    skip = {"Spine1_split", "LeftShoulder_split", "RightShoulder_split"}
+    above = {
+        "Spine1_split": "Spine1",
+        "LeftShoulder_split": "LeftShoulder",
+        "RightShoulder_split": "RightShoulder",
+    }
+    return tuple((n, above.get(p, p), place) for n, p, place in structure_b() if n not in skip)
+
+
+class Rigs:
+    """Single clips."""
+
+    @staticmethod
+    def a(path: Path, rename: Mapping[str, str] | None = None) -> None:
+        """A clip of structure A, with joints renamed."""
+        new = rename or {}
+        rig = tuple(
+            (new.get(name, name), new.get(above, above), place) for name, above, place in structure_a()
+        )
+        write_clip(path, skeleton(rig), frames=20, seed=sum(path.stem.encode()))
+
+    @staticmethod
+    def plain(path: Path, size: float = 1.0, frames: int = 20) -> None:
+        write_clip(path, skeleton(plain_rig(), size), frames=frames, seed=sum(path.stem.encode()))
+
+
+@pytest.fixture
+def rigs(cache: Path) -> Rigs:
+    assert cache
+    return Rigs()

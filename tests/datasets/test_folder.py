@@ -1,0 +1,163 @@
+"""The folder data set: loose files, bodies in folders, pairs by name, one target."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from retarget_bench.api import SPLITS
+from retarget_bench.datasets.folder import Folder
+from retarget_bench.errors import BenchError, FileError
+
+
+def every_case(dataset):
+    return [info for split in SPLITS for info in dataset.cases("retarget", split)]
+
+
+def pairs(dataset, split):
+    return {(info.pair, info.clip) for info in dataset.cases("retarget", split)}
+
+
+@pytest.fixture
+def loose(mini, rigs):
+    """Two files of one body and one of another, side by side."""
+    root = mini({})
+    root.mkdir()
+    rigs.a(root / "walk.bvh")
+    rigs.a(root / "wave.bvh")
+    rigs.plain(root / "xbot.bvh", size=1.3)
+    return root
+
+
+def test_loose_files_with_one_hierarchy_are_one_body(loose):
+    dataset = Folder(str(loose))
+    assert set(dataset.characters()) == {"walk", "xbot"}
+    assert pairs(dataset, "self") == {("walk>walk", "walk"), ("walk>walk", "wave"), ("xbot>xbot", "xbot")}
+    assert pairs(dataset, "cross") == {
+        ("walk>xbot", "walk"),
+        ("walk>xbot", "wave"),
+        ("xbot>walk", "xbot"),
+    }
+    assert pairs(dataset, "intra") == set()
+    assert dataset.label == f"folder {loose.name}"
+
+
+def test_unpaired_files_have_no_reference_but_the_body_itself(loose):
+    dataset = Folder(str(loose))
+    for info in every_case(dataset):
+        case = dataset.load(info)
+        assert case.source.character.name == info.source
+        assert case.target is dataset.characters()[info.target]
+        assert case.source.frames == info.frames
+        assert (case.reference is None) == (info.split == "cross")
+        assert info.split == "cross" or case.reference is case.source
+    assert "3 of 6 cases have no reference" in dataset.notes[0]
+
+
+def test_clips_of_one_name_and_length_are_pairs(mini, rigs):
+    root = mini({"Aj": ["Walk", "Wave", "Jump"], "BigVegas": ["Walk", "Wave"]}, frames=20)
+    mini({"BigVegas": ["Wave"]}, frames=30)
+    dataset = Folder(str(root))
+    paired = {
+        info.clip: dataset.load(info).reference is not None
+        for info in dataset.cases("retarget", "intra")
+        if info.pair == "Aj>BigVegas"
+    }
+    assert paired == {"Walk": True, "Wave": False, "Jump": False}
+    assert any("unequal length: Wave" in note for note in dataset.notes)
+    walk = next(info for info in dataset.cases("retarget", "intra") if info.clip == "Walk")
+    case = dataset.load(walk)
+    assert case.reference.character is case.target
+    assert case.reference.frames == case.source.frames == walk.frames == 10
+    unpaired = Folder(str(root), pairs="none")
+    assert all(unpaired.load(info).reference is None for info in unpaired.cases("retarget", "intra"))
+
+
+def test_the_motion_is_that_of_the_file_in_metres(mini):
+    from retarget_bench.motion import bvh
+
+    root = mini({"Aj": ["Walk"]})
+    recording = bvh.read(root / "Aj" / "Walk.bvh", root="absolute", scale=0.01)
+    motion = Folder(str(root), fps=0.0).motion("Aj", "Walk")
+    np.testing.assert_allclose(motion.root, recording.root, atol=1e-9)
+    assert motion.fps == 60.0
+    half = Folder(str(root)).motion("Aj", "Walk")
+    assert half.fps == 30.0
+    np.testing.assert_allclose(half.root, recording.root[::2], atol=1e-9)
+
+
+def test_a_target_file_outside_is_the_only_target(loose, rigs, tmp_path):
+    rigs.plain(tmp_path / "elsewhere" / "hero.bvh", size=0.7)
+    dataset = Folder(str(loose), target=str(tmp_path / "elsewhere" / "hero.bvh"))
+    assert {info.pair for info in every_case(dataset)} == {"walk>hero", "xbot>hero"}
+    assert not dataset.cases("retarget", "self")
+    assert dataset.label == f"folder {loose.name} to hero"
+    assert dataset.load(dataset.cases("retarget", "cross")[0]).reference is None
+
+
+def test_a_target_folder_gives_references_by_name(mini, tmp_path):
+    root = mini({"Aj": ["Walk", "Wave"]}, folder="sources")
+    mini({"BigVegas": ["Walk"]}, folder="targets")
+    dataset = Folder(str(root), target=str(tmp_path / "targets" / "BigVegas"))
+    infos = dataset.cases("retarget", "intra")
+    assert [(info.pair, info.clip) for info in infos] == [("Aj>BigVegas", "Walk"), ("Aj>BigVegas", "Wave")]
+    assert [dataset.load(info).reference is None for info in infos] == [False, True]
+
+
+def test_a_target_among_the_sources_is_that_body(loose):
+    dataset = Folder(str(loose), target=str(loose / "xbot.bvh"))
+    assert {info.pair for info in every_case(dataset)} == {"walk>xbot", "xbot>xbot"}
+
+
+def test_one_file_is_a_folder_of_one(loose):
+    dataset = Folder(str(loose / "walk.bvh"), target=str(loose / "xbot.bvh"))
+    assert [info.id for info in every_case(dataset)] == ["folder/walk>xbot/walk"]
+    assert dataset.load(every_case(dataset)[0]).target.name == "xbot"
+
+
+def test_broken_files_are_named_and_left_out(loose):
+    (loose / "bad.bvh").write_text("HIERARCHY\n")
+    dataset = Folder(str(loose))
+    assert set(dataset.characters()) == {"walk", "xbot"}
+    assert any(note.startswith("1 of 4 files cannot be read: bad.bvh (") for note in dataset.notes)
+
+
+def test_wrong_folders_say_what_to_give(loose, tmp_path):
+    (tmp_path / "bad").mkdir()
+    (tmp_path / "bad" / "a.bvh").write_text("no motion")
+    (tmp_path / "none").mkdir()
+    for parameters, said in {
+        ("", ""): "--root DIR",
+        (str(tmp_path / "nowhere"), ""): "root: there is no",
+        (str(tmp_path / "none"), ""): "holds no BVH files",
+        (str(tmp_path / "bad"), ""): r"none of the files of .* can be read: a\.bvh \(",
+        (str(loose), str(tmp_path / "nowhere.bvh")): "target: there is no",
+        (str(loose), str(tmp_path / "none")): "target .* holds no BVH files",
+    }.items():
+        with pytest.raises(BenchError, match=said):
+            Folder(*parameters).cases("retarget", "self")
+    with pytest.raises(FileError, match=r"a\.bvh"):
+        Folder(str(loose), target=str(tmp_path / "bad" / "a.bvh")).cases("retarget", "self")
+    with pytest.raises(BenchError, match="not a frame rate"):
+        Folder(str(loose), fps=-1.0)
+
+
+def test_content_follows_bytes_and_parameters(loose):
+    first = Folder(str(loose)).content
+    assert Folder(str(loose)).content == first
+    assert Folder(str(loose), fps=60.0).content != first
+    path = loose / "walk.bvh"
+    path.write_bytes(path.read_bytes() + b"\n")
+    assert Folder(str(loose)).content != first
+
+
+def test_a_roles_file_names_what_is_not_recognised(mini, rigs, tmp_path):
+    root = mini({})
+    rigs.a(root / "walk.bvh", rename={"LeftArm": "Bone_17"})
+    roles = tmp_path / "roles.toml"
+    roles.write_text('"Bone_17" = "left_arm"\n')
+    assert "left_arm" not in Folder(str(root)).characters()["walk"].roles
+    assert "left_arm" in Folder(str(root), roles=str(roles)).characters()["walk"].roles
+    assert Folder(str(root)).content != Folder(str(root), roles=str(roles)).content
+    with pytest.raises(BenchError, match="roles: there is no"):
+        Folder(str(root), roles=str(tmp_path / "nothing.toml")).characters()
