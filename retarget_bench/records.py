@@ -170,7 +170,7 @@ def write_results(
         writer.writerows((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
     with atomic(place.arrays) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
-    write_text(place.header, json.dumps(header, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
+    write_text(place.header, json.dumps(header, indent=1, ensure_ascii=False) + "\n")
     place.journal.unlink(missing_ok=True)
 
 

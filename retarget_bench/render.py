@@ -7,50 +7,90 @@ import io
 import textwrap
 from collections.abc import Callable, Sequence
 
-from retarget_bench.table import NOTHING, Row, Table
+from retarget_bench.table import NOTHING, Column, Group, Row, Table
 
 WIDTH = 108
+MOST_COLUMNS = 8
+"""More than these are shown as lines."""
 CONTROLS = "not ranked"
+LEGEND = "Means over clips of the mean per clip. ↓ less is better, ↑ more is better, →1 best at 1."
+N_MEANS = "cases that the method answered, out of those asked where it did not answer all"
 
 
 def text(table: Table) -> str:
-    """For a terminal: aligned columns, then what each column means, then the notes."""
-    heads = [" ".join(filter(None, (column.label, column.arrow))) for column in table.columns]
-    units = [column.unit if column.unit != "1" else "" for column in table.columns]
+    """For a terminal: aligned columns (a line per value where they are many), what each means, notes."""
     rows = [row for group in table.groups for row in (*group.ranked, *group.unranked)]
-    first = max([len(_named(row)) for row in rows] + [len("method")]) + 2
+    out = [table.title, "=" * len(table.title)]
+    for group in table.groups:
+        few = len(table.columns) <= MOST_COLUMNS
+        lines = _lines_by_method(table, group, rows) if few else _lines_by_value(table, group)
+        out += ["", group.title, "", *lines]
+    return "\n".join([*out, "", *_legend(table, rows)]) + "\n"
+
+
+def _lines_by_method(table: Table, group: Group, rows: Sequence[Row]) -> list[str]:
+    """A line per method. ``rows`` are those of all groups: their widths agree."""
+    heads = [_head(column) for column in table.columns]
+    first = max(len("method"), *(len(_named(row)) for row in rows))
     widths = [
-        max([len(head), len(unit)] + [len(row.cells[i].text) for row in rows]) + 2
-        for i, (head, unit) in enumerate(zip(heads, units, strict=True))
+        2 + max(len(words) for words in (*head, *(row.cells[i].text for row in rows)))
+        for i, head in enumerate(heads)
     ]
-    last = max([len(row.n) for row in rows] + [1]) + 2
+    last = 2 + max(len(row.n) for row in rows)
 
     def line(label: str, cells: Sequence[str], n: str) -> str:
         body = "".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))
         return f"  {label:<{first}}{body}{n:>{last}}".rstrip()
 
-    out = [table.title, "=" * len(table.title)]
-    for group in table.groups:
-        out += ["", group.title, line("method", heads, "n"), line("", units, "")]
-        out += [line(_named(row), [cell.text for cell in row.cells], row.n) for row in group.ranked]
-        if group.unranked:
-            out.append(f"  {CONTROLS}:")
-            out += [line(_named(row), [cell.text for cell in row.cells], row.n) for row in group.unranked]
-    out += [
-        "",
-        "Columns (↓ less is better, ↑ more is better, →1 best at 1); means over clips of the mean per clip",
+    tops, names, units = zip(*heads, strict=True)
+    out = [line("", tops, ""), line("method", names, "n"), line("", units, "")]
+    out += [line(_named(row), [cell.text for cell in row.cells], row.n) for row in group.ranked]
+    if group.unranked:
+        out.append(f"  {CONTROLS}:")
+        out += [line(_named(row), [cell.text for cell in row.cells], row.n) for row in group.unranked]
+    return out
+
+
+def _lines_by_value(table: Table, group: Group) -> list[str]:
+    """A line per value, a column per method; those that are not ranked in parentheses."""
+    shown = [(row.label, row) for row in group.ranked]
+    shown += [(f"({row.label})", row) for row in group.unranked]
+    names = [
+        f"{column.id} {column.arrow}".strip() + (f" [{column.unit}]" if column.unit != "1" else "")
+        for column in table.columns
     ]
-    labels = max((len(column.label) for column in table.columns), default=0)
-    for column in table.columns:
-        out += _hung(f"  {column.label:<{labels}}  ", column.meaning)
-    out += _hung(
-        f"  {'n':<{labels}}  ", "cases that the method answered (of those asked, where it is fewer)"
-    )
+    first = max(map(len, names))
+    widths = [2 + max(len(label), *(len(cell.text) for cell in row.cells)) for label, row in shown]
+    out = [
+        f"  {'':<{first}}" + "".join(f"{label:>{w}}" for (label, _), w in zip(shown, widths, strict=True))
+    ]
+    for number, name in enumerate(names):
+        cells = (row.cells[number].text for _, row in shown)
+        out.append(f"  {name:<{first}}" + "".join(f"{c:>{w}}" for c, w in zip(cells, widths, strict=True)))
+    counts = (row.n for _, row in shown)
+    out.append(f"  {'n':<{first}}" + "".join(f"{n:>{w}}" for n, w in zip(counts, widths, strict=True)))
+    return out
+
+
+def _head(column: Column) -> tuple[str, str, str]:
+    """A column's heading: its words on two lines, its unit on a third."""
+    *start, end = column.label.split(" ")
+    unit = column.unit if column.unit != "1" else ""
+    return " ".join(start), f"{end} {column.arrow}".strip(), unit
+
+
+def _legend(table: Table, rows: Sequence[Row]) -> list[str]:
+    out = [LEGEND]
+    few = len(table.columns) <= MOST_COLUMNS
+    meanings = [(c.label if few else c.id, c.meaning) for c in table.columns] + [("n", N_MEANS)]
     if any(cell.text == NOTHING for row in rows for cell in row.cells):
-        out += _hung(f"  {NOTHING:<{labels}}  ", "does not apply to these cases")
+        meanings.append((NOTHING, "does not apply to these cases"))
+    labels = max(len(label) for label, _ in meanings)
+    for label, meaning in meanings:
+        out += _hung(f"  {label:<{labels}}  ", meaning)
     for note in table.notes:
         out += _hung("* ", note)
-    return "\n".join(out) + "\n"
+    return out
 
 
 def _hung(lead: str, words: str) -> list[str]:

@@ -163,7 +163,10 @@ def _number(score: Score, key: str) -> float | None:
 
 
 def _numbers(found: Sequence[Section], key: str) -> list[float]:
-    numbers = (_number(score, key) for section in found for score in section.scores)
+    """Those of the ranked methods, which decide how a column is written; of all where none is ranked."""
+    scores = [score for section in found for score in section.scores]
+    ranked = [score for score in scores if not score.unranked]
+    numbers = (_number(score, key) for score in ranked or scores)
     return [number for number in numbers if number is not None]
 
 
@@ -175,7 +178,7 @@ def _rank(row: Row) -> tuple[bool, float]:
 def _decimals(numbers: Sequence[float]) -> int:
     """As many as show three significant digits of the column's typical number (dust aside)."""
     sizes = sorted(abs(number) for number in numbers)
-    sizes = [size for size in sizes if size > 1e-5 * sizes[-1]]
+    sizes = [size for size in sizes if size > 1e-3 * sizes[-1]]
     if not sizes:
         return 2
     return min(7, max(0, 2 - math.floor(math.log10(sizes[len(sizes) // 2]))))
