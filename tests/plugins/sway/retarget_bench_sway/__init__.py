@@ -1,0 +1,1 @@
+"""A plug-in package as a third party would write it."""

@@ -1,0 +1,146 @@
+"""A real plug-in package is installed with pip and used; a broken one beside it breaks nothing."""
+
+from __future__ import annotations
+
+import math
+import os
+import shutil
+import subprocess
+import sys
+from importlib.util import find_spec
+from pathlib import Path
+
+import pytest
+
+HERE = Path(__file__).parent
+ROOT = HERE.parent
+Bench = subprocess.CompletedProcess[str]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory) -> Path:
+    """A folder into which pip installed both packages."""
+    if find_spec("setuptools") is None or find_spec("pip") is None:
+        pytest.skip("installing the plug-ins needs setuptools and pip in this environment")
+    sources = tmp_path_factory.mktemp("sources")
+    shutil.copytree(HERE / "plugins", sources, dirs_exist_ok=True)
+    unreadable = sources / "broken" / "retarget_bench_broken" / "unreadable.py"
+    unreadable.write_text('"""Is no Python."""\n\ndef (:\n')
+    target = tmp_path_factory.mktemp("site")
+    command = [
+        sys.executable,
+        "-m",
+        "pip",
+        "install",
+        "--no-deps",
+        "--no-build-isolation",
+        "--target",
+        str(target),
+    ]
+    subprocess.run(
+        [*command, str(sources / "sway"), str(sources / "broken")], check=True, capture_output=True
+    )
+    return target
+
+
+@pytest.fixture
+def bench(site, tmp_path):
+    """Runs ``bench`` with both packages installed, in an empty folder."""
+
+    def run(*arguments: str) -> Bench:
+        path = os.pathsep.join([str(ROOT), str(site)])
+        return subprocess.run(
+            [sys.executable, "-m", "retarget_bench", *arguments],
+            cwd=tmp_path,
+            env={**os.environ, "PYTHONPATH": path},
+            capture_output=True,
+            text=True,
+            check=False,
+        )
+
+    return run
+
+
+def test_installed_plug_ins_are_listed_with_their_origin(bench):
+    done = bench("list")
+    assert done.returncode == 0, done.stderr
+    lines = {line.split()[0]: line for line in done.stdout.splitlines() if line.startswith("  ")}
+    assert "Copies the pose and lets the hips sway" in lines["sway"]
+    assert lines["sway"].endswith("[retarget-bench-sway 1.2.3]")
+    assert lines["lean"].endswith("[retarget-bench-sway 1.2.3]")
+    assert lines["beam"].endswith("[retarget-bench-sway 1.2.3]")
+    assert "copy_rotations" in lines
+    assert "Raises when it is imported." in lines["raises"]
+    assert "no module retarget_bench_broken.nowhere" in lines["nowhere"]
+    assert "cannot be read" in lines["unreadable"]
+
+
+def test_a_run_with_everything_uses_the_good_and_names_the_broken(bench, tmp_path):
+    done = bench("run", "-d", "beam", "-j", "1")
+    assert done.returncode == 0, done.stderr
+    assert "sway" in done.stdout
+    assert "copy_rotations" in done.stdout
+    for told in (
+        "method raises (retarget-bench-broken 0.0.7) could not be imported: RuntimeError: no licence file",
+        "method nowhere (retarget-bench-broken 0.0.7) could not be imported: ModuleNotFoundError",
+        "method nothing (retarget-bench-broken 0.0.7): module retarget_bench_broken has no plugin",
+        "metric unreadable (retarget-bench-broken 0.0.7) could not be imported: SyntaxError",
+    ):
+        assert told in done.stderr
+    assert "Traceback" not in done.stderr
+    table = bench("table", "runs", "--all")
+    assert table.returncode == 0, table.stderr
+    assert "lean" in table.stdout
+
+
+def test_the_swaying_hips_are_measured_by_the_installed_metric(bench, tmp_path):
+    width = 0.04
+    done = bench(
+        "run", f"sway[width={width}]", "copy_rotations", "-d", "beam[frames=31]", "-m", "lean", "-j", "1"
+    )
+    assert done.returncode == 0, done.stderr
+    rows = [line for file in tmp_path.rglob("sway-*.csv") for line in file.read_text().splitlines()]
+    found = {line.split(",")[0]: float(line.split(",")[-1]) for line in rows if "lean.mean" in line}
+    # copied rotations follow the reference exactly here, so the sway is the whole distance
+    sway = sum(abs(width * math.sin(frame / 30)) for frame in range(31)) / 31
+    heights = {name: size * _HEIGHT for name, size in (("tall", 1.1), ("short", 0.7))}
+    assert set(found) == {"beam/tall>short/walk", "beam/short>tall/walk"}
+    assert found["beam/tall>short/walk"] == pytest.approx(100 * sway / heights["short"], rel=1e-5)
+    assert found["beam/short>tall/walk"] == pytest.approx(100 * sway / heights["tall"], rel=1e-5)
+
+
+_HEIGHT = 0.3 + 0.3 + 0.1 + 0.5 + 0.4
+"""Bones from the hips to the head, and from the hips to a foot, at size 1."""
+
+
+@pytest.mark.parametrize("name", ["sway", "lean", "beam"])
+def test_installed_plug_ins_keep_the_contract(bench, name):
+    done = bench("test", name, *(() if name == "beam" else ("-d", "beam")))
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "told"),
+    [
+        (("info", "raises"), "RuntimeError: no licence file found"),
+        (("test", "nowhere"), "retarget-bench-broken 0.0.7"),
+        (("run", "raises", "-d", "beam"), "RuntimeError: no licence file found"),
+        (("run", "sway", "-d", "unbuilt"), "could not be built as unbuilt: OSError: the disk is elsewhere"),
+        (("run", "sway", "-d", "beam", "-m", "unreadable"), "SyntaxError"),
+    ],
+)
+def test_asking_for_a_broken_plug_in_is_one_sentence(bench, arguments, told):
+    done = bench(*arguments)
+    assert done.returncode == 2
+    assert told in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_a_method_that_crashes_costs_its_own_rows_only(bench):
+    done = bench("run", "crashes", "sway", "-d", "beam", "-j", "1")
+    assert done.returncode == 0, done.stderr
+    assert "Traceback" not in done.stderr
+    assert "sway" in done.stdout
+    failed = bench("test", "crashes", "-d", "beam")
+    assert failed.returncode == 1
+    assert "ZeroDivisionError: a bone of length 0 (crashes.py:13)" in failed.stdout
