@@ -22,7 +22,7 @@ def arm(side: str, body: Body) -> Limb:
     """Upper arm and forearm: easy reach is forward, down and a little outward, elbow behind and below."""
     p, out = body.proportions, sign(side)
     ease = unit(np.array([0.35 * out, -0.6, 0.7]))
-    elbow = np.array([0.5 * out, -0.7, -0.5])
+    elbow = np.array([0.25 * out, -0.7, -0.65])
     elbow = unit(elbow - ease * float(elbow @ ease))
     return Limb(
         bone=out * X,

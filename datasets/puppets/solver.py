@@ -9,7 +9,7 @@ near equals, so results do not depend on a machine's last digits.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -63,11 +63,12 @@ def solve(score: Score, body: Body, manner: Manner = Manner()) -> Solution:
 
 @dataclass(frozen=True, eq=False)
 class _State:
-    """What the passes agree on: the pelvis' shift ``(frames, 2)`` for balance, metres, and the trunk's
-    additional lean ``(frames,)``, radians."""
+    """What the passes agree on: the pelvis' shift ``(frames, 2)`` for balance, metres, the trunk's
+    additional lean ``(frames,)``, radians, and where the centre of mass was before any shift."""
 
     shift: np.ndarray
     lean: np.ndarray
+    unbalanced: np.ndarray | None = None
 
     @classmethod
     def start(cls, frames: int) -> _State:
@@ -250,11 +251,14 @@ def _adjusted(score: Score, body: Body, state: _State, pose: _Pose) -> _State:
     under = np.zeros_like(centre)
     for side, share in zip(SIDES, (score.support, 1.0 - score.support), strict=True):
         ankle, toe = pose.at(f"{side}_foot"), pose.at(f"{side}_toe")
-        under += share[:, None] * (ankle + 0.4 * (toe - ankle))[:, [0, 2]]
-    shift = state.shift + score.balance[:, None] * (under - centre)
+        # the middle of the sole; the toes where the heel is off the floor
+        along = 0.4 + 0.55 * smooth(score.feet[side].heel / 0.25)
+        under += share[:, None] * (ankle + along[:, None] * (toe - ankle))[:, [0, 2]]
+    free = centre if state.unbalanced is None else state.unbalanced
+    shift = state.shift + free + score.balance[:, None] * (under - free) - centre
     lever = 0.6 * body.proportions.trunk
     need = state.lean + pose.missing / lever
-    return replace(state, shift=shift, lean=-lower_envelope(-need, 4))
+    return _State(shift, -lower_envelope(-need, 4), free)
 
 
 def touch_gap(solution: Solution, body: Body, side: str, spot: str) -> np.ndarray:

@@ -6,7 +6,9 @@ from collections.abc import Callable, Mapping
 
 from ..randomness import Stream
 from ..score import Score
+from .squatting import squat
 from .walking import walk
+from .waving import wave
 
-KINDS: Mapping[str, Callable[[Stream, int], Score]] = {"walk": walk}
+KINDS: Mapping[str, Callable[[Stream, int], Score]] = {"walk": walk, "wave": wave, "squat": squat}
 """Kind -> the function that draws one performance of so many frames."""

@@ -38,7 +38,7 @@ class Style:
             toe_out=stream.uniform(0.05, 0.25),
             stance=stream.uniform(0.9, 1.25),
             elbow=stream.uniform(0.25, 0.6),
-            aside=stream.uniform(0.12, 0.22),
+            aside=stream.uniform(0.10, 0.20),
         )
 
 

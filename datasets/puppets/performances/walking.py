@@ -122,20 +122,29 @@ def walk(stream: Stream, frames: int) -> Score:
     over_left = phase - 0.6 * np.pi
     sway = [0.030 * active * np.cos(over_left), 0.010 * active * np.sin(2.0 * over_left)]
     sway[0] = sway[0] + wander(stream, t, 0.004 * style.loose)
-    height = 0.985 - 0.020 * active + 0.016 * style.bounce * active * np.cos(2.0 * over_left)
+    height = 0.994 - 0.026 * active + 0.016 * style.bounce * active * np.cos(2.0 * over_left)
     return Score(
         kind="walk",
         heading=course.heading[inside],
         path=course.place[inside],
         sway=np.stack(sway, axis=-1),
         height=height,
-        balance=still,
-        support=still + 0.5,
+        balance=1.0 - active,
+        support=_support(gait),
         trunk=_trunk(stream, gait, course, t, active),
         feet={side: Foot(_plants(gait, course, side), still) for side in SIDES},
         hands={side: _arm(stream, gait, side, t, active) for side in SIDES},
         parameters={"mode": gait.mode, "step": gait.step, "stride": gait.stride, "turned": gait.turned},
     )
+
+
+def _support(gait: _Gait) -> np.ndarray:
+    """On which foot a standing walker rests: before a start on the one that stays."""
+    even = np.full(gait.frames, 0.5)
+    if gait.mode != "start":
+        return even
+    off = gait.strike(0) - (1.0 - gait.duty) * gait.stride
+    return even - 0.42 * sign(gait.lead) * ramp(np.arange(gait.frames), off - 0.45 * gait.stride, off)
 
 
 def _plants(gait: _Gait, course: _Course, side: str) -> tuple[Plant, ...]:

@@ -1,0 +1,103 @@
+"""What all performances on the spot share: a stance, shifts of weight, heels that lift, small steps."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ..curves import plateau, through
+from ..randomness import Stream
+from ..score import SIDES, Foot, Plant, sign
+from .style import Style
+
+EVER = 10_000
+"""A frame after every clip's end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stance:
+    """Feet on the spot. support: ``(frames,)`` share of the weight on the left foot."""
+
+    feet: Mapping[str, Foot]
+    support: np.ndarray
+
+    @property
+    def tip(self) -> np.ndarray:
+        """``(frames,)`` -1 to 1: how far the weight is on the left rather than on the right."""
+        return 2.0 * self.support - 1.0
+
+
+def stance(heading: float, style: Style, frames: int, support: np.ndarray, width: float) -> Stance:
+    """Both feet side by side for the whole clip. width: half hip widths."""
+    plant = Plant(
+        place=(0.0, 0.0),
+        width=width,
+        heading=heading,
+        toe_out=style.toe_out,
+        strike=-EVER,
+        flat=-EVER,
+        lift=EVER,
+        off=EVER,
+    )
+    return Stance({side: Foot((plant,), np.zeros(frames)) for side in SIDES}, support)
+
+
+def shifting(stream: Stream, frames: int, size: float) -> np.ndarray:
+    """Weight that goes from one foot to the other every second or two; ``size`` up to 0.5."""
+    times, values = [-40.0], [0.5]
+    direction = stream.sign()
+    while times[-1] < frames + 60:
+        times.append(times[-1] + stream.uniform(24.0, 60.0))
+        values.append(0.5 + direction * size * stream.uniform(0.4, 1.0))
+        direction = -direction
+    return through(np.arange(frames, dtype=float), times, values)
+
+
+def lift_heel(feet: Stance, side: str, start: int, end: int, angle: float) -> Stance:
+    """The heel of the foot that bears little weight rises and comes down; its toe stays planted."""
+    t = np.arange(len(feet.support), dtype=float)
+    rise = min(12.0, 0.4 * (end - start))
+    foot = feet.feet[side]
+    heel = foot.heel + angle * plateau(t, start, start + rise, end - rise, end)
+    return Stance({**feet.feet, side: replace(foot, heel=heel)}, _relieved(feet, side, start, end, 0.6))
+
+
+def small_step(
+    feet: Stance,
+    side: str,
+    start: int,
+    length: int,
+    to: tuple[float, float],
+    *,
+    width: float,
+    toe_out: float,
+) -> Stance:
+    """One foot is lifted, toe last, and set down elsewhere, toe first, while the other bears the weight.
+
+    length: frames in the air. to: (x, z) leg lengths of the new place.
+    """
+    foot = feet.feet[side]
+    off, strike = start + 5, start + 5 + length
+    leaving = replace(foot.plants[-1], lift=start, off=off, off_pitch=0.45, lift_height=0.06)
+    landing = replace(
+        foot.plants[-1],
+        place=to,
+        width=width,
+        toe_out=toe_out,
+        strike=strike,
+        flat=strike + 4,
+        strike_pitch=0.20,
+    )
+    plants = (*foot.plants[:-1], leaving, landing)
+    support = _relieved(feet, side, start, strike + 4, 0.95)
+    return Stance({**feet.feet, side: replace(foot, plants=plants)}, support)
+
+
+def _relieved(feet: Stance, side: str, start: int, end: int, share: float) -> np.ndarray:
+    """The support with so much of the weight taken off a foot while it is not flat."""
+    t = np.arange(len(feet.support), dtype=float)
+    away = share * plateau(t, start - 16.0, start + 1.0, end - 3.0, end + 14.0)
+    other = 0.0 if sign(side) > 0 else 1.0
+    return feet.support + away * (other - feet.support)
