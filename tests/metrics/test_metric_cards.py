@@ -1,0 +1,114 @@
+"""Every metric keeps its promises: declared ids, finite numbers, and nothing where nothing is known."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from metric_cases import METRICS, Sides, character, compute, everything, metric, sides
+
+from retarget_bench import registry
+from retarget_bench.score import declared_values, score
+from retarget_bench.table import FIRST_SIGHT
+
+REFERENCE_FREE = {
+    *(
+        "contact_recall_src",
+        "contact_precision_src",
+        "contact_f1_src",
+        "foot_slide_src",
+        "foot_slide_h_src",
+    ),
+    *("jerk", "acceleration", "jerk_ratio_src", "acceleration_ratio_src", "bone_drift"),
+    *("penetration.rate", "penetration.mean", "penetration.max"),
+}
+
+
+def numbers(values: Mapping[str, float | Mapping[str, float]]) -> list[float]:
+    return [
+        number
+        for value in values.values()
+        for number in (value.values() if isinstance(value, Mapping) else [value])
+    ]
+
+
+def test_all_built_in_metrics_are_tested_here() -> None:
+    assert {entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN} == set(
+        METRICS
+    )
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_card(name: str) -> None:
+    card = metric(name).card
+    assert card.name == name
+    assert card.summary
+    for value in card.values:
+        assert all((value.label, value.meaning, value.unit, value.formula, value.source)), value.id
+        assert len(value.meaning) <= 100, value.id
+        assert "\n" not in value.formula
+        assert value.tolerance > 0
+        assert value.better in ("lower", "higher", "target", "none")
+
+
+def test_ids_are_unique_and_the_first_columns_exist() -> None:
+    declared = declared_values(metric(name) for name in METRICS)
+    assert set(FIRST_SIGHT) - {"fps"} <= set(declared)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3, 4, 30, 121])
+@pytest.mark.parametrize("seed", [0, 1])
+def test_values_are_declared_indexed_as_declared_and_finite(frames: int, seed: int) -> None:
+    case = sides(frames, seed)
+    for name in METRICS:
+        declared = {value.id: value for value in metric(name).card.values}
+        found = compute(name, case)
+        assert set(found) <= set(declared)
+        for id_, value in found.items():
+            assert isinstance(value, Mapping) == bool(declared[id_].index)
+        assert all(type(number) is float and math.isfinite(number) for number in numbers(found))
+
+
+def test_without_a_reference_only_what_needs_none() -> None:
+    case = replace(sides(40, 0), expected=None)
+    assert set(everything(case)) == REFERENCE_FREE
+    declared = declared_values(metric(name) for name in METRICS)
+    assert all("reference" not in declared[id_].needs for id_ in REFERENCE_FREE)
+
+
+def still(frames: int) -> Sides:
+    """Nobody moves."""
+    body = character("Human")
+    pose = np.zeros((frames, len(body.skeleton), 4))
+    pose[..., 0] = 1.0
+    return Sides(*(body.motion(pose, np.zeros((frames, 3)), 30.0) for _ in range(3)))
+
+
+@pytest.mark.parametrize("frames", [1, 30])
+def test_still_clips_have_no_ratios_and_no_infinities(frames: int) -> None:
+    found = everything(still(frames))
+    assert not {"jerk_ratio", "acceleration_ratio", "jerk_ratio_src", "acceleration_ratio_src"} & set(found)
+    assert all(math.isfinite(number) for number in numbers(found))
+    assert (found["mpjpe_h.world"], found.get("foot_slide", 0.0)) == (0.0, 0.0)
+
+
+def test_bodies_without_any_role_are_compared_by_their_joints() -> None:
+    """A chain of three joints that mean nothing: no feet, no hips, no paper's protocol."""
+    rig = (("a", "", (0.0, 0.0, 0.0)), ("b", "a", (0.0, 50.0, 0.0)), ("c", "b", (0.0, 50.0, 10.0)))
+    body = character("Snake", rig=rig)
+    rng = np.random.default_rng(0)
+    places = [body.positions(rng.normal(size=(10, 3, 3)), 30.0) for _ in range(3)]
+    found = everything(Sides(*places))
+    assert set(found["mpjpe_h.joint"]) == {"a", "b", "c"}
+    anatomical = ("contact", "pan_recall", "pan_contact", "foot", "nkn", "floating", "ee_h")
+    assert not any(id_.startswith(anatomical) for id_ in found)
+
+
+def test_score_takes_every_value_that_applies() -> None:
+    case = sides(40, 3)
+    comparison = case.comparison()
+    found = score([metric(name) for name in METRICS], comparison.case, case.predicted)
+    assert set(found) == set(everything(case))

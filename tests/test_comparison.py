@@ -1,0 +1,85 @@
+"""What metrics share: joint sets, contact labels, and refusing what does not fit together."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent / "metrics"))
+
+from metric_cases import BODY, FEET, HUMAN, TIPS, Sides, character, index, motion, sides
+
+from retarget_bench.api import Contacts
+from retarget_bench.errors import BenchError
+
+
+def names(case: Sides, joints: np.ndarray) -> set[str]:
+    return {case.predicted.character.skeleton.names[joint] for joint in joints}
+
+
+def test_joint_sets_leave_out_tips_fingers_and_props() -> None:
+    case = sides(4)
+    comparison = case.comparison()
+    assert names(case, comparison.joints) == set(BODY)
+    assert names(case, comparison.structure_joints) == {*BODY, *TIPS}
+
+
+def test_split_joints_and_copies_belong_to_the_structure_only() -> None:
+    rig = [(name, "Spine1_split" if name == "Spine2" else parent, offset) for name, parent, offset in HUMAN]
+    rig.insert(3, ("Spine1_split", "Spine1", (0.0, 6.0, 0.0)))
+    rig += [("LeftArm_virtual", "LeftArm", (0.0, 0.0, 0.0)), ("Pelvis", "Hips", (0.0, 0.0, 0.0))]
+    body = character("Split", rig=tuple(rig))
+    case = replace(sides(4), predicted=motion(body, 4, 0), expected=None)
+    comparison = case.comparison()
+    assert names(case, comparison.joints) == set(BODY)
+    assert names(case, comparison.structure_joints) == {*BODY, *TIPS, "Spine1_split"}
+
+
+def test_four_legged_bodies_stand_on_their_hands_too() -> None:
+    flat = {"Spine": (0.0, 0.0, 30.0), "LeftArm": (0.0, -30.0, 0.0), "RightArm": (0.0, -30.0, 0.0)}
+    rig = tuple((name, parent, flat.get(name, offset)) for name, parent, offset in HUMAN)
+    rig = tuple((n, p, (0.0, 0.0, 20.0) if n in ("Spine1", "Spine2") else o) for n, p, o in rig)
+    body = character("Dog", rig=rig)
+    case = replace(sides(4), predicted=motion(body, 4, 0), expected=None)
+    assert set(case.comparison().contact_roles) == {
+        *("left_foot", "left_toe", "right_foot", "right_toe", "left_hand", "right_hand")
+    }
+    assert "left_hand" not in sides(4).comparison().contact_roles
+
+
+def test_the_schedule_is_the_case_s_own_then_the_reference_s() -> None:
+    case = sides(20)
+    assert case.comparison().schedule.joints.tolist() == index(case.predicted.character, FEET)
+    case.contacts = Contacts(("left_foot",), np.ones((20, 1), dtype=bool))
+    assert case.comparison().schedule.planted.all()
+    case.contacts = Contacts(("left_toe_end_2",), np.ones((20, 1), dtype=bool))
+    assert case.comparison().schedule is None
+    assert replace(case, contacts=None, expected=None).comparison().schedule is None
+
+
+def test_what_does_not_fit_together_is_refused() -> None:
+    case = sides(10)
+    with pytest.raises(BenchError, match=r"prediction has 10 frames, the source 9"):
+        replace(case, source=case.source.at(slice(9))).comparison()
+    with pytest.raises(BenchError, match=r"prediction has 10 frames, the reference 8"):
+        replace(case, expected=case.expected.at(slice(8))).comparison()
+    faster = replace(case.expected, fps=60.0)
+    with pytest.raises(BenchError, match=r"30 frames per second, the reference 60"):
+        replace(case, expected=faster).comparison()
+    with pytest.raises(BenchError, match=r"the reference is not a motion of B"):
+        replace(case, expected=case.source).comparison()
+    with pytest.raises(BenchError, match=r"no frames"):
+        Sides(*(side.at(slice(0)) for side in (case.source, case.predicted, case.expected))).comparison()
+    case.contacts = Contacts(("left_foot", "left_toe"), np.ones((10, 3), dtype=bool))
+    with pytest.raises(BenchError, match=r"need labels \(10, 2\), got \(10, 3\)"):
+        _ = case.comparison().schedule
+
+
+def test_a_body_without_height_is_refused() -> None:
+    point = character("Point", rig=(("Hips", "", (0.0, 90.0, 0.0)),))
+    with pytest.raises(BenchError, match="no height"):
+        Sides(*(motion(point, 3, seed) for seed in range(3))).comparison()
