@@ -2,7 +2,8 @@
 
     python tests/benchmarks/mixamo_loading.py PATH/TO/mixamo [parameter=value ...]
 
-One process. Cold: nothing is cached. Warm: a new process that finds the parsed motions of the first.
+in an environment in which retarget-bench is installed. One process. Cold: nothing is cached. Warm: a new
+process that finds the parsed motions of the first.
 """
 
 import os
@@ -17,9 +18,10 @@ def measure(root: str, parameters: dict[str, str]) -> None:
     """Print what one process needs for everything."""
     from retarget_bench.api import SPLITS
     from retarget_bench.datasets.mixamo import Mixamo
+    from retarget_bench.spec import read_value
 
     begin = time.perf_counter()
-    dataset = Mixamo(root, **parameters)
+    dataset = Mixamo(root, **{name: read_value(text) for name, text in parameters.items()})
     infos = [info for split in SPLITS for info in dataset.cases("retarget", split)]
     content = dataset.content
     listed = time.perf_counter()

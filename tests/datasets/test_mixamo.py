@@ -249,6 +249,9 @@ def test_san_follows_the_test_list(mini):
     dataset = Mixamo(str(root), protocol="san")
     assert {info.clip for info in every_case(dataset)} == {"Walk", "Wave"}
     assert dataset.training() == {"BigVegas": ("Run",)}
+    assert dataset.motion("BigVegas", "Run").frames == 8
+    with pytest.raises(BenchError, match=r"holds no BigVegas/Fly\.bvh"):
+        dataset.motion("BigVegas", "Fly")
     assert dataset.held_out == tuple(sorted(SAN[1:]))
 
 
