@@ -70,10 +70,10 @@ def levels(parents: np.ndarray) -> Steps:
 
     parents: ``(joints,)``, -1 for roots, of which there may be many (a forest), and parents first.
     """
-    depth = np.zeros(len(parents), dtype=np.int64)
-    for joint, parent in enumerate(parents.tolist()):
-        if parent >= 0:
-            depth[joint] = depth[parent] + 1
+    depth, above = np.zeros(len(parents), dtype=np.int64), parents
+    while (below := above >= 0).any():
+        depth += below
+        above = np.where(below, parents[above], -1)
     rows = [np.flatnonzero(depth == level) for level in range(1, depth.max(initial=0) + 1)]
     return tuple((joints, parents[joints]) for joints in rows)
 

@@ -1,0 +1,312 @@
+"""Forward kinematics in torch: differentiable, and for batches that mix different skeletons.
+
+Inside, joints come first and quaternion components second, ``(rows, 4, sequences, frames)``: long
+contiguous runs. The joints of a mixed batch are the rows of one forest, so that one level of all its trees
+is one array operation.
+
+The gradient is written in closed form instead of being recorded. A small turn d of joint i about world
+axes moves each bone b below it by d x b, so the gradient is a torque: the sum of b x (pull on b's far end)
+below i, where the pull is itself the sum of the position gradients from there on. Both sums are one
+product with the matrix of ancestors. Nothing is divided by, so gradients are finite everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from retarget_bench.errors import SkeletonError
+from retarget_bench.motion.kinematics import doublings, levels
+from retarget_bench.motion.skeleton import Skeleton
+
+Steps = tuple[tuple[Tensor, Tensor], ...]
+
+_MANY = 20_000
+"""From so many quaternions on, on a processor, fewer products matter more than fewer calls."""
+_SOURCE = (0, 1, 2, 3, 1, 0, 3, 2, 2, 3, 0, 1, 3, 2, 1, 0)
+_SIGN = (1, -1, -1, -1, 1, 1, 1, -1, 1, -1, 1, 1, 1, 1, -1, 1)
+"""Hamilton's product: (a b)_c = sum over k of sign[c, k] a_k b_source[c, k]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Tree:
+    """Whose child every joint is: of one skeleton, or of a padded batch of several.
+
+    Build it with ``Tree.of`` or ``Tree.batch``, move it with ``to``.
+
+    mask: ``(joints,)``, or ``(sequences, joints)`` for a batch, bool: False at padding.
+    The rest is bookkeeping over rows, which are the joints, sequence by sequence.
+    """
+
+    mask: Tensor
+    parents: tuple[int, ...]
+    above: Tensor
+    inner: Tensor
+    ancestors: Tensor
+    levels: Steps
+    doublings: Steps
+    source: Tensor
+    sign: Tensor
+
+    @classmethod
+    def of(cls, skeleton: Skeleton) -> Tree:
+        """The tree of one skeleton, for any number of sequences and bodies that share it."""
+        tree = cls.batch([skeleton])
+        squeezed = {"mask": tree.mask[0], "ancestors": tree.ancestors[0]}
+        return cls(**{**{each.name: getattr(tree, each.name) for each in fields(cls)}, **squeezed})
+
+    @classmethod
+    def batch(cls, skeletons: Sequence[Skeleton]) -> Tree:
+        """One skeleton per sequence, each padded at the end to the longest."""
+        if not skeletons:
+            raise SkeletonError("a batch needs at least one skeleton")
+        size = max(len(skeleton) for skeleton in skeletons)
+        parents = np.full((len(skeletons), size), -1)
+        mask = np.zeros((len(skeletons), size), dtype=bool)
+        for k, skeleton in enumerate(skeletons):
+            row = skeleton.parents
+            parents[k, : len(row)] = np.where(row >= 0, row + k * size, -1)
+            mask[k, : len(row)] = True
+        rows = parents.reshape(-1)
+        own = np.arange(len(rows))
+        return cls(
+            mask=torch.from_numpy(mask),
+            parents=tuple(rows.tolist()),
+            above=torch.from_numpy(np.where(rows >= 0, rows, own)),
+            inner=torch.from_numpy(rows >= 0)[:, None, None, None],
+            ancestors=torch.from_numpy(_ancestors(rows, size)),
+            levels=_tensors(levels(rows)),
+            doublings=_tensors(doublings(rows)),
+            source=torch.tensor(_SOURCE),
+            sign=torch.tensor(_SIGN, dtype=torch.float32).view(4, 4, 1, 1),
+        )
+
+    def to(self, device: torch.device | str) -> Tree:
+        """The same tree on another device."""
+
+        def moved(value: Any) -> Any:
+            if isinstance(value, Tensor):
+                return value.to(device)
+            return tuple(moved(each) for each in value) if isinstance(value, tuple) else value
+
+        return Tree(**{each.name: moved(getattr(self, each.name)) for each in fields(self)})
+
+
+def pad(arrays: Sequence[np.ndarray | Tensor], dtype: torch.dtype = torch.float32) -> Tensor:
+    """``(sequences, ..., joints, n)`` from arrays ``(..., joints, n)`` with different numbers of joints.
+
+    Padding is zero. Use it for offsets ``(joints, 3)``, rotations ``(frames, joints, 4)``, positions.
+    """
+    tensors = [
+        each.to(dtype) if isinstance(each, Tensor) else torch.tensor(each, dtype=dtype) for each in arrays
+    ]
+    size = max(each.shape[-2] for each in tensors)
+    return torch.stack(
+        [torch.nn.functional.pad(each, (0, 0, 0, size - each.shape[-2])) for each in tensors]
+    )
+
+
+def forward(tree: Tree, offsets: Tensor, rotations: Tensor, root: Tensor) -> tuple[Tensor, Tensor]:
+    """Places and orientations of all joints in the world.
+
+    offsets:   ``(joints, 3)`` metres, or ``(sequences, joints, 3)``: one body per sequence.
+    rotations: ``(sequences, frames, joints, 4)`` local unit quaternions, w first; for the tree of one
+               skeleton also ``(frames, joints, 4)``.
+    root:      ``(sequences, frames, 3)`` or ``(frames, 3)`` metres, the root joint's place.
+    Returns positions ``(sequences, frames, joints, 3)`` and orientations ``(..., 4)``; they are views
+    with joints first in memory. Padding is zero and the identity whatever was given there.
+
+    Differentiable, twice too, in rotations, root and offsets. The gradient of a quaternion lies along the
+    unit sphere, as if it had been normalised first. Half precision is raised to single.
+    Raises SkeletonError when shapes do not fit the tree.
+    """
+    if rotations.dtype in (torch.float16, torch.bfloat16):
+        rotations = rotations.float()
+    offsets, root = offsets.to(rotations.dtype), root.to(rotations.dtype)
+    _check(tree, offsets, rotations, root)
+    if rotations.ndim == 3:
+        positions, turned = forward(tree, offsets, rotations[None], root[None])
+        return positions[0], turned[0]
+    sequences, frames, joints, _ = rotations.shape
+    if tree.mask.ndim == 1:
+        rows = rotations.reshape(sequences * frames, joints * 4).t().contiguous()
+        shared = offsets.unsqueeze(-1) if offsets.ndim == 2 else offsets.permute(1, 2, 0)
+        rel, chain = _Kinematics.apply(rows.view(joints, 4, sequences, frames), shared.unsqueeze(-1), tree)
+        return rel.permute(2, 3, 0, 1) + root.unsqueeze(2), chain.permute(2, 3, 0, 1)
+    real = tree.mask[:, None, :, None]
+    unturned = rotations.new_tensor([1.0, 0.0, 0.0, 0.0])
+    rows = torch.where(real, rotations, unturned).flatten(2).transpose(1, 2).contiguous()
+    bones = torch.where(tree.mask[..., None], offsets, offsets.new_zeros(()))
+    rel, chain = _Kinematics.apply(
+        rows.view(sequences * joints, 4, 1, frames), bones.reshape(-1, 3, 1, 1), tree
+    )
+    places = rel.view(sequences, joints, 3, frames).permute(0, 3, 1, 2) + root.unsqueeze(2)
+    turned = chain.view(sequences, joints, 4, frames).permute(0, 3, 1, 2)
+    return torch.where(real, places, places.new_zeros(())), torch.where(real, turned, unturned)
+
+
+class _Kinematics(torch.autograd.Function):
+    """Local rotations ``(rows, 4, s, f)`` and offsets ``(rows, 3, 1 or s, 1)`` to places relative to the
+    root ``(rows, 3, s, f)`` and orientations ``(rows, 4, s, f)``."""
+
+    @staticmethod
+    def forward(ctx: Any, local: Tensor, offsets: Tensor, tree: Tree) -> tuple[Tensor, Tensor]:
+        chain = _chain(tree, local)
+        bones = _turn(chain.index_select(0, tree.above).unbind(1), (offsets * tree.inner).unbind(1))
+        places = _along(tree.ancestors, torch.stack(bones, 1))
+        ctx.tree, ctx.shape = tree, offsets.shape
+        ctx.save_for_backward(local, places, chain)
+        ctx.set_materialize_grads(False)
+        return places, chain
+
+    @staticmethod
+    def backward(ctx: Any, to_places: Tensor | None, to_chain: Tensor | None) -> tuple[Tensor | None, ...]:
+        local, places, chain = ctx.saved_tensors
+        tree: Tree = ctx.tree
+        below = tree.ancestors.mT
+        w, x, y, z = chain.unbind(1)
+        inverse = (w, -x, -y, -z)
+        lever = spin = to_offsets = None
+        if to_places is not None:
+            pull = _along(below, to_places)
+            bones = places - places.index_select(0, tree.above)
+            lever = torch.stack(_cross(bones.unbind(1), pull.unbind(1)), 1)
+            if ctx.needs_input_grad[1]:
+                force = _turn(local.unbind(1), _turn(inverse, pull.unbind(1)))
+                to_offsets = (torch.stack(force, 1) * tree.inner).sum_to_size(ctx.shape)
+        if to_chain is not None:
+            spin = torch.stack(_half_vector(to_chain.unbind(1), inverse), 1)
+        if not ctx.needs_input_grad[0] or (lever is None and spin is None):
+            return None, to_offsets, None
+        if lever is None:
+            torque = _along(below, spin)
+        else:
+            torque = _along(below, lever if spin is None else lever + spin) - lever
+        return _along_sphere(local.unbind(1), _turn(inverse, torque.unbind(1))), to_offsets, None
+
+
+# ------------------------------------------------------------------------------------------ the chain
+def _chain(tree: Tree, local: Tensor) -> Tensor:
+    """Global from local orientations, by the way that is fastest for this size and device."""
+    if local.device.type != "cpu" or local.numel() < 4 * _MANY:
+        chain = local
+        for rows, above in tree.doublings:
+            product = _product(tree, chain.index_select(0, above), chain.index_select(0, rows))
+            chain = chain.index_copy(0, rows, product)
+        return chain if tree.doublings else local.clone()
+    chain = local.clone()
+    if tree.mask.ndim == 1:
+        places, turns = chain.unbind(0), local.unbind(0)
+        for joint, parent in enumerate(tree.parents):
+            if parent >= 0:
+                _product_into(places[joint], places[parent], turns[joint], 0)
+    else:
+        for rows, above in tree.levels:
+            product, right = chain.index_select(0, above), local.index_select(0, rows)
+            chain.index_copy_(0, rows, _product_into(torch.empty_like(right), product, right, 1))
+    return chain
+
+
+def _product(tree: Tree, a: Tensor, b: Tensor) -> Tensor:
+    """``(rows, 4, s, f)`` a after b, in few calls."""
+    right = b.index_select(1, tree.source).unflatten(1, (4, 4)) * tree.sign.to(b.dtype)
+    return (right * a.unsqueeze(1)).sum(2)
+
+
+def _product_into(out: Tensor, a: Tensor, b: Tensor, axis: int) -> Tensor:
+    """a after b, in few passes over memory; the components lie along ``axis``."""
+    (w, x, y, z), (p, q, r, s), (t, u, v, o) = out.unbind(axis), a.unbind(axis), b.unbind(axis)
+    torch.mul(p, t, out=w).addcmul_(q, u, value=-1).addcmul_(r, v, value=-1).addcmul_(s, o, value=-1)
+    torch.mul(p, u, out=x).addcmul_(q, t).addcmul_(r, o).addcmul_(s, v, value=-1)
+    torch.mul(p, v, out=y).addcmul_(q, o, value=-1).addcmul_(r, t).addcmul_(s, u)
+    torch.mul(p, o, out=z).addcmul_(q, v).addcmul_(r, u, value=-1).addcmul_(s, t)
+    return out
+
+
+def _along(matrix: Tensor, values: Tensor) -> Tensor:
+    """Sums of values ``(rows, 3, s, f)`` over ancestors or descendants.
+
+    Reduced precision of matrix products (TF32, autocast) would round metres to three digits: where it
+    may be on, the product is taken in double precision, which both leave alone.
+    """
+    kind = values.dtype
+    plain = values.device.type == "cpu" and not torch.is_autocast_enabled("cpu")
+    exact = values if plain else values.double()
+    batched = exact.reshape(*matrix.shape[:-1], -1)
+    return (matrix.to(exact.dtype) @ batched).view(values.shape).to(kind)
+
+
+# ------------------------------------------------------------------------------------------ components
+Parts = Sequence[Tensor]
+
+
+def _cross(a: Parts, b: Parts) -> list[Tensor]:
+    return [torch.addcmul(a[j] * b[k], a[k], b[j], value=-1) for j, k in ((1, 2), (2, 0), (0, 1))]
+
+
+def _turn(q: Parts, v: Parts) -> list[Tensor]:
+    """Vectors v turned by unit quaternions q."""
+    w, axis = q[0], q[1:]
+    once = [2 * part for part in _cross(axis, v)]
+    return [torch.addcmul(start + s, w, t) for start, t, s in zip(v, once, _cross(axis, once), strict=True)]
+
+
+def _half_vector(a: Parts, b: Parts) -> list[Tensor]:
+    """Half the vector part of the product a b."""
+    cross = _cross(a[1:], b[1:])
+    return [0.5 * (a[0] * b[k + 1] + a[k + 1] * b[0] + cross[k]) for k in range(3)]
+
+
+def _along_sphere(q: Parts, torque: Parts) -> Tensor:
+    """The gradient 2 q (0, torque) ``(rows, 4, s, f)`` for a torque in the joint's own frame."""
+    w, x, y, z = q
+    a, b, c = (2 * part for part in torque)
+    return torch.stack(
+        [
+            -(x * a + y * b + z * c),
+            w * a + y * c - z * b,
+            w * b + z * a - x * c,
+            w * c + x * b - y * a,
+        ],
+        1,
+    )
+
+
+# -------------------------------------------------------------------------------------------- building
+def _tensors(steps: tuple[tuple[np.ndarray, np.ndarray], ...]) -> Steps:
+    return tuple((torch.from_numpy(rows), torch.from_numpy(above)) for rows, above in steps)
+
+
+def _ancestors(parents: np.ndarray, size: int) -> np.ndarray:
+    """``(sequences, size, size)``: 1 where the second joint is the first or one of its ancestors."""
+    matrix = np.zeros((len(parents), size), dtype=np.float32)
+    rows, at = np.arange(len(parents)), np.arange(len(parents))
+    while rows.size:
+        matrix[rows, at % size] = 1.0
+        at = parents[at]
+        rows, at = rows[at >= 0], at[at >= 0]
+    return matrix.reshape(-1, size, size)
+
+
+def _check(tree: Tree, offsets: Tensor, rotations: Tensor, root: Tensor) -> None:
+    *sequences, joints = tree.mask.shape
+    lead = rotations.shape[:-2]
+    fits = (
+        rotations.shape[-2:] == (joints, 4)
+        and len(lead) in ((2,) if sequences else (1, 2))
+        and (not sequences or lead[0] == sequences[0])
+        and root.shape == (*lead, 3)
+        and (offsets.shape == (joints, 3) or (len(lead) == 2 and offsets.shape == (lead[0], joints, 3)))
+    )
+    if not fits:
+        wanted = f"{sequences[0] if sequences else 'sequences'}, frames"
+        raise SkeletonError(
+            f"a tree of {joints} joints needs rotations ({wanted}, {joints}, 4), a root ({wanted}, 3) and "
+            f"offsets ({joints}, 3) or one such per sequence; got {tuple(rotations.shape)}, "
+            f"{tuple(root.shape)} and {tuple(offsets.shape)}"
+        )
