@@ -6,13 +6,14 @@ import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
-from retarget_bench.methods.ik import hands, pelvis
-from retarget_bench.methods.ik.feet import Exchange, Plan, plan
-from retarget_bench.methods.ik.rig import SIDES, Rig
-from retarget_bench.methods.ik.two_bone import Limb, Pose, bend
 from retarget_bench.motion import kinematics, root_rules, rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+
+from . import hands, pelvis
+from .feet import Exchange, Plan, plan
+from .rig import SIDES, Rig
+from .two_bone import Limb, Pose, bend
 
 RULES = tuple(rule for rule in root_rules.ROOT_RULES if rule != "reference")
 
@@ -82,9 +83,11 @@ def _plant(exchange: Exchange, kinds: tuple[str, ...]) -> None:
     pose, body = exchange.pose, exchange.ours.character
     legs = [pair for kind in kinds for pair in _limbs(exchange, kind)]
     plans: list[Plan] = [plan(exchange, theirs, ours) for theirs, ours in legs]
-    pose.shift(pelvis.sink(pose, [ours for _, ours in legs], plans, exchange.source.fps))
-    for (_, ours), each in zip(legs, plans, strict=True):
-        bend(body, pose, ours, each.goal, each.orientation)
+    ours = [leg for _, leg in legs]
+    pose.shift(pelvis.settle(pose, ours, plans, exchange.source.fps))
+    pose.shift(pelvis.sink(pose, ours, plans, exchange.source.fps))
+    for leg, each in zip(ours, plans, strict=True):
+        bend(body, pose, leg, each.goal, each.orientation)
     pose.places, pose.turned = kinematics.forward(body.skeleton, pose.rotations, pose.root)
 
 

@@ -46,9 +46,18 @@ def envelope(need: np.ndarray, fps: float) -> np.ndarray:
     Both look one third of a second to either side at most, so what is needed at a frame is in every
     maximum that its average takes.
     """
-    half = max(1, round(FADE * fps / 2))
-    width = 2 * half + 1
-    padded = np.pad(need, 2 * half, mode="edge")
-    highest = np.lib.stride_tricks.sliding_window_view(padded, width).max(axis=1)
-    window = np.hanning(width + 2)[1:-1]
-    return np.convolve(highest, window / window.sum(), mode="valid")
+    half = _half(fps)
+    padded = np.pad(need, half, mode="edge")
+    return smooth(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=1), fps)
+
+
+def smooth(curve: np.ndarray, fps: float) -> np.ndarray:
+    """``(frames,)`` a Hann average over a third of a second; the ends are held."""
+    half = _half(fps)
+    window = np.hanning(2 * half + 3)[1:-1]
+    return np.convolve(np.pad(curve, half, mode="edge"), window / window.sum(), mode="valid")
+
+
+def _half(fps: float) -> int:
+    """Frames to either side that a third of a second takes in."""
+    return max(1, round(FADE * fps / 2))

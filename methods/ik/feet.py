@@ -6,16 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retarget_bench.methods.ik.ease import smoothstep, spread
-from retarget_bench.methods.ik.rig import Rig
-from retarget_bench.methods.ik.two_bone import Limb, Pose
 from retarget_bench.motion import contact, rotation
 from retarget_bench.motion.motion import Motion
+
+from .ease import smoothstep, spread
+from .rig import Rig
+from .two_bone import Limb, Pose
 
 _GAP, _SHORTEST = 2 / 30, 2 / 30
 """Seconds: breaks in a contact that are closed, contacts that are too short to count."""
 _ON_FLOOR, _IN_AIR = 0.06, 0.15
-"""Body heights above its rest height: up to where a planted joint stands on the floor, from where it hangs."""
+"""Body heights above its rest height: up to where a joint belongs to the floor, from where to the body."""
 
 
 @dataclass(frozen=True)
@@ -44,10 +45,9 @@ class Plan:
 
 @dataclass(frozen=True)
 class Point:
-    """One contact joint: its copied path, the height it should have, and when the source plants it."""
+    """One contact joint: its path ``(frames, 3)``, and when the source plants it ``(frames,)``."""
 
     path: np.ndarray
-    height: np.ndarray
     planted: np.ndarray
 
 
@@ -58,52 +58,53 @@ def plan(exchange: Exchange, theirs: Limb, ours: Limb) -> Plan:
     place, from whichever of the two is planted. Both corrections are eased over the other frames.
     """
     fps = exchange.source.fps
-    ankle = point(exchange, theirs.end, ours.end)
+    path = walked(exchange, theirs.end, ours.end)
+    ankle = Point(path, planted(exchange.source, theirs.end))
     orientation = exchange.pose.turned[:, ours.end]
     if ours.tip < 0 or theirs.tip < 0:
-        shift = spread(held(ankle) - ankle.path, ankle.planted, fps)
-        return Plan(ankle.path + shift, orientation, ankle.planted)
-    toe = point(exchange, theirs.tip, ours.tip)
-    sole = toe.path - ankle.path
+        shift = spread(held(ankle) - path, ankle.planted, fps)
+        return Plan(path + shift, orientation, ankle.planted)
+    sole = exchange.pose.places[:, ours.tip] - exchange.pose.places[:, ours.end]
+    toe = Point(path + sole, planted(exchange.source, theirs.tip))
     at_ankle, at_toe = _held_pair(ankle, toe)
     both = ankle.planted & toe.planted
     turn = rotation.between(sole, np.where(both[:, None], at_toe - at_ankle, sole))
     turn = rotation.from_rotation_vector(spread(rotation.to_rotation_vector(turn), both, fps))
     wanted = np.where(toe.planted[:, None], at_toe - rotation.rotate(turn, sole), at_ankle)
     firm = ankle.planted | toe.planted
-    shift = spread(wanted - ankle.path, firm, fps)
-    return Plan(ankle.path + shift, rotation.multiply(turn, orientation), firm)
+    shift = spread(wanted - path, firm, fps)
+    return Plan(path + shift, rotation.multiply(turn, orientation), firm)
 
 
-def point(exchange: Exchange, theirs: int, ours: int) -> Point:
-    """A contact joint of the target, with the height that the source's stands above the floor, scaled.
+def walked(exchange: Exchange, theirs: int, ours: int) -> np.ndarray:
+    """``(frames, 3)`` where a foot or hand goes that belongs to the floor, not to the body above it.
 
-    On the floor that is the target's own rest height plus what the source has beyond its own; in the air
-    (lying, hanging) the copied height; between the two, a blend.
+    Near the floor it is the source's own path, scaled like the root path, so that what stands still keeps
+    standing still; to it comes what the two bodies differ by at rest (narrower hips, thicker soles), turned
+    with the hips. Well above the floor (kicks, hanging, lying with raised legs) it is the copied path.
     """
-    source = exchange.source
-    path, seen, tall = exchange.pose.places[:, ours], source.positions[:, theirs], source.character.height
-    above = seen[:, 1] - exchange.theirs.rest[theirs, 1]
-    floor = exchange.ours.rest[ours, 1] + exchange.ratio * above
-    air = smoothstep((np.abs(above) / tall - _ON_FLOOR) / (_IN_AIR - _ON_FLOOR))
-    labels = contact.planted(seen[:, None], tall, source.fps)[:, 0]
-    planted = contact.tidy(labels, round(_GAP * source.fps), round(_SHORTEST * source.fps))
-    return Point(path, floor + air * (path[:, 1] - floor), planted)
+    source, copied = exchange.source, exchange.pose.places[:, ours]
+    seen, rest = source.positions[:, theirs], exchange.theirs.rest[theirs]
+    differ = exchange.ours.rest[ours] - exchange.ratio * rest
+    level = rotation.rotate(exchange.theirs.facing(source), differ * [1.0, 0.0, 1.0])
+    scaled = exchange.ratio * seen + level * [1.0, 0.0, 1.0] + differ * [0.0, 1.0, 0.0]
+    above = np.abs(seen[:, 1] - rest[1]) / source.character.height
+    air = smoothstep((above - _ON_FLOOR) / (_IN_AIR - _ON_FLOOR))
+    return scaled + air[:, None] * (copied - scaled)
+
+
+def planted(source: Motion, joint: int) -> np.ndarray:
+    """``(frames,)`` bool: the joint is held still, by its speed; specks of a frame or two do not count."""
+    labels = contact.planted(source.positions[:, joint, None], source.character.height, source.fps)[:, 0]
+    return contact.tidy(labels, round(_GAP * source.fps), round(_SHORTEST * source.fps))
 
 
 def held(joint: Point) -> np.ndarray:
     """``(frames, 3)`` one place for every stretch in which the joint is planted, zeros elsewhere."""
     out = np.zeros_like(joint.path)
     for first, last in contact.runs(joint.planted).tolist():
-        out[first:last] = _mean_place(joint, first, last)
+        out[first:last] = joint.path[first:last].mean(axis=0)
     return out
-
-
-def _mean_place(joint: Point, first: int, last: int) -> np.ndarray:
-    """``(3,)`` the mean of the copied path over a stretch, at the height that the joint should have."""
-    place = joint.path[first:last].mean(axis=0)
-    place[1] = joint.height[first:last].mean()
-    return place
 
 
 def _held_pair(ankle: Point, toe: Point) -> tuple[np.ndarray, np.ndarray]:
@@ -116,7 +117,9 @@ def _held_pair(ankle: Point, toe: Point) -> tuple[np.ndarray, np.ndarray]:
     length = np.linalg.norm(sole[0])
     points, places = (ankle, toe), (np.zeros_like(sole), np.zeros_like(sole))
     settled = np.zeros((2, len(sole)), dtype=bool)
-    stretches = [(first, last, k) for k in (0, 1) for first, last in contact.runs(points[k].planted).tolist()]
+    stretches = [
+        (first, last, k) for k in (0, 1) for first, last in contact.runs(points[k].planted).tolist()
+    ]
     for first, last, k in sorted(stretches, key=lambda each: each[0] - each[1]):
         other = places[1 - k]
         shared = first + np.flatnonzero(settled[1 - k, first:last])
@@ -126,7 +129,7 @@ def _held_pair(ankle: Point, toe: Point) -> tuple[np.ndarray, np.ndarray]:
             mean *= length / max(float(np.linalg.norm(mean)), 1e-9)
             place = other[shared[0]] + (mean if k == 1 else -mean)
         else:
-            place = _mean_place(points[k], first, last)
+            place = points[k].path[first:last].mean(axis=0)
         places[k][first:last] = place
         settled[k, first:last] = True
     return places

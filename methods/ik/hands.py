@@ -7,14 +7,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retarget_bench.methods.ik.ease import smoothstep, spread
-from retarget_bench.methods.ik.feet import Exchange, held, point
-from retarget_bench.methods.ik.rig import Rig
-from retarget_bench.methods.ik.two_bone import Limb
 from retarget_bench.motion import rotation
 
-_TOUCH, _CLEAR = 0.05, 0.10
-"""Body heights from palm to bone: a touch up to here, none from there."""
+from .ease import smoothstep, spread
+from .feet import Exchange, Point, held, planted, walked
+from .rig import Rig
+from .two_bone import Limb
+
+_TOUCH, _CLEAR = 0.09, 0.18
+"""Arm lengths from palm to bone (3 and 6 % of a body height): a touch up to here, none from there."""
 _LOW = 0.08
 """Body heights above the floor up to which a resting hand leans on it."""
 _PALM = 0.35
@@ -52,37 +53,42 @@ class Reach:
 def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.ndarray]:
     """By how much the left and the right hand have to move, ``(frames, 3)`` metres each.
 
-    A palm near a bone of its own body keeps its place along that bone and its distance from it, in body
-    heights; two palms near each other keep their distance. The closer the touch, the more it counts.
+    A palm near a bone of its own body keeps its place along that bone and its distance from it, in arm
+    lengths; two palms near each other keep their distance. The closer the touch, the more it counts.
     arms: the left and the right one, on the source and on the target.
     """
-    source, height = exchange.source, exchange.source.character.height
-    scale = exchange.ours.character.height / height
+    source, arm = exchange.source, exchange.source.character.measures.arm_length
+    scale = exchange.ours.character.measures.arm_length / arm
     bones = _shared_bones(exchange.theirs, exchange.ours)
-    before = _reach(exchange.theirs, [a for a, _ in arms], bones[0], source.positions, source.global_rotations)
-    after = _reach(exchange.ours, [b for _, b in arms], bones[1], exchange.pose.places, exchange.pose.turned)
-    moves = np.stack([_to_body(before, after, hand, bones[2], height, scale) for hand in (0, 1)], axis=1)
+    before = _reach(
+        exchange.theirs, [a for a, _ in arms], bones[0], source.positions, source.global_rotations
+    )
+    after = _reach(
+        exchange.ours, [b for _, b in arms], bones[1], exchange.pose.places, exchange.pose.turned
+    )
+    moves = np.stack([_to_body(before, after, hand, bones[2], arm, scale) for hand in (0, 1)], axis=1)
     apart = before.palms[:, 1] - before.palms[:, 0]
     moved = after.palms + moves
     error = scale * apart - (moved[:, 1] - moved[:, 0])
-    pull = 0.5 * _closeness(apart / height)[:, None] * error
+    pull = 0.5 * _closeness(apart / arm)[:, None] * error
     return [moves[:, 0] - pull, moves[:, 1] + pull]
 
 
 def lean(exchange: Exchange, theirs: Limb, ours: Limb, move: np.ndarray) -> np.ndarray:
     """``move`` ``(frames, 3)``, overruled where the source's hand rests on the floor: there it is held."""
     source = exchange.source
-    rest = point(exchange, theirs.end, ours.end)
     low = source.positions[:, theirs.end, 1] < _LOW * source.character.height
-    planted = rest.planted & low
-    if not planted.any():
+    leaning = planted(source, theirs.end) & low
+    if not leaning.any():
         return move
-    eased = spread(np.hstack([held(rest) - rest.path, np.ones((len(low), 1))]), planted, source.fps)
+    hand = Point(walked(exchange, theirs.end, ours.end), leaning)
+    shift = held(hand) - exchange.pose.places[:, ours.end]
+    eased = spread(np.hstack([shift, np.ones((len(low), 1))]), leaning, source.fps)
     return eased[:, :3] + (1.0 - np.minimum(eased[:, 3:], 1.0)) * move
 
 
 def _to_body(
-    before: Reach, after: Reach, hand: int, allowed: np.ndarray, height: float, scale: float
+    before: Reach, after: Reach, hand: int, allowed: np.ndarray, arm: float, scale: float
 ) -> np.ndarray:
     """``(frames, 3)`` what brings one palm to where the source's touches its body."""
     start, line = before.starts, before.ends - before.starts
@@ -90,20 +96,21 @@ def _to_body(
     square = np.maximum((line * line).sum(-1), 1e-12)
     along = np.clip(((palm - start) * line).sum(-1) / square, 0.0, 1.0)[..., None]
     away = palm - (start + along * line)
-    weight = _closeness(away / height) * allowed[hand]
+    weight = _closeness(away / arm) * allowed[hand]
     wanted = after.starts + along * (after.ends - after.starts) + scale * away
     mean = (weight[..., None] * wanted).sum(1) / np.maximum(weight.sum(1), 1e-9)[:, None]
     return weight.max(axis=1, initial=0.0)[:, None] * (mean - after.palms[:, hand])
 
 
 def _closeness(away: np.ndarray) -> np.ndarray:
-    """1 for a touch, 0 when clear of it; ``away`` ``(..., 3)`` in body heights."""
+    """1 for a touch, 0 when clear of it; ``away`` ``(..., 3)`` in arm lengths."""
     return smoothstep((_CLEAR - np.linalg.norm(away, axis=-1)) / (_CLEAR - _TOUCH))
 
 
 def _shared_bones(theirs: Rig, ours: Rig) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Joint pairs ``(bones, 2)`` on both bodies, and which ``(2, bones)`` each hand can touch."""
-    pairs, free = ([], []), []
+    pairs: tuple[list[list[int]], list[list[int]]] = ([], [])
+    free: list[list[bool]] = []
     for bone in _BONES:
         ends = [[rig.joint(role) for role in bone] for rig in (theirs, ours)]
         if bone == ("head", "head_top") and min(ends[0] + ends[1]) < 0:
@@ -122,6 +129,8 @@ def _reach(
     palms = []
     for arm in arms:
         forearm = rig.rest[arm.end] - rig.rest[arm.lower]
-        turn = rotation.multiply(turned[:, arm.end], rotation.conjugate(rig.character.reference_globals[arm.end]))
+        turn = rotation.multiply(
+            turned[:, arm.end], rotation.conjugate(rig.character.reference_globals[arm.end])
+        )
         palms.append(places[:, arm.end] + _PALM * rotation.rotate(turn, forearm))
     return Reach(np.stack(palms, axis=1), places[:, bones[:, 0]], places[:, bones[:, 1]])

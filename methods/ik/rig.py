@@ -6,10 +6,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retarget_bench.methods.ik.two_bone import Limb
-from retarget_bench.motion import kinematics
+from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import chain, is_quadruped
+
+from .two_bone import Limb
 
 SIDES = ("left", "right")
 _LEG = ("up_leg", "leg", "foot", "toe")
@@ -39,6 +41,13 @@ class Rig:
     @property
     def four_legged(self) -> bool:
         return is_quadruped(self.character.skeleton, self.character.roles)
+
+    def facing(self, motion: Motion) -> np.ndarray:
+        """``(frames, 4)`` how the hips are turned from the reference pose in a motion of this body."""
+        hips = self.character.joint_of["hips"]
+        return rotation.multiply(
+            motion.global_rotations[:, hips], rotation.conjugate(self.character.reference_globals[hips])
+        )
 
     def joint(self, role: str) -> int:
         """The joint with this role, or -1; ``chest`` is the last of the spine."""

@@ -43,10 +43,10 @@ class Pose:
         self.places = self.places + offset[:, None]
 
 
-def reach(pose: Pose, limb: Limb) -> np.ndarray:
+def reach(pose: Pose, limb: Limb) -> float:
     """Metres: the length of the limb when it is straight."""
     upper, lower, end = (pose.places[0, joint] for joint in (limb.upper, limb.lower, limb.end))
-    return np.linalg.norm(lower - upper) + np.linalg.norm(end - lower)
+    return float(np.linalg.norm(lower - upper) + np.linalg.norm(end - lower))
 
 
 def solve(
@@ -77,7 +77,7 @@ def solve(
 
 
 def bend(body: Character, pose: Pose, limb: Limb, goal: np.ndarray, end: np.ndarray) -> None:
-    """Bring the limb's end to ``goal`` ``(frames, 3)`` with world orientation ``end`` ``(frames, 4)``, in place.
+    """Bring a limb's end to ``goal`` ``(frames, 3)`` with world orientation ``end`` ``(frames, 4)``, in place.
 
     Only the limb's three local rotations change; ``pose.places`` and ``pose.turned`` stay as they were.
     """

@@ -12,7 +12,7 @@ CONTACT_ROLES = ("left_foot", "left_toe", "right_foot", "right_toe")
 
 
 def planted(positions: np.ndarray, height: float, fps: float, limit: float = CONTACT_SPEED) -> np.ndarray:
-    """Contact labels by speed: displacement to the frame before, over ``height``, below ``limit * 30 / fps``.
+    """Contact labels by speed: moved since the frame before by less than ``limit * 30 / fps`` heights.
 
     positions: ``(frames, joints, 3)`` metres, the contact joints only. height: metres.
     Returns ``(frames, joints)`` bool. The first frame has no frame before it and takes the label of the
@@ -26,16 +26,16 @@ def planted(positions: np.ndarray, height: float, fps: float, limit: float = CON
 
 
 def runs(labels: np.ndarray) -> np.ndarray:
-    """The unbroken stretches of a label: ``(frames,)`` bool -> ``(stretches, 2)`` first and past-the-last frame."""
+    """Unbroken stretches of a label ``(frames,)``: ``(stretches, 2)`` first frame and the one past the last."""
     edges = np.diff(np.concatenate([[0], labels.astype(np.int8), [0]]))
     return np.stack([np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)], axis=1)
 
 
 def tidy(labels: np.ndarray, gap: int, shortest: int) -> np.ndarray:
-    """Labels ``(frames,)`` with gaps of up to ``gap`` frames closed, then stretches under ``shortest`` dropped."""
+    """Labels ``(frames,)`` with gaps up to ``gap`` frames closed, then stretches under ``shortest`` dropped."""
     out = labels.copy()
     for first, last in runs(~labels):
-        if 0 < first and last < len(labels) and last - first <= gap:
+        if first > 0 and last < len(labels) and last - first <= gap:
             out[first:last] = True
     for first, last in runs(out):
         if last - first < shortest:

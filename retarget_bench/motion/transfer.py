@@ -40,7 +40,7 @@ def hips(source: Motion | Positions) -> np.ndarray:
 
 
 def root_from_hips(target: Character, rotations: np.ndarray, place: np.ndarray) -> np.ndarray:
-    """``(frames, 3)`` root that brings the target's hips to ``place`` ``(frames, 3)`` in these rotations."""
+    """``(frames, 3)`` root that brings the hips to ``place`` ``(frames, 3)`` in these rotations."""
     joint = target.joint_of["hips"]
     if joint == 0:
         return place
