@@ -47,16 +47,16 @@ class Nkn:
                 unit="cm",
                 better="lower",
                 formula=(
-                    "mean over windows, frames and 22 joints of |w(p) - w(g')|^2 / H2, lengths in cm. "
-                    "Windows: 120 frames, consecutive, the last one ending with the clip. g': the "
-                    "reference with its lowest joint of frame 0 at the height of the source's. w, in the "
-                    "window beginning at s: horizontal place relative to the hips in s, height relative "
-                    "to the hips in s plus the hips' height in frame 0, all turned about Y so that the "
-                    "smoothed facing direction of s is +Z, each side by its own (this is what "
-                    "integrating root velocities and turns from zero gives). Facing: across = unit of "
-                    "(left - right upper leg) + (left - right shoulder), forward = across x up, Gaussian "
-                    f"over the clip with sigma 20 frames, ends repeated. {H2}. No resampling. {APPLIES}, "
-                    f"{LONG}"
+                    "mean over windows, frames and 22 joints of |w(p) - w(g')|^2 / H2, lengths in cm; "
+                    "windows: 120 frames, consecutive, the last one ending with the clip; g': the "
+                    "reference, its lowest joint of frame 0 put at the height of the source's (so where "
+                    "their floors differ the reference itself does not score 0); w, in the window "
+                    "beginning at s: level place relative to the hips in s, height relative to the hips "
+                    "in s plus the hips' height in frame 0, turned about Y until the facing direction of "
+                    "s is +Z, each side by its own (what integrating root velocities and turns from zero "
+                    "gives); facing: across = unit of (left - right upper leg) + (left - right "
+                    "shoulder), forward = across x up, smoothed over the clip by a Gaussian of 20 "
+                    f"frames, ends repeated; {H2}; no resampling; {APPLIES}, {LONG}"
                 ),
                 source="NKN (Villegas et al. 2018), evaluation code; PMnet; R2ET by ancestry (assumed)",
                 tolerance=1e-5,
@@ -65,12 +65,12 @@ class Nkn:
             Value(
                 id="nkn_mse_local",
                 label="NKN error, local",
-                meaning="the same in every frame's own facing frame, path and turning left out",
+                meaning="squared centimetres over one height, frame by frame: path and turning left out",
                 unit="cm",
                 better="lower",
                 formula=(
                     "as nkn_mse_h, with every frame's horizontal place relative to its own hips, its "
-                    "hips kept at their height in frame 0, and turned by its own facing direction. "
+                    "hips kept at their height in frame 0, and turned by its own facing direction; "
                     f"{APPLIES}, {LONG}"
                 ),
                 source="NKN's local motion representation; R2ET's MSE^lc by ancestry (assumed)",
@@ -83,7 +83,7 @@ class Nkn:
                 meaning="mean distance in heights on 22 joints (called MSE there, but not squared)",
                 unit="heights",
                 better="lower",
-                formula=f"mean over frames and 22 joints of |p - g| / H2, no alignment. {H2}. {APPLIES}",
+                formula=f"mean over frames and 22 joints of |p - g| / H2, no alignment; {H2}; {APPLIES}",
                 source="STaR, test code",
                 tolerance=1e-8,
             ),

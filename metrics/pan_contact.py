@@ -15,15 +15,15 @@ SHARES = (0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.008, 0.01)
 """Displacements per frame at 30 frames per second, in heights."""
 
 KINDS = {
-    "pan_recall": ("PAN recall", "contacts of the reference that are kept", "both / reference's"),
+    "pan_recall": ("PAN recall", "share of the reference's contacts that are kept", "both / reference's"),
     "pan_contact_precision": (
         "PAN precision",
-        "contacts that the reference has too",
+        "share of contacts that the reference has too",
         "both / prediction's (0 where it has none)",
     ),
     "pan_contact_f1": (
         "PAN F1",
-        "recall and precision in one number",
+        "recall and precision of contacts in one number",
         "2 * both / (prediction's + reference's)",
     ),
 }
@@ -38,7 +38,7 @@ def _value(kind: str, suffix: str) -> Value:
     return Value(
         id=kind + suffix,
         label=f"{label}, by height" if suffix else label,
-        meaning=f"share of {meaning}, as a curve over how slow counts as planted",
+        meaning=f"{meaning}, as a curve over how slow counts as planted",
         unit="1",
         better="higher",
         formula=(

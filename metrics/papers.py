@@ -9,8 +9,8 @@ from retarget_bench.comparison import Comparison
 
 JOINTS = (
     "joints: every joint between the root and a joint with a role, tips and split joints included, "
-    "fingers, props and 'virtual' joints left out (23 or 28 on the papers' structures); H1: longest "
-    "chain of bone lengths from toe end to root + head top to root"
+    "fingers, props and 'virtual' joints left out (23 or 28 on the papers' structures); H1: bone lengths "
+    "from the left toe end (or toe) up to the root + from the head's end (or head) up to the root"
 )
 CUT = "the clip cut to a multiple of 4 frames; left out for shorter clips and where H1 is unknown"
 SAN = "SAN (Aberman et al. 2020), evaluation code; printed by SAN and PAN"
@@ -37,7 +37,7 @@ class Papers:
             Value(
                 id="san_code_noself",
                 label="SAN error, no self",
-                meaning="the same without the pairs of a character with itself",
+                meaning="squared error as SAN prints it, without the pairs of a character with itself",
                 unit="1e-3",
                 better="lower",
                 formula="per case as san_code; self pairs stay in their own group",

@@ -39,7 +39,7 @@ class Position:
             Value(
                 id="mpjpe_h.root",
                 label="error, pose",
-                meaning="the same with the hips of both put in one place in every frame: pose alone",
+                meaning="how far joints are from the reference, hips put in one place: pose alone",
                 unit=PER_CENT,
                 better="lower",
                 formula=(
@@ -64,7 +64,7 @@ class Position:
             Value(
                 id="mpjpe_m",
                 label="MPJPE",
-                meaning="the mean distance in metres, root path included",
+                meaning="mean distance of joints from the reference in metres, root path included",
                 unit="m",
                 better="lower",
                 formula="mean over frames and joints of |p - g|; no alignment; joints as mpjpe_h.world",
@@ -82,7 +82,7 @@ class Position:
             Value(
                 id="ee_h.root",
                 label="ends, pose",
-                meaning="the same with the hips of both put in one place in every frame",
+                meaning="how far head, hands, feet and toes are off with the hips of both in one place",
                 unit=PER_CENT,
                 better="lower",
                 formula="mpjpe_h.root over the joints with role head, hand, foot or toe",

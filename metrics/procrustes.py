@@ -44,7 +44,7 @@ class Procrustes:
             _value(
                 "similarity",
                 "PA error, scaled",
-                "the same, where every frame may also be scaled",
+                "pose error after every frame is turned, moved and scaled onto the reference",
                 f"100 * mean over frames and joints of |s R p + t - g| / h, {SIMILAR}, chosen in every "
                 "frame for the least sum of squares",
             ),
@@ -57,7 +57,7 @@ class Procrustes:
             _value(
                 "similarity_clip",
                 "PA error, clip, scaled",
-                "the same, where the whole clip may also be scaled once",
+                "error after the whole clip is turned, moved and scaled onto the reference once",
                 f"as pa_mpjpe.similarity with one fit for all frames of the clip; {SIMILAR}",
             ),
         ),

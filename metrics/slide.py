@@ -25,7 +25,10 @@ def _value(suffix: str, *, source: bool) -> Value:
     return Value(
         id=f"foot_slide{suffix}_src" if source else f"foot_slide{suffix}",
         label="foot slide" + (", by height" if suffix else "") + (", source" if source else ""),
-        meaning=f"how fast feet glide while {'the source' if source else 'the reference'} has them planted",
+        meaning=(
+            f"how fast feet glide{', in heights,' if suffix else ''} while "
+            f"the {'source' if source else 'reference'} has them planted"
+        ),
         unit=unit,
         better="lower",
         formula=(

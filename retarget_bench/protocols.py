@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 
 from retarget_bench import registry
@@ -16,10 +17,10 @@ An error without its protocol says nothing: published position errors differ in 
 treatment of the root, squared or not, and in whether pairs of a character with itself are counted. So every
 value has an id, and the id fixes all of these. Numbers with different ids are never compared.
 
-- *p* is the prediction, *g* the reference (the right answer), both as world positions of the target's joints:
-  metres, Y up, x and z level, frames t, at *fps* frames per second. *h* is the target's height.
-- A value is computed per case (one clip, one source, one target). Tables show the mean over pairs per source
-  clip, then over clips, within a split: `self` (same character), `intra` (same structure, another
+- *p* is the prediction, *g* the reference (the right answer), both as world positions of the target's
+  joints: metres, Y up, x and z level, frames t, at *fps* frames per second. *h* is the target's height.
+- A value is computed per case (one clip, one source, one target). Tables show the mean over pairs per
+  source clip, then over clips, within a split: `self` (same character), `intra` (same structure, another
   character), `cross` (another structure). Self pairs are not part of intra unless a value says so.
 - ↓ lower is better, ↑ higher is better, → best at a goal (ratios are ranked by |log(value / goal)|),
   – a description that is not ranked.
@@ -27,6 +28,8 @@ value has an id, and the id fixes all of these. Numbers with different ids are n
   says when.
 - *Tolerance*: by how much a value may move before a comparison of two runs calls it moved.
 """
+_MARKUP = re.compile(r"[`<\[\]\\]|\*(?=\S)")
+"""Signs that Markdown would read as markup in a formula; a star between blanks is none."""
 ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": "–"}
 
 
@@ -52,7 +55,8 @@ def _overview(cards: Iterable[MetricCard]) -> str:
     lines = ["| id | what it says | unit | best |", "|---|---|---|---|"]
     for card in cards:
         lines += [
-            f"| [`{value.id}`](#{_anchor(value.id)}) | {_cell(value.meaning)} | {value.unit} | {_best(value)} |"
+            f"| [`{value.id}`](#{_anchor(value.id)}) "
+            f"| {_cell(value.meaning)} | {_cell(value.unit)} | {_best(value)} |"
             for value in card.values
         ]
     return "\n".join(lines)
@@ -64,7 +68,7 @@ def _definition(value: Value) -> str:
         f"{_sentence(value.meaning)}",
         "",
         f"- Column: {value.label}; unit: {value.unit}; best: {_best(value)}",
-        f"- Formula: {_plain(value.formula)}",
+        *_formula(value.formula),
         f"- Source: {value.source}",
         f"- Needs: {', '.join(value.needs) or 'the prediction alone'}",
         f"- Tolerance: {value.tolerance:g}",
@@ -85,11 +89,10 @@ def _sentence(text: str) -> str:
     return f"{text[:1].upper()}{text[1:].rstrip('.')}."
 
 
-def _plain(formula: str) -> str:
-    """A formula as Markdown that renders as it reads: its signs are no markup."""
-    for sign in "\\`*_<>[]|":
-        formula = formula.replace(sign, f"\\{sign}")
-    return formula
+def _formula(formula: str) -> list[str]:
+    """A formula as a list: what is computed, then what its words mean, signs as they read."""
+    first, *notes = _MARKUP.sub(r"\\\g<0>", formula).split("; ")
+    return [f"- Formula: {first}", *(f"  - {note}" for note in notes)]
 
 
 def _cell(text: str) -> str:

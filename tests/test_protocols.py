@@ -34,10 +34,19 @@ def test_every_value_has_its_section_and_a_link_to_it() -> None:
 
 def test_signs_in_formulas_are_not_markup() -> None:
     value = Value(
-        "a.b", "A", "says | a", "m", "target", "|p_x - g|^2 * <2>", "us", goal=2.0, needs=(), index="joint"
+        "a.b",
+        "A",
+        "says | a",
+        "m",
+        "target",
+        "|p_x - g|^2 * <2>; p: *all*",
+        "us",
+        goal=2.0,
+        needs=(),
+        index="joint",
     )
     page = protocols.render([MetricCard("toy", "about nothing", "3", (value,))])
-    assert r"- Formula: \|p\_x - g\|^2 \* \<2\>" in page
+    assert "- Formula: |p_x - g|^2 * \\<2>\n  - p: \\*all*\n" in page
     assert r"| [`a.b`](#ab) | says \| a | m | → 2 |" in page
     assert "About nothing. Version 3." in page
     assert "- Needs: the prediction alone" in page
