@@ -85,6 +85,9 @@ class Folder:
         if broken:
             named = [f"{path.name} ({problem})" for path, problem in broken.items()]
             found.append(f"{len(named)} of {len(self._entries)} files cannot be read: {some(named, 5)}")
+        if problems := self._models[1]:
+            told = [f"{body} ({problem})" for body, problem in problems.items()]
+            found.append(f"{len(told)} bodies cannot be used: {some(told, 5)}")
         paired = sum(self._paired(info.source, info.target, info.clip) for info in self._infos)
         if paired < len(self._infos):
             without = len(self._infos) - paired
@@ -184,9 +187,10 @@ class Folder:
     @cached_property
     def _infos(self) -> tuple[CaseInfo, ...]:
         infos = []
-        for source, clips in self._sources.items():
-            for clip, path in clips.items():
-                for target in self._targets:
+        usable = self._models[0]
+        for source in filter(usable.__contains__, self._sources):
+            for clip, path in self._sources[source].items():
+                for target in filter(usable.__contains__, self._targets):
                     case = f"{self.card.name}/{source}>{target}/{clip}"
                     split = self._split(source, target)
                     infos.append(
@@ -235,12 +239,23 @@ class Folder:
         return {clip: path for clip, path in files.items() if not self._entries[path].problem}
 
     def _character(self, body: str) -> Character:
-        """The body as its first clip has it."""
-        return self._models[body].character
+        return self._models[0][body]
 
     @cached_property
-    def _models(self) -> dict[str, Motion]:
-        return {body: self._fresh(body, next(iter(clips.values()))) for body, clips in self._bodies.items()}
+    def _models(self) -> tuple[dict[str, Character], dict[str, str]]:
+        """Every body as its first clip has it, and why others cannot be used."""
+        models, problems = {}, {}
+        for body, clips in self._bodies.items():
+            try:
+                models[body] = self._fresh(body, next(iter(clips.values()))).character
+            except BenchError as error:
+                problems[body] = str(error)
+        if not set(models) & set(self._sources) or not set(models) & set(self._targets):
+            told = [f"{body} ({problem})" for body, problem in problems.items()]
+            raise BenchError(
+                f"no body of {self._root} and {self._target or 'itself'} can be used: {some(told)}"
+            )
+        return models, problems
 
     def _import(self, body: str, path: Path) -> Motion:
         motion = self._fresh(body, path)

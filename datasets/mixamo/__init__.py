@@ -149,25 +149,23 @@ class Mixamo:
             return f"mixamo fold {self._fold} of {protocols.FOLDS}{self._variant}"
         if self._protocol == "all":
             return f"mixamo{self._variant}"
-        clips, characters, _ = self._selection.asked
+        asked = self._selection.asked
         if self._whole_san:
-            return f"mixamo san ({clips} clips, {characters} characters)"
-        return (
-            f"mixamo san-partial ({self._listing.clips} of {clips} clips, "
-            f"{len(self._targets)} of {characters} characters)"
-        )
+            return f"mixamo san ({asked.clips} clips, {asked.pairs} pairs)"
+        found = self._listing
+        clips, pairs = f"{found.clips} of {asked.clips} clips", f"{found.pairs} of {asked.pairs} pairs"
+        return f"mixamo san-partial ({clips}, {pairs})"
 
     @cached_property
     def notes(self) -> Sequence[str]:
         found = list(self._listing.notes)
         if self._protocol == "san" and not self._whole_san:
-            clips, characters, pairs = self._selection.asked
-            have = len({info.pair for info in self._listing.infos})
+            asked, cases = self._selection.asked, len(self._listing.infos)
             found.insert(
                 0,
-                f"not the papers' test set: {self._listing.clips} of {clips} clips, {have} of {pairs} "
-                f"pairs, {len(self._targets)} of {characters} target characters; its numbers do not "
-                "compare with published ones",
+                f"not the papers' test set but {cases} of its {asked.clips * asked.pairs} cases, with "
+                f"{self._listing.clips} of {asked.clips} clips and {len(self._targets)} of "
+                f"{asked.characters} target characters: its numbers do not compare with published ones",
             )
         if self._protocol == "folds":
             held = ", ".join(self.held_out) or "no character"
@@ -234,9 +232,9 @@ class Mixamo:
 
     @property
     def _whole_san(self) -> bool:
-        clips, _, pairs = self._selection.asked
-        listed = self._layout.listed is not None and clips == protocols.SAN_CLIPS
-        return listed and len(self._listing.infos) == clips * pairs
+        asked = self._selection.asked
+        listed = self._layout.listed is not None and asked.clips == protocols.SAN_CLIPS
+        return listed and len(self._listing.infos) == asked.clips * asked.pairs
 
     @property
     def _variant(self) -> str:

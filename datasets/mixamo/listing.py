@@ -37,6 +37,10 @@ class Listing:
     def clips(self) -> int:
         return len({info.clip for info in self.infos})
 
+    @property
+    def pairs(self) -> int:
+        return len({info.pair for info in self.infos})
+
 
 def readable(
     files: Files,

@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from dataclasses import dataclass, field
+from typing import NamedTuple
 
 from .layout import Layout
 
@@ -23,19 +24,27 @@ _VARIANT = re.compile(r" \(\d+\)$")
 """``Idle (1)``: another take of ``Idle``, kept in the same fold."""
 
 
+class Asked(NamedTuple):
+    """How much a protocol asks for, found or not; ``characters`` are the targets."""
+
+    clips: int
+    characters: int
+    pairs: int
+
+
 @dataclass(frozen=True)
 class Selection:
     """What a protocol asks of a folder.
 
     clips, pairs: what is asked and can be there; pairs are (source, target) folder names.
-    asked:        (clips, target characters, pairs) that the protocol asks for, found or not.
+    asked:        how much the protocol asks for.
     structure:    character -> the native structure that the protocol takes for granted.
     multiple:     clips are cut to a multiple of so many frames.
     """
 
     clips: tuple[str, ...]
     pairs: tuple[tuple[str, str], ...]
-    asked: tuple[int, int, int]
+    asked: Asked
     structure: dict[str, str] = field(default_factory=dict)
     multiple: int = 1
 
@@ -58,7 +67,7 @@ def san(layout: Layout) -> Selection:
     if SAN_SOURCE in layout.clips:
         pairs = [(SAN_SOURCE, target) for target in targets] + pairs
         structure[SAN_SOURCE] = "mixamo-A"
-    asked = (max(SAN_CLIPS, len(clips)), len(SAN_TARGETS), len(SAN_TARGETS) * (len(SAN_TARGETS) + 1))
+    asked = Asked(max(SAN_CLIPS, len(clips)), len(SAN_TARGETS), len(SAN_TARGETS) * (len(SAN_TARGETS) + 1))
     return Selection(tuple(sorted(clips)), tuple(pairs), asked, structure, SAN_MULTIPLE)
 
 
@@ -81,4 +90,4 @@ def _folder_of(layout: Layout, base: str) -> str | None:
 
 def _all_pairs(layout: Layout, clips: tuple[str, ...]) -> Selection:
     pairs = tuple((source, target) for source in layout.characters for target in layout.characters)
-    return Selection(clips, pairs, (len(clips), len(layout.characters), len(pairs)))
+    return Selection(clips, pairs, Asked(len(clips), len(layout.characters), len(pairs)))

@@ -236,8 +236,9 @@ def test_san_asks_for_its_pairs_and_calls_part_of_them_partial(mini):
     assert pairs["cross"] == {"BigVegas>Mousey_m", "BigVegas>Goblin_m"}
     assert pairs["intra"] == {"Mousey_m>Goblin_m", "Goblin_m>Mousey_m"}
     assert pairs["self"] == {"Mousey_m>Mousey_m", "Goblin_m>Goblin_m"}
-    assert dataset.label == "mixamo san-partial (2 of 106 clips, 2 of 4 characters)"
-    assert "6 of 20 pairs" in note(dataset, "not the papers' test set")
+    assert dataset.label == "mixamo san-partial (2 of 106 clips, 6 of 20 pairs)"
+    said = note(dataset, "not the papers' test set")
+    assert "12 of its 2120 cases, with 2 of 106 clips and 2 of 4 target characters" in said
     assert {info.frames for info in every_case(dataset)} == {12}
     case = dataset.load(dataset.cases("retarget", "cross")[0])
     assert case.source.frames == case.reference.frames == 12
@@ -261,12 +262,12 @@ def test_the_whole_of_san_is_not_called_partial(mini, monkeypatch):
     (root / "test_list.txt").write_text("".join(f"{clip}.bvh\n" for clip in clips))
     monkeypatch.setattr(protocols, "SAN_CLIPS", 3)
     dataset = Mixamo(str(root), protocol="san")
-    assert dataset.label == "mixamo san (3 clips, 4 characters)"
+    assert dataset.label == "mixamo san (3 clips, 20 pairs)"
     assert not dataset.notes
     sizes = {split: len(dataset.cases("retarget", split)) for split in SPLITS}
     assert sizes == {"self": 4 * 3, "intra": 12 * 3, "cross": 4 * 3}
     (root / "Goblin_m" / "Clip 1.bvh").unlink()
-    assert "san-partial (3 of 3 clips, 4 of 4 characters)" in Mixamo(str(root), protocol="san").label
+    assert "san-partial (3 of 3 clips, 20 of 20 pairs)" in Mixamo(str(root), protocol="san").label
 
 
 def test_san_takes_no_other_rig_for_its_characters(mini, rigs):

@@ -87,7 +87,7 @@ def test_all_of_the_folder_is_listed(root):
 
 def test_it_is_not_the_whole_of_the_papers_test_set(root):
     dataset = Mixamo(root, protocol="san")
-    assert dataset.label == "mixamo san-partial (53 of 106 clips, 2 of 4 characters)"
+    assert dataset.label == "mixamo san-partial (53 of 106 clips, 6 of 20 pairs)"
     assert {split: len(dataset.cases("retarget", split)) for split in SPLITS} == {
         "self": 2 * 53,
         "intra": 2 * 53,
