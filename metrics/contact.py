@@ -10,12 +10,12 @@ from retarget_bench.comparison import Comparison, Schedule
 KINDS = {
     "recall": (
         "contact recall",
-        "of the moments when {who} has a foot planted, the share in which it stays planted",
+        "when {who} has a foot planted, how often it stays planted",
         "true contacts found / true contacts",
     ),
     "precision": (
         "contact precision",
-        "of the moments when a foot is planted, the share in which {who} has it planted too",
+        "when a foot is planted, how often {who} has it planted too",
         "true contacts found / contacts found (0 where none is found)",
     ),
     "f1": (
