@@ -26,7 +26,7 @@ class Measures:
     h1:          chain height of SAN and PAN: bones from the left toe end (or toe) and from the head end (or
                  head) up to the root; the root's own offset is left out.
     h2:          chain height of NKN, PMnet and R2ET: bones from the head to the hips and from the left toe
-                 to the left upper leg (the bone from the hips to the upper leg, toe end and head end left out).
+                 to the left upper leg; the bone from there to the hips, toe end and head end are left out.
     h4:          vertical extent in the reference pose, tips included.
     leg_length:  upper leg to foot, mean of both sides.
     arm_length:  upper arm to hand, mean of both sides.
@@ -47,8 +47,9 @@ class Measures:
 
 
 def measure(skeleton: Skeleton, roles: Sequence[str | None], reference_pose: np.ndarray) -> Measures:
-    """The sizes of a body. reference_pose: ``(joints, 4)`` local rotations of the T-pose (``alignment.py``).
+    """The sizes of a body.
 
+    reference_pose: ``(joints, 4)`` local rotations of the common reference pose (``alignment.py``).
     A skeleton without the roles is measured along its longest chains instead.
     """
     joint = {role: index for index, role in enumerate(roles) if role is not None}
@@ -82,13 +83,13 @@ def bones(skeleton: Skeleton, joint: int | None, top: int | None) -> float:
 
 
 def tip_places(skeleton: Skeleton, places: np.ndarray, turned: np.ndarray) -> np.ndarray:
-    """``(end sites, 3)`` metres: the tips of the last bones in one pose ``(joints, 3)``, ``(joints, 4)``."""
-
+    """``(end sites, 3)`` metres: the tips of the last bones, given the places ``(joints, 3)`` and world
+    orientations ``(joints, 4)`` of the joints."""
     if not skeleton.end_sites:
         return np.zeros((0, 3))
     parents = [site.parent for site in skeleton.end_sites]
     offsets = np.array([site.offset for site in skeleton.end_sites])
-    return places[parents] + rotation.rotate(turned[parents], offsets)
+    return np.asarray(places[parents] + rotation.rotate(turned[parents], offsets))
 
 
 def _first(joint: dict[str, int], *roles: str) -> int | None:

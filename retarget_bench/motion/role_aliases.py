@@ -63,14 +63,17 @@ LIMB_STEMS: dict[str, tuple[str, ...]] = {
 }
 """Stems of joints that have a side -> roles without the side, best meaning first."""
 
-SPINE_STEMS = frozenset(
-    "spine chest upperchest lowerback upperback midback back waist thorax torso abdomen".split()
-)
-NECK_STEMS = frozenset("neck lowerneck upperneck necktwist".split())
-HEAD_STEMS = frozenset(("head",))
-HEAD_TOP_STEMS = frozenset("headtop headtopend headend headnub topofhead".split())
-TAIL_STEMS = frozenset(("tail",))
-HIPS_STEMS = frozenset("hips hip pelvis root boneroot cog".split())
+
+def _words(text: str) -> frozenset[str]:
+    return frozenset(text.split())
+
+
+SPINE_STEMS = _words("spine chest upperchest lowerback upperback midback back waist thorax torso abdomen")
+NECK_STEMS = _words("neck lowerneck upperneck necktwist")
+HEAD_STEMS = _words("head")
+HEAD_TOP_STEMS = _words("headtop headtopend headend headnub topofhead")
+TAIL_STEMS = _words("tail")
+HIPS_STEMS = _words("hips hip pelvis root boneroot cog")
 FINGERS = {
     "thumb": "thumb",
     "index": "index",
@@ -84,15 +87,15 @@ FINGERS = {
 NUMBERED_FINGERS = ("thumb", "index", "middle", "ring", "pinky")
 """What finger1 to finger5 mean."""
 
-HELPER_WORDS = frozenset(
-    "helper twist share split roll dummy joint pelvis metacarpal metatarsal base fingers ik pole".split()
+HELPER_WORDS = _words(
+    "helper twist share split roll dummy joint pelvis metacarpal metatarsal base fingers ik pole"
 )
 """Names with one of these words belong to the body but carry no role: they follow their parent."""
 
-EXTRA_WORDS = frozenset(
-    "hair hat hood hoodie string jacket sleeve pant backpack strap bag pouch cape belly peck breast ribs jaw"
-    " tongue teeth eye jowel facial face anim risorius temporalis oris levator oculi orbicularis special toe"
-    " prop weapon collar skirt cloth ear brow lip cheek nose".split()
+EXTRA_WORDS = _words(
+    "hair hat hood hoodie string jacket sleeve pant backpack strap bag pouch cape belly peck breast ribs"
+    " jaw tongue teeth eye jowel facial face anim risorius temporalis oris levator oculi orbicularis"
+    " special toe prop weapon collar skirt cloth ear brow lip cheek nose"
 )
 """Names with one of these words are clothes, hair, props, parts of the face or single toes."""
 
@@ -119,7 +122,7 @@ class Name:
 
 
 def read(name: str) -> Name:
-    """Cut a joint's name into side, stem and numbers: ``mixamorig:LeftHandThumb2`` -> left, handthumb, 2."""
+    """Cut a joint's name up: ``mixamorig:LeftHandThumb2`` -> side left, stem handthumb, number 2."""
     bare = strip_prefix(name)
     if bare.startswith("__"):
         return Name("", "helper", words=("helper",))

@@ -94,7 +94,7 @@ BODY_PARTS = ("trunk", "head", "left_arm", "right_arm", "left_leg", "right_leg",
 
 
 def chain(roles: Sequence[str | None], stem: str) -> list[int]:
-    """The joints of ``spine``, ``neck`` or ``tail``, from the hips outwards (``neck`` alone counts as one)."""
+    """The joints of ``spine``, ``neck`` or ``tail`` from the hips outwards; a lone ``neck`` counts."""
     found = {}
     for joint, role in enumerate(roles):
         if role == stem:
@@ -293,10 +293,11 @@ def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
     (clothes, hair, props, face), ``above the hips`` or ``not understood``."""
     by_role = {role: joint for joint, role in enumerate(roles) if role is not None}
     over = set(ancestors(skeleton, by_role["hips"])) if "hips" in by_role else set()
-    carries = {j for joint in by_role.values() for j in ancestors(skeleton, joint)} - over
+    carries = {j for joint in by_role.values() for j in ancestors(skeleton, joint)}
     out: list[str] = []
     for joint, (text, role) in enumerate(zip(skeleton.names, roles, strict=True)):
-        words = set(read(text).words)
+        name = read(text)
+        words = set(name.words)
         if role is not None:
             out.append(role)
         elif joint in over:
@@ -306,7 +307,8 @@ def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
         elif words & EXTRA_WORDS or (joint > 0 and out[skeleton.parents[joint]] == "extra"):
             out.append("extra")
         else:
-            out.append("helper" if words & HELPER_WORDS else "not understood")
+            known = words & HELPER_WORDS or (name.side and name.stem in LIMB_STEMS)
+            out.append("helper" if known else "not understood")
     return tuple(out)
 
 

@@ -1,0 +1,286 @@
+"""Any BVH file to a motion in metres, Y up: roles, unit and up axis are found, and every guess is told.
+
+``load`` never asks: what the file does not say is decided from the body and its motion, listed in
+``Imported.findings``, and can be overridden by an option.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import bvh, kinematics, roles, rotation
+from retarget_bench.motion.alignment import BONE_TOLERANCE
+from retarget_bench.motion.body import UP, Body
+from retarget_bench.motion.bvh import Recording
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.findings import Findings, Reading
+from retarget_bench.motion.measures import measure
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.roles import is_quadruped
+from retarget_bench.motion.skeleton import Skeleton
+
+UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.0254 / 0.45}
+"""Metres of one unit. ``cmu``: inches over 0.45, of the CMU motion capture files."""
+_RARE = {"m": 0.0, "cm": 0.0, "mm": 0.3, "dm": 0.5, "cmu": 0.7, "inch": 1.1}
+"""How much worse a unit must fit to be passed over, as the logarithm of a size ratio."""
+_TALL = {False: 1.6, True: 1.0}
+"""Metres of role height that are typical: on two legs, on four."""
+
+UP_AXES = {
+    "y": (0.0, 0.0, 0.0),
+    "z": (-math.pi / 2, 0.0, 0.0),
+    "x": (0.0, 0.0, math.pi / 2),
+    "-y": (math.pi, 0.0, 0.0),
+    "-z": (math.pi / 2, 0.0, 0.0),
+    "-x": (0.0, 0.0, -math.pi / 2),
+}
+"""Up axis of a file -> the turn (rotation vector) that makes it +Y."""
+_USUAL = {"y": 1.0, "z": 0.9, "x": 0.5, "-y": 0.5, "-z": 0.5, "-x": 0.5}
+"""How usual an up axis is: what a body that mostly lies or sits is weighed with."""
+_SAMPLE = 2000
+"""Frames that are looked at to find out about a body."""
+
+
+@dataclass(frozen=True, eq=False)
+class Imported:
+    """A file's motion and how it was understood."""
+
+    motion: Motion
+    findings: Findings
+
+
+def load(
+    path: str | Path,
+    *,
+    unit: str = "auto",
+    up: str = "auto",
+    root: str = "auto",
+    roles: Mapping[str, str | None] | str | Path | None = None,
+    fps: float | None = None,
+    name: str | None = None,
+) -> Imported:
+    """Read a BVH file as a motion in metres, Y up, facing as recorded.
+
+    unit:  ``auto``, a name of ``UNITS``, or a number: metres of one unit of the file.
+    up:    ``auto``, or ``y``, ``z``, ``x``, with ``-`` in front for the other way.
+    root:  ``auto``, ``absolute`` or ``relative``: how the file states the root's place (see ``bvh.read``).
+    roles: what joints are, over what their names say: joint name -> role or None, or a file of it.
+    fps:   resample to this rate.
+    name:  of the character; the file's name by default.
+    Raises FileError for files that are no readable BVH, NotSupported for unknown options, SkeletonError for
+    roles that do not fit.
+    """
+    path = Path(path)
+    told_up, told_scale = _axis(up), _scale(unit)
+    recording = bvh.read(path, root=root)
+    found = _roles(recording.skeleton, roles)
+    axis, sure = (told_up, 1.0) if told_up else _up_axis(recording, found)
+    upright = _upright(recording, axis)
+    sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // _SAMPLE]
+    body = Character.of(name or path.stem, upright.skeleton, roles=found, sample=sample)
+    guesses = _units(body.height, is_quadruped(body.skeleton, found))
+    chosen = (unit, told_scale) if told_scale else (guesses[0], UNITS[guesses[0]])
+    reading = Reading(
+        unit=chosen,
+        unit_told=told_scale is not None,
+        other_units=tuple((each, body.height * UNITS[each]) for each in guesses if each != chosen[0]),
+        up=axis,
+        up_sure=sure,
+        up_told=told_up is not None,
+        notes=recording.notes,
+    )
+    motion = _scaled(body, upright, chosen[1])
+    findings = _findings(path, motion, reading)
+    return Imported(motion if fps is None else motion.resample(fps), findings)
+
+
+# --------------------------------------------------------------------------------------------- options
+def _axis(up: str) -> str | None:
+    """The up axis that was asked for, None for auto."""
+    if up != "auto" and up not in UP_AXES:
+        raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
+    return None if up == "auto" else up
+
+
+def _scale(unit: str) -> float | None:
+    """Metres of one unit, None for auto."""
+    if unit == "auto" or unit in UNITS:
+        return UNITS.get(unit)
+    try:
+        metres = float(unit)
+    except ValueError:
+        metres = math.nan
+    if not (math.isfinite(metres) and metres > 0):
+        raise NotSupported(
+            f"unit={unit!r} is not known; it is auto, {', '.join(UNITS)}, or metres per unit such as 0.01"
+        )
+    return metres
+
+
+def _roles(
+    skeleton: Skeleton, asked: Mapping[str, str | None] | str | Path | None
+) -> tuple[str | None, ...]:
+    overrides = roles.load_overrides(asked) if isinstance(asked, str | Path) else asked
+    return roles.find(skeleton, overrides)
+
+
+# ------------------------------------------------------------------------------------------------ unit
+def _units(height: float, quadruped: bool) -> list[str]:
+    """Units, best guess first: in which a body of this role height (file units) has a plausible size."""
+    if height <= 0:
+        return ["m"]
+    cost = {
+        unit: abs(math.log(height * metres / _TALL[quadruped])) + _RARE[unit]
+        for unit, metres in UNITS.items()
+    }
+    return sorted(cost, key=cost.__getitem__)
+
+
+def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
+    """The motion in metres; reference pose and roles do not depend on the unit."""
+    sites = tuple(
+        replace(site, offset=(site.offset[0] * scale, site.offset[1] * scale, site.offset[2] * scale))
+        for site in body.skeleton.end_sites
+    )
+    skeleton = Skeleton(body.skeleton.names, body.skeleton.parents, body.skeleton.offsets * scale, sites)
+    character = replace(
+        body, skeleton=skeleton, measures=measure(skeleton, body.roles, body.reference_pose)
+    )
+    return character.motion(recording.rotations, recording.root * scale, recording.fps)
+
+
+# -------------------------------------------------------------------------------------------------- up
+def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, float]:
+    """The axis that bodies stand along, and how sure that is (0 to 1).
+
+    Mean over time of the direction from the feet to the head, or from the paws to the trunk. A body that
+    lies or crawls all the time says little; then the rest pose decides if it is one that a body can take.
+    """
+    body = Body(recording.skeleton, found)
+    lower = body.joints("left_foot", "right_foot", *(roles.HANDS if body.quadruped else ()))
+    upper = [body.hips, body.trunk_end] if body.quadruped else body.joints("head") or [body.trunk_end]
+    if not lower or set(upper) <= {body.hips}:
+        return "y", 0.0
+    some = np.unique(np.linspace(0, len(recording.root) - 1, _SAMPLE).astype(int))
+    places, _ = kinematics.forward(recording.skeleton, recording.rotations[some], recording.root[some])
+    moving = _standing_along(places, lower, upper)
+    resting = _standing_along(np.asarray(recording.skeleton.rest_positions)[None], lower, upper)
+    best = moving
+    if np.abs(moving).max() < 0.5 and body.rests_in_a_pose:
+        best = moving + resting
+    likely = {axis: _USUAL[axis] * float(sign * best["xyz".index(axis[-1])]) for axis, sign in _signs()}
+    axis = max(likely, key=likely.__getitem__)
+    return axis, float(np.clip(likely[axis], 0.0, 1.0))
+
+
+def _signs() -> list[tuple[str, float]]:
+    return [(axis, -1.0 if axis.startswith("-") else 1.0) for axis in UP_AXES]
+
+
+def _standing_along(places: np.ndarray, lower: list[int], upper: list[int]) -> np.ndarray:
+    """``(3,)`` mean unit vector from the lower to the upper joints."""
+    line = places[:, upper].mean(axis=1) - places[:, lower].mean(axis=1)
+    return np.asarray((line / np.maximum(np.linalg.norm(line, axis=1, keepdims=True), 1e-12)).mean(axis=0))
+
+
+def _upright(recording: Recording, up: str) -> Recording:
+    """The same recording with its up axis turned to +Y."""
+    if up == "y":
+        return recording
+    turn = rotation.from_rotation_vector(np.array(UP_AXES[up]))
+    offsets = np.array(recording.skeleton.offsets)
+    offsets[0] = rotation.rotate(turn, offsets[0])
+    skeleton = Skeleton(
+        recording.skeleton.names, recording.skeleton.parents, offsets, recording.skeleton.end_sites
+    )
+    turned = np.array(recording.rotations)
+    turned[:, 0] = rotation.multiply(turn[None], turned[:, 0])
+    place = rotation.rotate(turn[None], recording.root)
+    return replace(recording, skeleton=skeleton, rotations=turned, root=place)
+
+
+# -------------------------------------------------------------------------------------------- findings
+def _findings(path: Path, motion: Motion, reading: Reading) -> Findings:
+    character = motion.character
+    skeleton = character.skeleton
+    moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
+    explained = roles.explain(skeleton, character.roles)
+    return Findings(
+        path=path,
+        reading=reading,
+        joints=tuple(zip(skeleton.names, explained, strict=True)),
+        missing=tuple(roles.missing(character.roles)),
+        quadruped=is_quadruped(skeleton, character.roles),
+        height=character.height,
+        rest_pose=rest_pose(skeleton, character.roles),
+        facing=_facing(motion),
+        fps=motion.fps,
+        frames=motion.frames,
+        floor=_floor(motion),
+        zero_bones=tuple(
+            name
+            for name, length in zip(skeleton.names[1:], skeleton.bone_lengths[1:], strict=True)
+            if length < 1e-9
+        ),
+        still=not moves,
+    )
+
+
+def rest_pose(skeleton: Skeleton, found: Sequence[str | None]) -> str:
+    """The kind of rest pose, in words."""
+    body = Body(skeleton, found)
+    if body.frame is None:
+        return "unknown: no legs (or arms) and trunk were found"
+    if not body.rests_in_a_pose:
+        along = (
+            "bones along the axes of their joints" if body.along_axes else "no pose that a body could take"
+        )
+        return f"{along}; a sample of motion tells how they are twisted"
+    turned = (
+        "" if rotation.angle(body.frame, rotation.identity()) < 1e-6 else ", turned against Y up, facing +Z"
+    )
+    if body.quadruped:
+        return f"standing on four legs{turned}"
+    pair = body.joints("left_arm", "left_hand")
+    if len(pair) < 2:
+        return f"standing{turned}"
+    arm = rotation.rotate(body.frame, body.line(*pair))
+    below = math.atan2(-float(arm @ UP), float(np.hypot(arm[0], arm[2])))
+    kind = "arms down" if below > math.radians(65) else "A-pose" if below > BONE_TOLERANCE else "T-pose"
+    return f"{kind}{turned}"
+
+
+def _facing(motion: Motion) -> float | None:
+    """Degrees from +Z towards +X in the first frame."""
+    character = motion.character
+    if "hips" not in character.joint_of or Body(character.skeleton, character.roles).frame is None:
+        return None
+    hips = character.joint_of["hips"]
+    away = rotation.conjugate(character.reference_globals[hips])
+    turned = rotation.multiply(motion.at(slice(0, 1)).global_rotations[0, hips], away)
+    forward = rotation.rotate(turned, np.array([0.0, 0.0, 1.0]))
+    return math.degrees(math.atan2(float(forward[0]), float(forward[2])))
+
+
+def _floor(motion: Motion) -> float:
+    """Metres: median over time of the lowest joint or tip of the feet above y = 0."""
+    skeleton = motion.skeleton
+    feet = [j for j, role in enumerate(motion.character.roles) if role is not None and _is_foot(role)]
+    if not feet:
+        feet = list(range(len(skeleton)))
+    seen = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLE).astype(int)))
+    lowest = seen.positions[:, feet, 1].min(axis=1)
+    for site in (site for site in skeleton.end_sites if site.parent in feet):
+        tip = rotation.rotate(seen.global_rotations[:, site.parent], np.array([site.offset]))
+        lowest = np.minimum(lowest, seen.positions[:, site.parent, 1] + tip[:, 1])
+    return float(np.median(lowest))
+
+
+def _is_foot(role: str) -> bool:
+    return role.endswith(("_foot", "_toe", "_toe_end"))
