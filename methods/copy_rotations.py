@@ -20,7 +20,7 @@ class CopyRotations:
     upper bound that is marked privileged.
     """
 
-    def __init__(self, root_rule: str = "hip_height") -> None:
+    def __init__(self, root_rule: root_rules.RootRule = "hip_height") -> None:
         self.root_rule = root_rules.check(root_rule)
         self.card = MethodCard(
             name="copy_rotations",

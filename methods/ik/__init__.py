@@ -15,8 +15,6 @@ from .feet import Exchange, Plan, plan
 from .rig import SIDES, Rig
 from .two_bone import Limb, Pose, bend
 
-RULES = tuple(rule for rule in root_rules.ROOT_RULES if rule != "reference")
-
 
 class InverseKinematics:
     """Copied rotations with the contacts repaired: what an artist does after copying.
@@ -33,16 +31,18 @@ class InverseKinematics:
     Four-legged bodies among themselves are held by all four feet. No training, no optimisation.
     """
 
-    def __init__(self, root_rule: str = "hip_height", feet: bool = True, hands: bool = True) -> None:
-        if root_rule not in RULES:
-            raise NotSupported(f"no root rule {root_rule!r} for ik; rules are {', '.join(RULES)}")
-        self.root_rule, self.feet, self.hands = root_rule, feet, hands
+    def __init__(
+        self, root_rule: root_rules.ScalingRule = "hip_height", feet: bool = True, hands: bool = True
+    ) -> None:
+        self.root_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
+        self.feet, self.hands = feet, hands
         self.card = MethodCard(
             name="ik",
             summary="Copied rotations with planted feet and kept hand contacts, by two-bone IK",
             version="1",
             parameters={
-                "root_rule": "length whose ratio scales the root path: " + ", ".join(RULES),
+                "root_rule": "length whose ratio scales the root path: "
+                + ", ".join(root_rules.SCALING_RULES),
                 "feet": "hold ankles and toes where the source holds them (true, false)",
                 "hands": "keep hands that touch hands, the body or the floor (true, false)",
             },

@@ -1,4 +1,4 @@
-"""How the hips give way to the feet: with what both ask for, and down until no planted foot is out of reach."""
+"""How the hips give way to the feet: by what both ask for, and until every planted foot is in reach."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _DEEPEST = 0.25
 
 
 def settle(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -> np.ndarray:
-    """``(frames, 3)`` metres to move the body by, up or down, so that the legs as copied stand on the floor.
+    """``(frames, 3)`` metres to move the body by, up or down, so that copied legs stand on the floor.
 
     Legs of other proportions, or bent at rest, stand higher or lower in the same pose. The hips take what
     the planted feet have in common; the rest is left to the knees.

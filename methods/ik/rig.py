@@ -10,14 +10,13 @@ from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import chain, is_quadruped
+from retarget_bench.motion.transfer import HINGES
 
 from .two_bone import Limb
 
 SIDES = ("left", "right")
 _LEG = ("up_leg", "leg", "foot", "toe")
 _ARM = ("arm", "forearm", "hand", "")
-_KNEE = np.array([1.0, 0.0, 0.0])
-_ELBOW = {"left": np.array([0.0, -1.0, 0.0]), "right": np.array([0.0, 1.0, 0.0])}
 _BENT = 0.2
 """Sine of the bend from which a four-legged body's own rest pose tells the hinge of a limb."""
 
@@ -61,7 +60,7 @@ class Rig:
         upper, lower, end, tip = (self.joint(f"{side}_{part}") for part in parts)
         if min(upper, lower, end) < 0:
             return None
-        axis = _KNEE if kind == "leg" else _ELBOW[side]
+        axis = HINGES[f"{side}_{parts[0]}"]
         across = np.cross(self.rest[lower] - self.rest[upper], self.rest[end] - self.rest[lower])
         lengths = self.character.skeleton.bone_lengths[[lower, end]]
         if self.four_legged and np.linalg.norm(across) > _BENT * lengths.prod():

@@ -77,9 +77,9 @@ def solve(
 
 
 def bend(body: Character, pose: Pose, limb: Limb, goal: np.ndarray, end: np.ndarray) -> None:
-    """Bring a limb's end to ``goal`` ``(frames, 3)`` with world orientation ``end`` ``(frames, 4)``, in place.
+    """Bring a limb's end to ``goal`` ``(frames, 3)``, with world orientation ``end`` ``(frames, 4)``.
 
-    Only the limb's three local rotations change; ``pose.places`` and ``pose.turned`` stay as they were.
+    In place: only the limb's three local rotations change, not ``pose.places`` and ``pose.turned``.
     """
     first, second, last = pose.places[:, limb.upper], pose.places[:, limb.lower], pose.places[:, limb.end]
     upper, lower = pose.turned[:, limb.upper], pose.turned[:, limb.lower]

@@ -26,13 +26,13 @@ def planted(positions: np.ndarray, height: float, fps: float, limit: float = CON
 
 
 def runs(labels: np.ndarray) -> np.ndarray:
-    """Unbroken stretches of a label ``(frames,)``: ``(stretches, 2)`` first frame and the one past the last."""
+    """Unbroken stretches of a label ``(frames,)``: ``(stretches, 2)``, first frame and past-the-last."""
     edges = np.diff(np.concatenate([[0], labels.astype(np.int8), [0]]))
     return np.stack([np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)], axis=1)
 
 
 def tidy(labels: np.ndarray, gap: int, shortest: int) -> np.ndarray:
-    """Labels ``(frames,)`` with gaps up to ``gap`` frames closed, then stretches under ``shortest`` dropped."""
+    """Labels ``(frames,)``: gaps up to ``gap`` frames closed, then stretches under ``shortest`` dropped."""
     out = labels.copy()
     for first, last in runs(~labels):
         if first > 0 and last < len(labels) and last - first <= gap:

@@ -7,7 +7,8 @@ and turning the source about the vertical axis turns the result.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Literal, get_args
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
@@ -23,14 +24,20 @@ SIZES: dict[str, Callable[[Measures], float]] = {
 }
 """Rule -> the length of a body that its ratio is taken of, metres."""
 
-ROOT_RULES = ("none", *SIZES, "reference")
-"""``none`` copies the path unscaled; ``reference`` takes the right answer's own path (privileged)."""
+ScalingRule = Literal["none", "height", "root_offset", "hip_height", "leg_length", "hip_height_width"]
+"""``none`` copies the path unscaled."""
+
+RootRule = ScalingRule | Literal["reference"]
+"""``reference`` takes the right answer's own path (privileged)."""
+
+SCALING_RULES: tuple[str, ...] = get_args(ScalingRule)
+ROOT_RULES = (*SCALING_RULES, "reference")
 
 
-def check(rule: str) -> str:
+def check(rule: str, known: Sequence[str] = ROOT_RULES) -> str:
     """``rule`` itself; raises NotSupported, with the known rules, when there is none of that name."""
-    if rule not in ROOT_RULES:
-        raise NotSupported(f"no root rule {rule!r}; rules are {', '.join(ROOT_RULES)}")
+    if rule not in known:
+        raise NotSupported(f"no root rule {rule!r}; rules are {', '.join(known)}")
     return rule
 
 

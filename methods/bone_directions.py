@@ -1,0 +1,173 @@
+"""Points every bone where the source's points; needs joint positions only, and counts no joints."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.motion import alignment, correspondence, kinematics, root_rules, rotation, transfer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.roles import chain
+
+_STRAIGHT, _BENT = 0.15, 0.4
+"""Sine of a knee's or elbow's bend: from where its plane says something of the twist, from where all."""
+_FROM_PARENT = 0.05
+"""Weight of the parent's orientation where several bones leave a joint: it decides if they are in line."""
+_LONG = ("arm", "forearm", "up_leg", "leg")
+"""Bones that rest alike on all bodies in the reference pose. Others rest as their rig pleases."""
+
+
+class BoneDirections:
+    """Global bone directions matched, bone lengths the target's own.
+
+    Every bone is swung from the reference pose, the shortest way: the long bones of arms and legs until
+    they point where the source's do, spine, neck, collar bones, feet and fingers, which rigs lay out
+    differently at rest, as far as the source's have turned from theirs. The twist comes from the source's
+    rotations where it has some, else from the parent and, for thighs and upper arms, from the plane in
+    which knee and elbow bend. Hips, chest and hands, which carry several bones at fixed angles, take the
+    source's orientation; positions alone give it by a least-squares fit (Wahba's problem). A spine of
+    another count is resampled along its length.
+    """
+
+    def __init__(self, root_rule: root_rules.ScalingRule = "hip_height") -> None:
+        self.root_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
+        self.card = MethodCard(
+            name="bone_directions",
+            summary="Every bone points where the source's does, root path scaled by one ratio",
+            version="1",
+            accepts=("motion", "positions"),
+            parameters={
+                "root_rule": "length whose ratio scales the root path: "
+                + ", ".join(root_rules.SCALING_RULES)
+            },
+        )
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        return transfer.reason(source, target) or root_rules.reason(self.root_rule, source, target)
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:  # noqa: ARG002
+        turned = _Pointing(source, target).orientations()
+        local = alignment.from_relative(target, turned)
+        return target.motion(local, transfer.scaled_root(source, target, local, self.root_rule), source.fps)
+
+
+class _Pointing:
+    """One retargeting in progress: where the source has what the target's joints stand for."""
+
+    def __init__(self, source: Prediction, target: Character) -> None:
+        self.target = target
+        self.rest = reference_places(target)
+        self.seen, self.known = counterparts(source.positions, source.character, target)
+        at_rest, _ = counterparts(reference_places(source.character)[None], source.character, target)
+        self.seen_at_rest = at_rest[0]
+        self.given: np.ndarray | None = None
+        if isinstance(source, Motion):
+            self.given = transfer.orientations(source, target)
+            self.twin = correspondence.correspondence(source.character, target)
+
+    def orientations(self) -> np.ndarray:
+        """``(frames, joints, 4)`` relative to the reference pose, parents before children."""
+        tree = self.target.skeleton.parents.tolist()
+        out = np.empty((len(self.seen), len(tree), 4))
+        for joint, parent in enumerate(tree):
+            above = out[:, parent] if parent >= 0 else np.broadcast_to(rotation.identity(), out[:, 0].shape)
+            copied = self.given is not None and self.twin[joint] >= 0
+            start = self.given[:, joint] if self.given is not None and copied else above
+            bones = self._bones(joint)
+            if len(bones) == 1:
+                out[:, joint] = self._pointed(joint, bones[0], start)
+            elif bones and self.given is None:
+                out[:, joint] = self._fitted(joint, bones, above)
+            else:
+                out[:, joint] = start
+        return out
+
+    def _bones(self, joint: int) -> list[int]:
+        """The next joints below this one that the source knows, past those without a meaning."""
+        if not self.known[joint]:
+            return []
+        found, todo = [], list(self.target.skeleton.children[joint])
+        while todo:
+            below = todo.pop(0)
+            if self.known[below]:
+                found.append(below)
+            elif self.target.roles[below] is None:
+                todo += self.target.skeleton.children[below]
+        return found
+
+    def _pointed(self, joint: int, end: int, start: np.ndarray) -> np.ndarray:
+        """``(frames, 4)``: ``start`` swung until the bone to ``end`` points where the source's does."""
+        bone, role = self.seen[:, end] - self.seen[:, joint], self.target.roles[joint] or ""
+        rest = self.rest if role.endswith(_LONG) else self.seen_at_rest
+        swing = rotation.between(rotation.rotate(start, rest[end] - rest[joint]), bone)
+        turned = rotation.multiply(swing, start)
+        hinge = transfer.HINGES.get(role)
+        after = self._bones(end)
+        if self.given is not None or hinge is None or len(after) != 1:
+            return turned
+        normal = np.cross(_unit(bone), _unit(self.seen[:, after[0]] - self.seen[:, end]))
+        axis, along = rotation.rotate(turned, hinge), _unit(bone)
+        axis = axis - along * (axis * along).sum(-1, keepdims=True)
+        angle = np.arctan2((np.cross(axis, normal) * along).sum(-1), (axis * normal).sum(-1))
+        share = np.clip((np.linalg.norm(normal, axis=-1) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0)
+        return rotation.multiply(rotation.about(along, share * angle), turned)
+
+    def _fitted(self, joint: int, ends: list[int], above: np.ndarray) -> np.ndarray:
+        """``(frames, 4)`` best turn of the source's bones from its reference pose, by singular values."""
+        now = _unit(self.seen[:, ends] - self.seen[:, joint, None])
+        then = _unit(self.seen_at_rest[ends] - self.seen_at_rest[joint])
+        spread = np.einsum("fbi,bj->fij", now, then) + _FROM_PARENT * rotation.to_matrix(above)
+        left, _, right = np.linalg.svd(spread)
+        left[..., -1] *= np.linalg.det(left @ right)[:, None]  # a turn, never a mirror image
+        return rotation.from_matrix(left @ right)
+
+
+def reference_places(body: Character) -> np.ndarray:
+    """``(joints, 3)`` metres: the reference pose with its root at the origin."""
+    return kinematics.forward(body.skeleton, body.reference_pose, np.zeros(3))[0]
+
+
+def counterparts(places: np.ndarray, source: Character, target: Character) -> tuple[np.ndarray, np.ndarray]:
+    """``(frames, target joints, 3)`` where the source has what they stand for, and which of them it has.
+
+    places: ``(frames, source joints, 3)``. By role; spines, necks and tails of other counts are resampled
+    along their length.
+    """
+    out = np.zeros((len(places), len(target.skeleton), 3))
+    known = np.zeros(len(target.skeleton), dtype=bool)
+    for role, joint in target.joint_of.items():
+        if role in source.joint_of:
+            out[:, joint], known[joint] = places[:, source.joint_of[role]], True
+    for theirs, ours in zip(_lines(source), _lines(target), strict=True):
+        if len(theirs) < 2 or len(ours) < 2 or len(theirs) == len(ours):
+            continue
+        at, marks = _shares(source, theirs), _shares(target, ours)
+        for share, joint in zip(marks[1:-1], ours[1:-1], strict=True):
+            low = min(int(np.searchsorted(at, share, side="right")) - 1, len(at) - 2)
+            part = (share - at[low]) / max(at[low + 1] - at[low], 1e-12)
+            first, second = places[:, theirs[low]], places[:, theirs[low + 1]]
+            out[:, joint], known[joint] = first + part * (second - first), True
+    return out, known
+
+
+def _lines(body: Character) -> list[list[int]]:
+    """Chains whose joint counts differ between bodies, with their fixed ends: spine, neck, tail."""
+    spine, neck, tail = (chain(body.roles, stem) for stem in ("spine", "neck", "tail"))
+    ends = [body.joint_of[role] for role in ("hips", "head") if role in body.joint_of]
+    return [[*ends[:1], *spine, *(neck[:1] or ends[1:])], [*neck, *ends[1:]], tail]
+
+
+def _shares(body: Character, joints: list[int]) -> np.ndarray:
+    """``(joints,)`` how far along the line each joint lies, from 0 to 1, in the reference pose."""
+    places = reference_places(body)[joints]
+    steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
+    along = np.concatenate([[0.0], np.cumsum(steps)])
+    return along / max(along[-1], 1e-12)
+
+
+def _unit(v: np.ndarray) -> np.ndarray:
+    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
+
+
+plugin = BoneDirections
