@@ -32,7 +32,7 @@ def arm(side: str, body: Body) -> Limb:
         ease=ease,
         natural=np.cross(elbow, ease),
         tightest=np.radians(32.0),
-        exact=0.965,
+        exact=0.985,
     )
 
 

@@ -7,14 +7,14 @@ hands over to the point that will touch next, which makes take-off and landing s
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from .bodies import Body
 from .curves import bump, hermite, smooth
 from .limbs import about
-from .scaling import foot_place
+from .scaling import foot_pitch, foot_place
 from .score import Foot, Plant
 
 
@@ -53,6 +53,7 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
     pitch, bent, yaw = np.zeros(frames), np.zeros(frames), np.zeros(frames)
     pivot, up, ahead = np.zeros((frames, 3)), np.zeros(frames), np.zeros(frames)
     swinging = np.zeros(frames, dtype=bool)
+    foot = _fitted(foot, body)
     for plant, after in zip(foot.plants, [*foot.plants[1:], None], strict=True):
         last = after.strike if after else frames
         stay = (t >= plant.strike) & (t <= plant.off)
@@ -83,6 +84,16 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
     return FootPath(ankle, yaw, turn @ about(0, pitch), turn @ about(0, bent), flat, on_toe)
 
 
+def _fitted(foot: Foot, body: Body) -> Foot:
+    """The foot's course with the angles that its body gives them."""
+    share = foot_pitch(body)
+    plants = tuple(
+        replace(plant, strike_pitch=share * plant.strike_pitch, off_pitch=share * plant.off_pitch)
+        for plant in foot.plants
+    )
+    return Foot(plants, share * foot.heel)
+
+
 def foot_toe(
     pivot: np.ndarray, up: np.ndarray, ahead: np.ndarray, yaw: np.ndarray, sole: _Sole
 ) -> np.ndarray:
@@ -105,7 +116,7 @@ def _turned(up: np.ndarray, ahead: np.ndarray, pitch: np.ndarray, yaw: np.ndarra
 def _rates(plant: Plant) -> tuple[float, float]:
     """Speeds of the sole's pitch at first touch and when the toe leaves, radians per frame."""
     landing = -1.3 * plant.strike_pitch / max(plant.flat - plant.strike, 1)
-    return landing, 1.5 * plant.off_pitch / max(plant.off - plant.lift, 1)
+    return landing, 2.1 * plant.off_pitch / max(plant.off - plant.lift, 1)
 
 
 def _stance_pitch(plant: Plant, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -154,7 +165,7 @@ def _swing_pivot(
     heel, toe = _resting(after, side, body, sole)
     on_heel = after.strike_pitch < 0.0
     lands, point = (heel, sole.heel) if on_heel else (toe, sole.toe)
-    w = smooth(share)
+    w = share * share * (3.0 - 2.0 * share)
     place = leaves + w[:, None] * (lands - leaves)
     place[:, 1] += plant.lift_height * body.proportions.leg * bump(share)
     return place, sole.toe[0] + w * (point[0] - sole.toe[0]), sole.toe[1] + w * (point[1] - sole.toe[1])

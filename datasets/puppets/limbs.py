@@ -152,7 +152,7 @@ def bend(
 
 def _within(distance: np.ndarray, limb: Limb) -> np.ndarray:
     """The distance that the limb makes: unchanged in reach, eased towards its limits beyond."""
-    far, end = limb.exact * limb.longest, (0.9 * limb.exact + 0.1) * limb.longest
+    far, end = limb.exact * limb.longest, (0.15 * limb.exact + 0.85) * limb.longest
     near, stop = 1.06 * limb.shortest, limb.shortest
     out = np.maximum(distance - far, 0.0)
     inward = np.maximum(near - distance, 0.0)

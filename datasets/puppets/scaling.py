@@ -4,6 +4,7 @@
 |---|---|---|
 | travel, sway and step places | leg lengths | times its leg (hip joint to sole) |
 | stance width | half hip widths | times half the distance of its hip joints |
+| pitch of the sole | radians of a usual foot | heels rise equally high in leg lengths: less on a long foot |
 | height of the hip joints | leg lengths | times its leg, lowered where a foot would not reach the floor |
 | foot contacts | schedule | kept: the same frames, its own sole |
 | hands in the air | arm lengths | times its arm (shoulder joint to wrist), from its own shoulder |
@@ -30,6 +31,16 @@ def foot_place(plant: Plant, side: str, body: Body) -> tuple[float, float]:
         float(plant.place[0] * sizes.leg + out * left[0]),
         float(plant.place[1] * sizes.leg + out * left[1]),
     )
+
+
+USUAL_FOOT = 0.131
+"""From ankle to toe joint, leg lengths: a man's by the table of ``proportions.py``."""
+
+
+def foot_pitch(body: Body) -> float:
+    """By what a sole's angles are multiplied on this body."""
+    sizes = body.proportions
+    return min(max(USUAL_FOOT * sizes.leg / sizes.ball, 0.4), 1.15)
 
 
 def pelvis_place(score: Score, body: Body) -> np.ndarray:

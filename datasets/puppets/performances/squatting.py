@@ -9,7 +9,7 @@ import numpy as np
 from ..curves import plateau, wander
 from ..randomness import Stream
 from ..score import FPS, SIDES, Foot, Hand, Score, Touch, Trunk
-from .standing import shifting, stance
+from .standing import STEP, Stance, shifting, small_step, stance
 from .style import Style, hand, hanging, idle_hand, seconds, trunk
 
 
@@ -18,7 +18,7 @@ class _Squat:
     """arms: forward, knees, hips or clasped. deep: height of the hip joints at the bottom, leg lengths.
     lean: of the whole trunk at the bottom. times: per squat the seconds at which it begins, is deep, ends
     to be deep, and is over. toes: how far the heels rise after each squat. width: of the stance, half hip
-    widths."""
+    widths; ``steps_out``: it is taken by a step at the start."""
 
     arms: str
     deep: float
@@ -26,15 +26,19 @@ class _Squat:
     times: tuple[tuple[float, float, float, float], ...]
     toes: float
     width: float
+    steps_out: bool
 
     @classmethod
     def draw(cls, stream: Stream, frames: int) -> _Squat:
         arms = stream.choice(("forward", "knees", "hips", "clasped"))
-        count = max(1, int(frames / FPS / 2.6))
-        share = frames / FPS / count
+        steps_out = stream.choice((True, False))
+        # a wider stance is taken first
+        first = (6.0 + STEP) / FPS if steps_out else 0.0
+        count = max(1, int((frames / FPS - first) / 2.2))
+        share = (frames / FPS - first) / count
         times = []
         for k in range(count):
-            begin = k * share + share * stream.uniform(0.05, 0.12)
+            begin = first + share * (k + stream.uniform(0.04, 0.10))
             times.append(
                 (
                     begin,
@@ -50,7 +54,8 @@ class _Squat:
             lean=stream.uniform(0.75, 0.95) if knees else stream.uniform(0.45, 0.75),
             times=tuple(times),
             toes=stream.choice((0.0, 0.0, 0.35)),
-            width=stream.uniform(1.4, 2.2),
+            width=stream.uniform(1.3, 2.0),
+            steps_out=steps_out,
         )
 
 
@@ -64,13 +69,13 @@ def squat(stream: Stream, frames: int) -> Score:
     rising = sum(
         (plateau(t, up - 0.25, up + 0.1, up + 0.3, up + 0.7) for *_, up in plan.times), start=still
     )
-    feet = stance(heading, style, frames, shifting(stream, frames, 0.08), plan.width)
+    feet = _feet(stream, style, plan, heading, frames)
     heel = plan.toes * rising
     # the stance's feet, with heels that rise together
     risen = {side: Foot(foot.plants, heel) for side, foot in feet.feet.items()}
     return Score(
         kind="squat",
-        heading=still + heading,
+        heading=feet.heading,
         path=np.zeros((frames, 2)),
         sway=np.zeros((frames, 2)),
         height=0.994 - (0.994 - plan.deep) * down + 0.3 * heel,
@@ -81,6 +86,15 @@ def squat(stream: Stream, frames: int) -> Score:
         hands={side: _hand(stream, style, plan, t, down, side) for side in SIDES},
         parameters={"arms": plan.arms, "deep": plan.deep, "lean": plan.lean, "toes": plan.toes},
     )
+
+
+def _feet(stream: Stream, style: Style, plan: _Squat, heading: float, frames: int) -> Stance:
+    support, side = shifting(stream, frames, 0.08), stream.choice(SIDES)
+    if not plan.steps_out:
+        return stance(heading, style, frames, support, plan.width)
+    narrow = stance(heading, style, frames, support, 0.6 * plan.width)
+    # the whole difference is made by one foot; the balance brings the body between both
+    return small_step(narrow, side, 5, wider=0.8 * plan.width)
 
 
 def _trunk(stream: Stream, style: Style, plan: _Squat, t: np.ndarray, down: np.ndarray) -> Trunk:

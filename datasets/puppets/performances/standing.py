@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..curves import plateau, through
+from ..curves import plateau, ramp, through
 from ..randomness import Stream
 from ..score import SIDES, Foot, Plant, sign
 from .style import Style
@@ -18,8 +18,9 @@ EVER = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Stance:
-    """Feet on the spot. support: ``(frames,)`` share of the weight on the left foot."""
+    """Feet on the spot. heading: ``(frames,)``. support: ``(frames,)`` share of the weight on the left."""
 
+    heading: np.ndarray
     feet: Mapping[str, Foot]
     support: np.ndarray
 
@@ -27,6 +28,10 @@ class Stance:
     def tip(self) -> np.ndarray:
         """``(frames,)`` -1 to 1: how far the weight is on the left rather than on the right."""
         return 2.0 * self.support - 1.0
+
+    def moved(self, side: str, foot: Foot, support: np.ndarray) -> Stance:
+        """With another course of one foot, and of the weight."""
+        return replace(self, feet={**self.feet, side: foot}, support=support)
 
 
 def stance(heading: float, style: Style, frames: int, support: np.ndarray, width: float) -> Stance:
@@ -41,7 +46,8 @@ def stance(heading: float, style: Style, frames: int, support: np.ndarray, width
         lift=EVER,
         off=EVER,
     )
-    return Stance({side: Foot((plant,), np.zeros(frames)) for side in SIDES}, support)
+    feet = {side: Foot((plant,), np.zeros(frames)) for side in SIDES}
+    return Stance(np.full(frames, heading), feet, support)
 
 
 def shifting(stream: Stream, frames: int, size: float) -> np.ndarray:
@@ -61,38 +67,47 @@ def lift_heel(feet: Stance, side: str, start: int, end: int, angle: float) -> St
     rise = min(12.0, 0.4 * (end - start))
     foot = feet.feet[side]
     heel = foot.heel + angle * plateau(t, start, start + rise, end - rise, end)
-    return Stance({**feet.feet, side: replace(foot, heel=heel)}, _relieved(feet, side, start, end, 0.6))
+    return feet.moved(side, replace(foot, heel=heel), _relieved(feet, side, start, end, 0.6))
+
+
+STEP = 18
+"""Frames from lifting a heel to the sole's being flat again, in a small step."""
 
 
 def small_step(
-    feet: Stance,
-    side: str,
-    start: int,
-    length: int,
-    to: tuple[float, float],
-    *,
-    width: float,
-    toe_out: float,
+    feet: Stance, side: str, start: int, ahead: float = 0.0, wider: float = 0.0, turned: float = 0.0
 ) -> Stance:
     """One foot is lifted, toe last, and set down elsewhere, toe first, while the other bears the weight.
 
-    length: frames in the air. to: (x, z) leg lengths of the new place.
+    ahead: leg lengths. wider: half hip widths outward. turned: radians, of the foot and of its place
+    around the body.
     """
     foot = feet.feet[side]
-    off, strike = start + 5, start + 5 + length
-    leaving = replace(foot.plants[-1], lift=start, off=off, off_pitch=0.45, lift_height=0.06)
+    last = foot.plants[-1]
+    off, strike, flat = start + 5, start + 14, start + STEP
+    leaving = replace(last, lift=start, off=off, off_pitch=0.45, lift_height=0.06)
+    heading = last.heading + turned
+    x, z = last.place
     landing = replace(
-        foot.plants[-1],
-        place=to,
-        width=width,
-        toe_out=toe_out,
+        last,
+        place=(x + ahead * float(np.sin(heading)), z + ahead * float(np.cos(heading))),
+        width=last.width + wider,
+        heading=heading,
         strike=strike,
-        flat=strike + 4,
+        flat=flat,
         strike_pitch=0.20,
     )
     plants = (*foot.plants[:-1], leaving, landing)
-    support = _relieved(feet, side, start, strike + 4, 0.95)
-    return Stance({**feet.feet, side: replace(foot, plants=plants)}, support)
+    return feet.moved(side, replace(foot, plants=plants), _relieved(feet, side, start, flat, 0.95))
+
+
+def turn(feet: Stance, start: int, angle: float) -> Stance:
+    """Two small steps turn the body on the spot; the foot on the inside goes first."""
+    first, second = SIDES if angle > 0.0 else SIDES[::-1]
+    feet = small_step(feet, first, start, turned=angle)
+    feet = small_step(feet, second, start + STEP + 3, turned=angle)
+    t = np.arange(len(feet.support), dtype=float)
+    return replace(feet, heading=feet.heading + angle * ramp(t, start - 2.0, start + 2.0 * STEP))
 
 
 def _relieved(feet: Stance, side: str, start: int, end: int, share: float) -> np.ndarray:

@@ -37,7 +37,7 @@ class Style:
             loose=stream.uniform(0.6, 1.5),
             toe_out=stream.uniform(0.05, 0.25),
             stance=stream.uniform(0.9, 1.25),
-            elbow=stream.uniform(0.25, 0.6),
+            elbow=stream.uniform(0.18, 0.5),
             aside=stream.uniform(0.10, 0.20),
         )
 

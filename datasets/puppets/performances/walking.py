@@ -37,7 +37,7 @@ class _Gait:
     @classmethod
     def draw(cls, stream: Stream, frames: int) -> _Gait:
         mode = stream.choice(("steady", "steady", "start", "stop"))
-        stride = 2.0 * FPS / stream.uniform(1.55, 2.05)
+        stride = 2.0 * FPS / stream.uniform(1.6, 2.1)
         first = stream.uniform(0.0, 1.0)
         turned = stream.choice((0.0, 0.0, 0.35, 0.8, 1.4)) * stream.sign() * frames / 100.0
         return cls(
@@ -46,7 +46,7 @@ class _Gait:
             stride=stride,
             first=0.62 * stride + 12.0 * first if mode == "start" else first * stride,
             lead=stream.choice(SIDES),
-            step=stream.uniform(0.55, 0.80) * (1.0 - 0.12 * abs(turned)),
+            step=stream.uniform(0.60, 0.84) * (1.0 - 0.12 * abs(turned)),
             duty=stream.uniform(0.60, 0.65),
             turned=turned + stream.normal(0.04),
             heading=stream.uniform(-np.pi, np.pi),
@@ -122,7 +122,7 @@ def walk(stream: Stream, frames: int) -> Score:
     over_left = phase - 0.6 * np.pi
     sway = [0.030 * active * np.cos(over_left), 0.010 * active * np.sin(2.0 * over_left)]
     sway[0] = sway[0] + wander(stream, t, 0.004 * style.loose)
-    height = 0.994 - 0.026 * active + 0.016 * style.bounce * active * np.cos(2.0 * over_left)
+    height = 0.994 - 0.018 * active + 0.017 * style.bounce * active * np.cos(2.0 * over_left)
     return Score(
         kind="walk",
         heading=course.heading[inside],
@@ -156,7 +156,7 @@ def _plants(gait: _Gait, course: _Course, side: str) -> tuple[Plant, ...]:
     for k in mine:
         strike = round(gait.strike(k))
         off = round(gait.strike(k) + gait.duty * gait.stride)
-        place_at = gait.strike(k) + 0.30 * gait.stride
+        place_at = gait.strike(k) + 0.275 * gait.stride
         if gait.mode == "stop" and k >= gait.steps[-2]:
             off, place_at = _EVER, float(_EVER)
         plants.append(_plant(gait, course, strike, off, place_at))
@@ -210,8 +210,8 @@ def _arm(stream: Stream, gait: _Gait, side: str, t: np.ndarray, active: np.ndarr
     own = 1.0 + sign(side) * style.asymmetry
     wave = -sign(side) * np.cos(gait.phase - 0.15)
     swing = 0.36 * style.swing * own * active * gait.step / 0.7
-    ahead = swing * wave - 0.04 + wander(stream, t, 0.02 * style.loose)
+    ahead = swing * wave - 0.14 + wander(stream, t, 0.02 * style.loose)
     lagging = -sign(side) * np.cos(gait.phase - 0.55)
-    bend = style.elbow + swing * (0.35 + 0.35 * lagging) + wander(stream, t, 0.03 * style.loose)
+    bend = style.elbow + swing * (0.3 + 0.3 * lagging) + wander(stream, t, 0.03 * style.loose)
     aside = style.aside + wander(stream, t, 0.015 * style.loose)
     return hand(stream, t, hanging(ahead, aside, bend), style, upright=0.8)

@@ -6,10 +6,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ..curves import plateau, wander
+from ..curves import plateau, ramp, wander
 from ..randomness import Stream
 from ..score import SIDES, Hand, Score, Touch, Trunk, sign
-from .standing import Stance, lift_heel, shifting, small_step, stance
+from .standing import Stance, lift_heel, shifting, small_step, stance, turn
 from .style import Style, hand, hanging, idle_hand, seconds, trunk
 
 _SHAPES = {
@@ -62,7 +62,7 @@ def wave(stream: Stream, frames: int) -> Score:
     lift = raised * float(sum(sign(side) for side in plan.hands))
     return Score(
         kind="wave",
-        heading=still + heading,
+        heading=feet.heading,
         path=np.zeros((frames, 2)),
         sway=np.zeros((frames, 2)),
         height=0.990 - 0.012 * np.abs(feet.tip) + 0.004 * np.abs(swing),
@@ -86,22 +86,17 @@ def wave(stream: Stream, frames: int) -> Score:
 
 
 def _feet(stream: Stream, style: Style, heading: float, frames: int) -> Stance:
-    """The weight wanders; the idle heel lifts, or one foot steps a little aside."""
+    """The weight wanders; the body turns to whom it greets, or a foot steps aside, or a heel lifts."""
     width = style.stance * stream.uniform(1.0, 1.7)
     feet = stance(heading, style, frames, shifting(stream, frames, 0.40), width)
-    what, side = stream.choice(("heel", "step", "step", "none")), stream.choice(SIDES)
-    start = round(stream.uniform(0.25, 0.5) * frames)
+    what, side = stream.choice(("turn", "turn", "step", "heel")), stream.choice(SIDES)
+    start = round(stream.uniform(0.05, 0.45) * frames)
+    if what == "turn":
+        return turn(feet, round(0.3 * start) + 6, stream.sign() * stream.uniform(0.5, 1.1))
     if what == "step":
-        aside, ahead = stream.uniform(-0.05, 0.12), stream.uniform(-0.12, 0.12)
-        place = (ahead * float(np.sin(heading)), ahead * float(np.cos(heading)))
-        length = round(stream.uniform(8.0, 12.0))
-        feet = small_step(
-            feet, side, start, length, place, width=width + 6.0 * aside, toe_out=style.toe_out + 0.15
-        )
-    elif what == "heel":
-        length = round(stream.uniform(24.0, 45.0))
-        feet = lift_heel(feet, side, start, start + length, stream.uniform(0.25, 0.5))
-    return feet
+        return small_step(feet, side, start, stream.uniform(-0.15, 0.20), stream.uniform(-0.3, 0.8))
+    length = round(stream.uniform(24.0, 45.0))
+    return lift_heel(feet, side, start, start + length, stream.uniform(0.25, 0.5))
 
 
 def _trunk(
@@ -119,7 +114,9 @@ def _trunk(
     pelvis = np.stack([0.06 * feet.tip + 0.25 * plan.at * raised, 0.02 + zero, -0.08 * feet.tip], axis=-1)
     side = 0.10 * feet.tip - 0.06 * lift - 0.015 * swing * np.sign(lift)
     chest = np.stack([0.30 * plan.at * raised + 0.05 * lift, -0.04 * raised, side], axis=-1)
-    gaze = np.stack([0.85 * plan.at * raised, -0.05 * raised, 0.05 * lift], axis=-1)
+    # the eyes turn before the feet
+    ahead = 0.8 * (feet.heading[-1] - feet.heading) * ramp(t, -0.1, 0.5)
+    gaze = np.stack([0.85 * plan.at * raised + ahead, -0.05 * raised, 0.05 * lift], axis=-1)
     return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze, follow=0.1)
 
 
