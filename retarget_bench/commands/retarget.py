@@ -1,0 +1,108 @@
+"""``bench retarget``: one file in, one file out."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from retarget_bench import defaults, registry
+from retarget_bench.commands.options import plugin_names, plugin_option, seed_option
+from retarget_bench.commands.reading import reading_options
+from retarget_bench.errors import BenchError
+
+if TYPE_CHECKING:
+    from retarget_bench.motion.importer import Imported
+    from retarget_bench.motion.motion import Motion
+
+
+@click.command("retarget")
+@click.argument("source", metavar="SOURCE", type=click.Path(path_type=Path))
+@click.option(
+    "--target", required=True, metavar="FILE", type=click.Path(path_type=Path), help="Whose body."
+)
+@click.option(
+    "-o", "--out", required=True, metavar="FILE", type=click.Path(path_type=Path), help="The result."
+)
+@click.option(
+    "-m",
+    "--method",
+    default=defaults.METHOD,
+    show_default=True,
+    metavar="METHOD",
+    shell_complete=plugin_names("methods"),
+    help="The method, with parameters in brackets.",
+)
+@click.option("--fps", type=click.FloatRange(1, 1000), help="Frames per second. [default: the source's]")
+@reading_options()
+@reading_options("target")
+@seed_option
+@plugin_option
+def command(
+    source: Path,
+    target: Path,
+    out: Path,
+    method: str,
+    fps: float | None,
+    unit: str,
+    up: str,
+    root_place: str,
+    roles: str | None,
+    target_unit: str,
+    target_up: str,
+    target_root_place: str,
+    target_roles: str | None,
+    seed: int,
+    plugins: tuple[str, ...],
+) -> None:
+    """Let the body of one BVH file perform the motion of another, SOURCE.
+
+    The result has the target file's joints, names, channels, unit and axes. bench doctor says how the two
+    files are understood.
+    """
+    del plugins
+    for given in (source, target):
+        if out.exists() and given.exists() and out.samefile(given):
+            raise BenchError(f"{out} would overwrite {given}; choose another name for the result")
+    from retarget_bench.motion import bvh_like, importer
+
+    performer = importer.load(source, unit=unit, up=up, root=root_place, roles=roles, fps=fps)
+    body = importer.load(target, unit=target_unit, up=target_up, root=target_root_place, roles=target_roles)
+    for side, option in ((performer, "--"), (body, "--target-")):
+        for warning in side.findings.warnings:
+            click.echo(f"{side.findings.path}: {warning.replace('--', option)}", err=True)
+    answer = _retargeted(method, performer, body, seed)
+    for note in bvh_like.write(out, answer, body, root=target_root_place):
+        click.echo(f"{out}: {note}", err=True)
+    click.echo(_summary(out, method, performer, body))
+
+
+def _retargeted(method: str, performer: Imported, body: Imported, seed: int) -> Motion:
+    """The method's answer; raises BenchError with its reason where there is none."""
+    from retarget_bench.api import Case, CaseInfo, Context
+    from retarget_bench.motion.motion import Motion
+    from retarget_bench.predict import predict
+
+    source, target = performer.motion, body.motion.character
+    names = (source.character.name, target.name)
+    case = Case(CaseInfo("file", "retarget", "cross", *names, clip=names[0]), source, target)
+    outcome = predict(registry.create("methods", method), case, Context(seed=seed))
+    if outcome.prediction is None:
+        raise BenchError(f"{method} gave no motion ({outcome.status}): {outcome.message}")
+    if not isinstance(outcome.prediction, Motion):
+        raise BenchError(f"{method} gives joint positions only; a BVH file needs rotations")
+    return outcome.prediction
+
+
+def _summary(out: Path, method: str, performer: Imported, body: Imported) -> str:
+    from retarget_bench.motion.correspondence import correspondence
+
+    source, target = performer.motion, body.motion.character
+    followed = int((correspondence(source.character, target) >= 0).sum())
+    found = body.findings.reading
+    return (
+        f"{out}: {source.frames} frames of {source.character.name} at {source.fps:g} per second on the "
+        f"body of {target.name}, by {method}; {followed} of {len(target.skeleton)} joints follow it; "
+        f"unit {found.unit[0]}, {found.up} up"
+    )

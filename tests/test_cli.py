@@ -1,0 +1,282 @@
+"""The command line: what it prints, how it fails, and what it leaves behind."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from retarget_bench import cli, registry
+from retarget_bench.api import SPLITS
+from retarget_bench.commands import options
+from retarget_bench.commands.new import plugin_source
+from retarget_bench.errors import BenchError
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    """Every test has an empty folder of its own, and no plug-in files from another one."""
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(registry, "_FILES", {})
+
+
+@pytest.fixture
+def bows(tmp_path) -> list[str]:
+    """The template data set, as options that make it known."""
+    (tmp_path / "bows.py").write_text(plugin_source("dataset", "bows"))
+    return ["--plugin", "bows.py"]
+
+
+class Done:
+    def __init__(self, code: int, out: str, err: str) -> None:
+        self.code, self.out, self.err = code, out, err
+
+
+@pytest.fixture
+def bench(capsys):
+    def run(*arguments: str) -> Done:
+        with pytest.raises(SystemExit) as stop:
+            cli.main(list(arguments))
+        out, err = capsys.readouterr()
+        return Done(int(stop.value.code or 0), out, err)
+
+    return run
+
+
+def test_help_names_every_command_with_the_line_of_its_own_help(bench):
+    done = bench("--help")
+    assert done.code == 0
+    for name in cli.COMMANDS:
+        assert re.search(rf"^  {name}  ", done.out, re.MULTILINE)
+        assert bench(name, "--help").code == 0
+
+
+def test_every_command_module_exposes_its_command():
+    group = cli.LazyGroup("bench")
+    for name in cli.COMMANDS:
+        command = group.get_command(None, name)
+        assert command is not None
+        assert command.name == name
+        assert command.help
+
+
+@pytest.mark.parametrize(("typed", "meant"), [("rnu", "run"), ("lst", "list"), ("retargt", "retarget")])
+def test_a_mistyped_command_suggests_the_near_one(bench, typed, meant):
+    done = bench(typed)
+    assert done.code == 2
+    assert f"no command is called '{typed}'; did you mean {meant}" in done.err
+
+
+def test_options_know_the_splits_of_the_contract():
+    assert options.SPLITS == SPLITS
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ([], SPLITS),
+        (["-s", "cross", "-s", "self"], ("self", "cross")),
+        (["--split", "intra,cross"], ("intra", "cross")),
+    ],
+)
+def test_splits_may_be_repeated_or_listed(given, expected):
+    import click
+
+    seen = []
+    command = click.command()(options.split_option(lambda splits: seen.append(splits)))
+    assert CliRunner().invoke(command, given).exit_code == 0
+    assert seen == [expected]
+
+
+def test_root_is_short_for_the_data_sets_parameter():
+    assert str(options.dataset_spec("mixamo[structure=S28]", "/x")) == "mixamo[root=/x,structure=S28]"
+    assert str(options.dataset_spec("mixamo[root=/a]", "/b")) == "mixamo[root=/b]"
+    assert str(options.dataset_spec("puppets")) == "puppets"
+
+
+# ---------------------------------------------------------------------------------------------- failing
+def test_an_error_is_one_line_and_status_2(bench):
+    done = bench("info", "no_such_thing_at_all")
+    assert done.code == 2
+    assert done.err.startswith("bench: nothing is called 'no_such_thing_at_all'; known are ")
+    assert done.err.count("\n") == 1
+    assert done.out == ""
+
+
+def test_the_traceback_is_there_for_those_who_ask(monkeypatch):
+    monkeypatch.setenv("RETARGET_BENCH_TRACEBACK", "")
+    with pytest.raises(BenchError, match="nothing is called"):
+        cli.main(["--traceback", "info", "no_such_thing_at_all"])
+
+
+def test_an_unknown_option_is_answered_by_click(bench):
+    done = bench("list", "--plugn", "x.py")
+    assert done.code == 2
+    assert "--plugin" in done.err
+
+
+@pytest.mark.parametrize(("command", "told"), [("run", "continues from there"), ("list", "interrupted.")])
+def test_an_interrupt_is_a_sentence_and_status_130(bench, monkeypatch, command, told):
+    def interrupted(*_, **__):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(registry, "names", interrupted)
+    monkeypatch.setattr(registry, "working", interrupted)
+    done = bench(command)
+    assert done.code == 130
+    assert told in done.err
+    assert "Traceback" not in done.err
+
+
+@pytest.mark.skipif(os.name != "posix", reason="sends SIGINT")
+def test_ctrl_c_in_a_running_process_ends_it_cleanly(tmp_path):
+    (tmp_path / "slow.py").write_text(
+        '"""Sleeps."""\nimport time, pathlib\n'
+        'class plugin:\n    def __init__(self):\n        pathlib.Path("here").touch(); time.sleep(60)\n'
+        "    def cases(self, task, split): ...\n"
+    )
+    command = [sys.executable, "-m", "retarget_bench", "run", "-d", "slow", "--plugin", "slow.py"]
+    env = {**os.environ, "PYTHONPATH": str(ROOT)}
+    process = subprocess.Popen(command, cwd=tmp_path, env=env, stderr=subprocess.PIPE, text=True)
+    for _ in range(600):
+        if (tmp_path / "here").exists():
+            break
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, err = process.communicate(timeout=30)
+    assert process.returncode == 130
+    assert "the same command continues from there" in err
+    assert "Traceback" not in err
+
+
+def test_a_closed_pipe_is_no_error():
+    command = f"{sys.executable} -m retarget_bench list | head -n 1"
+    done = subprocess.run(command, shell=True, cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout == "Methods\n"
+    assert done.stderr == ""
+
+
+# ------------------------------------------------------------------------------------- list, info, new
+def test_list_shows_one_kind_or_all(bench, bows):
+    everything = bench("list", *bows).out
+    assert [line for line in everything.splitlines() if line and line[0] != " "] == [
+        "Methods",
+        "Metrics",
+        "Data sets",
+    ]
+    only = bench("list", "datasets", *bows).out
+    assert only.startswith("Data sets\n")
+    assert re.search(
+        r"^  bows +One line that says what the data are; .* \[.*bows.py\]$", only, re.MULTILINE
+    )
+    assert "copy_rotations" not in only
+
+
+def test_info_shows_parameters_and_formulas(bench):
+    method = bench("info", "copy_rotations").out
+    assert "root_rule=" in method
+    assert "(default hip_height)" in method
+    metric = bench("info", "position").out
+    assert "mpjpe_h.world" in metric
+    assert "formula: 100 * mean over frames and joints of |p - g| / h" in metric
+    assert bench("info").code == 2
+
+
+@pytest.mark.parametrize("kind", ["method", "metric", "dataset"])
+def test_a_new_plug_in_runs_as_it_is(bench, bows, kind):
+    done = bench("new", kind, "mine")
+    assert done.code == 0
+    assert "wrote mine.py" in done.out
+    text = Path("mine.py").read_text()
+    assert "my_" not in text.replace("my_plugin", "")
+    assert "class Mine:" in text
+    tested = bench("test", "mine", "--plugin", "mine.py", *bows, "-d", "bows")
+    assert tested.code == 0, tested.out + tested.err
+    assert "FAILED" not in tested.out
+
+
+def test_new_overwrites_nothing(bench):
+    Path("mine.py").write_text("precious")
+    assert bench("new", "method", "mine").code == 2
+    assert Path("mine.py").read_text() == "precious"
+    Path("wide").mkdir()
+    assert "exists already" in bench("new", "metric", "wide", "--package").err
+    assert list(Path("wide").iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["Mine", "7up", "a-b", "", "x" * 60, "../x"])
+def test_new_refuses_names_that_are_no_module(bench, name):
+    assert "is no name for a plug-in" in bench("new", "method", name).err
+    assert list(Path().iterdir()) == []
+
+
+def test_new_refuses_names_that_are_taken(bench):
+    assert "method copy_rotations (built-in) has this name" in bench("new", "method", "copy_rotations").err
+
+
+@pytest.mark.parametrize(("kind", "group"), [("method", "methods"), ("dataset", "datasets")])
+def test_a_new_package_has_an_entry_point_and_a_test(bench, kind, group):
+    import tomllib
+
+    assert bench("new", kind, "my_own", "--package").code == 0
+    project = tomllib.loads(Path("my_own/pyproject.toml").read_text())
+    assert project["project"]["name"] == "retarget-bench-my-own"
+    assert project["project"]["entry-points"] == {
+        f"retarget_bench.{group}": {"my_own": "retarget_bench_my_own:plugin"}
+    }
+    assert project["tool"]["setuptools"]["packages"] == ["retarget_bench_my_own"]
+    assert Path("my_own/retarget_bench_my_own/__init__.py").read_text() == plugin_source(kind, "my_own")
+    assert f'assert_contract("{group}", "my_own")' in Path("my_own/tests/test_my_own.py").read_text()
+
+
+# ----------------------------------------------------------------------------------------- export-cases
+def test_exported_cases_hold_inputs_and_no_reference(bench, bows):
+    done = bench("export-cases", "bows[frames=12]", "out", *bows)
+    assert done.code == 0, done.err
+    manifest = json.loads(Path("out/manifest.json").read_text())
+    assert manifest["dataset"] == "bows[frames=12]"
+    data = registry.create("datasets", "bows[frames=12]")
+    infos = [info for split in ("self", "intra") for info in data.cases("retarget", split)]
+    assert [case["id"] for case in manifest["cases"]] == [info.id for info in infos]
+    for info, facts in zip(infos, manifest["cases"], strict=True):
+        case = data.load(info)
+        source = np.load(f"out/{facts['source_file']}.npz")
+        assert np.array_equal(source["rotations"], case.source.rotations)
+        assert (float(source["fps"]), facts["frames"]) == (30.0, 12)
+        target = np.load(f"out/{facts['target_file']}.npz")
+        assert np.array_equal(target["offsets"], case.target.skeleton.offsets)
+        assert "rotations" not in target
+        assert Path(f"out/{facts['source_file']}.bvh").read_text().startswith("HIERARCHY")
+    files = [path for path in Path("out").rglob("*") if path.is_file()]
+    assert len(files) == 1 + 2 * (4 + 2)  # the manifest; 2 figures x 2 clips, and 2 figures, twice each
+
+
+def test_predictions_made_from_an_export_are_scored(bench, bows):
+    assert bench("export-cases", "bows[frames=12]", "out", *bows).code == 0
+    manifest = json.loads(Path("out/manifest.json").read_text())
+    for case in manifest["cases"]:
+        source = np.load(f"out/{case['source_file']}.npz")
+        root = np.tile([[0.0, 0.5, 0.0]], (case["frames"], 1))
+        np.savez(f"out/{case['prediction']}.npz", rotations=source["rotations"], root=root)
+    done = bench("score", "out", "--name", "theirs", "-m", "position", *bows, "-j", "1")
+    assert done.code == 0, done.err
+    assert "theirs" in done.out
+    (rows,) = Path("runs").rglob("intra/theirs.csv")
+    found = [line.split(",") for line in rows.read_text().splitlines()]
+    hips = {row[0]: float(row[-1]) for row in found if "root_path.vertical" in row}
+    data = registry.create("datasets", "bows[frames=12]")
+    for info in data.cases("retarget", "intra"):
+        case = data.load(info)
+        off = abs(float(case.reference.root[0, 1]) - 0.5)
+        assert hips[info.id] == pytest.approx(100 * off / case.target.height, rel=1e-5)
