@@ -29,7 +29,7 @@ def loose(mini, rigs):
     return root
 
 
-def test_loose_files_with_one_hierarchy_are_one_body(loose):
+def test_loose_files_with_the_same_bones_are_one_body(loose):
     dataset = Folder(str(loose))
     assert set(dataset.characters()) == {"walk", "xbot"}
     assert pairs(dataset, "self") == {("walk>walk", "walk"), ("walk>walk", "wave"), ("xbot>xbot", "xbot")}
@@ -40,6 +40,35 @@ def test_loose_files_with_one_hierarchy_are_one_body(loose):
     }
     assert pairs(dataset, "intra") == set()
     assert dataset.label == f"folder {loose.name}"
+
+
+def test_rounding_and_the_place_of_the_root_make_no_other_body(loose):
+    text = (loose / "walk.bvh").read_text()
+    other = text.replace("OFFSET 0.000000 98.000000 0.000000", "OFFSET 7.5 0.0 -412.0").replace(
+        "28.0", "28.0002"
+    )
+    assert (other.count("28.0002"), other.count("-412.0")) == (2, 1)
+    (loose / "rounded.bvh").write_text(other)
+    (loose / "longer.bvh").write_text(text.replace("OFFSET 28.0", "OFFSET 29.0"))
+    dataset = Folder(str(loose))
+    assert set(dataset.characters()) == {"longer", "rounded", "xbot"}
+    bodies = {dataset.load(info).target for info in every_case(dataset) if info.target == "rounded"}
+    assert bodies == {dataset.characters()["rounded"]}
+
+
+def test_a_body_that_cannot_be_used_is_named_and_left_out(loose):
+    (loose / "puppet.bvh").write_text(
+        "HIERARCHY\nROOT Hips\n{\nOFFSET 0 90 0\nCHANNELS 3 Zrotation Xrotation Yrotation\nJOINT Spine\n{\n"
+        "OFFSET 0 10 0\nCHANNELS 3 Xposition Yposition Zposition\n}\nJOINT Leg\n{\n"
+        "OFFSET 0 -40 0\nCHANNELS 3 Zrotation Xrotation Yrotation\n}\n}\n"
+        "MOTION\nFrames: 2\nFrame Time: 0.05\n0 0 0 0 10 0 0 0 0\n0 0 0 0 20 0 0 0 0\n"
+    )
+    dataset = Folder(str(loose))
+    assert set(dataset.characters()) == {"walk", "xbot"}
+    assert any(note.startswith("1 body cannot be used: puppet (") for note in dataset.notes)
+    alone = Folder(str(loose), target=str(loose / "puppet.bvh"))
+    with pytest.raises(BenchError, match="can be used: puppet"):
+        alone.cases("retarget", "cross")
 
 
 def test_unpaired_files_have_no_reference_but_the_body_itself(loose):

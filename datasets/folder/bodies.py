@@ -1,0 +1,129 @@
+"""Which bodies and clips lie in the folders that a user gives."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.catalogue import Entry, bvh_files, catalogue, contents, some, subfolders
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion import bvh
+from retarget_bench.motion.bvh_document import Hierarchy
+
+LAYOUTS = "DIR/clip.bvh, or DIR/Body/clip.bvh with one folder per body"
+ROUNDING = 1e-3
+"""Share of a body's size within which its files may state its bones."""
+Bodies = dict[str, dict[str, Path]]
+"""Body name -> clip name -> file."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """What there is.
+
+    sources: the bodies of ``root``, with the clips that can be read.
+    targets: the bodies to retarget to: all of these, or the one that ``target`` names.
+    bodies:  the sources, and the target where it lies elsewhere.
+    entries: every file looked at.
+    """
+
+    sources: Bodies
+    targets: tuple[str, ...]
+    bodies: Bodies
+    entries: Mapping[Path, Entry]
+
+
+def find(root: str, target: str) -> Found:
+    """Look at ``root`` and, where it is not "", at ``target``: files, or folders of files.
+
+    Raises BenchError where there is nothing to work with, saying what is there instead.
+    """
+    if not root:
+        raise BenchError(f"folder needs your files: give --root DIR, or folder[root=DIR]; {LAYOUTS}")
+    loose, inside = _sources(existing(root, "root"))
+    aim = _target(existing(target, "target")) if target else {}
+    within = [path for clips in inside.values() for path in clips.values()]
+    entries = catalogue(Path(root), dict.fromkeys([*loose.values(), *within, *aim.values()]))
+    sources = {name: _readable(clips, entries) for name, clips in inside.items()}
+    _group(_readable(loose, entries), entries, sources)
+    sources = {name: clips for name, clips in sorted(sources.items()) if clips}
+    if not sources:
+        problems = [f"{path.name} ({entry.problem})" for path, entry in entries.items()]
+        raise BenchError(f"none of the files of {root} can be read: {some(problems, 5)}")
+    if not target:
+        return Found(sources, tuple(sources), sources, entries)
+    clips = _readable(aim, entries)
+    if not clips:
+        raise FileError(target, "; ".join(entries[path].problem for path in aim.values()))
+    files = {path.resolve() for path in clips.values()}
+    for name, own in sources.items():
+        if files <= {path.resolve() for path in own.values()}:
+            return Found(sources, (name,), sources, entries)
+    name = _free(Path(target).stem, sources)
+    return Found(sources, (name,), {**sources, name: clips}, entries)
+
+
+def existing(given: str, what: str) -> Path:
+    """The path that a parameter names; raises BenchError with what lies near it."""
+    path = Path(given).expanduser()
+    if path.exists():
+        return path
+    nearest = next((each for each in path.parents if each.is_dir()), Path())
+    raise BenchError(f"{what}: there is no {path}; {nearest} exists and holds {contents(nearest)}")
+
+
+def _sources(root: Path) -> tuple[dict[str, Path], Bodies]:
+    """Loose files, and files by folder."""
+    if root.is_file():
+        return {root.stem: root}, {}
+    loose = bvh_files(root)
+    inside = {each.name: found for each in subfolders(root) if (found := bvh_files(each))}
+    if not loose and not inside:
+        raise BenchError(f"{root} holds no BVH files ({LAYOUTS}); it holds {contents(root)}")
+    return loose, inside
+
+
+def _target(target: Path) -> dict[str, Path]:
+    aim = {target.stem: target} if target.is_file() else bvh_files(target)
+    if not aim:
+        raise BenchError(f"target {target} holds no BVH files; it holds {contents(target)}")
+    return aim
+
+
+def _readable(files: Mapping[str, Path], entries: Mapping[Path, Entry]) -> dict[str, Path]:
+    return {clip: path for clip, path in files.items() if not entries[path].problem}
+
+
+def _group(loose: Mapping[str, Path], entries: Mapping[Path, Entry], bodies: Bodies) -> None:
+    """Loose files, put to the bodies that they show; a body is named after its first file."""
+    known: dict[str, tuple[str, Hierarchy]] = {}
+    for clip, path in loose.items():
+        text = entries[path].hierarchy
+        if text not in known:
+            own = bvh.parse_header(path).hierarchy
+            twin = next((name for name, other in known.values() if _same_bones(own, other)), None)
+            known[text] = (twin or _free(clip, bodies), own)
+        bodies.setdefault(known[text][0], {})[clip] = path
+
+
+def _same_bones(one: Hierarchy, other: Hierarchy) -> bool:
+    """Whether two files have one body: same joints, and bones that differ by rounding only.
+
+    The offset of the root does not count, nor that of its only child, which may stand below a dummy root:
+    many files put the first frame's place there.
+    """
+    if one.names != other.names or not np.array_equal(one.parents, other.parents):
+        return False
+    free = 2 if (one.parents == 0).sum() == 1 else 1
+    bones, others = one.offsets[free:], other.offsets[free:]
+    size = np.linalg.norm(bones, axis=1).max(initial=0.0)
+    return bool(np.abs(bones - others).max(initial=0.0) <= ROUNDING * size)
+
+
+def _free(name: str, taken: Mapping[str, object]) -> str:
+    """``name``, or ``name-2`` and so on where that is taken."""
+    numbered = (f"{name}-{number}" for number in range(2, len(taken) + 3))
+    return next(each for each in (name, *numbered) if each not in taken)
