@@ -70,3 +70,20 @@ def test_a_body_lifted_by_five_centimetres() -> None:
     found = compute("ground", replace(case, predicted=lifted))
     assert found["floating.rate"] == 100.0
     assert found["floating.mean"] == pytest.approx(5.0)
+
+
+@pytest.mark.parametrize(("depth", "rate"), [(0.009, 0.0), (0.011, 100.0)])
+def test_up_to_a_centimetre_is_no_fault(depth: float, rate: float) -> None:
+    case = sides(10, 4)
+    places = case.expected.positions
+    standing = places - places[..., 1].min(axis=1)[:, None, None] * [0, 1, 0]
+    body = case.predicted.character
+    at = {
+        height: body.positions(standing + np.array([0, height, 0]), 30.0) for height in (-depth, 0.0, depth)
+    }
+    sunk = compute("ground", replace(case, predicted=at[-depth]))
+    assert sunk["penetration.rate"] == rate
+    assert sunk["penetration.max"] == pytest.approx(100 * depth, abs=1e-9)
+    case.contacts = Contacts(ROLES, np.ones((10, 4), dtype=bool))
+    lifted = compute("ground", replace(case, predicted=at[depth], expected=at[0.0]))
+    assert lifted["floating.rate"] == rate
