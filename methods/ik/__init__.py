@@ -12,7 +12,7 @@ from retarget_bench.motion.motion import Motion
 
 from . import hands, pelvis
 from .feet import Exchange, Plan, plan
-from .rig import SIDES, Rig
+from .rig import SIDES, rig_of
 from .two_bone import Limb, Pose, bend
 
 
@@ -20,10 +20,12 @@ class InverseKinematics:
     """Copied rotations with the contacts repaired: what an artist does after copying.
 
     1. Rotations are copied (see ``copy_rotations``) and the root path is scaled by ``root_rule``.
-    2. Ankles and toes that the source holds still (slower than 0.003 heights per frame at 30 fps) are held
-       at one place, at the height the source has them above the floor; corrections are eased in and out
-       over a third of a second, and from step to step over the swing.
-    3. Where a planted foot is out of a leg's reach, the hips sink, smoothly.
+    2. Feet near the floor follow the source's own path, scaled like the root path, at the target's stance
+       width. Ankles and toes that the source holds still (slower than 0.003 heights per frame at 30 fps)
+       are held at one place; corrections are eased in and out over a third of a second, and from step to
+       step over the swing.
+    3. The hips take half of the height that the planted feet ask for together; where a planted foot is
+       still out of its leg's reach, they sink, smoothly.
     4. Legs bend in closed form, in the plane they are in; feet keep their copied orientation but for the
        turn that holds both ankle and toe.
     5. Hands near the other hand, the own body or the floor keep that contact, likewise with the arms.
@@ -52,8 +54,8 @@ class InverseKinematics:
         if why := transfer.reason(source, target) or root_rules.reason(self.root_rule, source, target):
             return why
         for body in (source, target):
-            rig = Rig.of(body)
-            if any(rig.limb(side, "leg") is None for side in SIDES):
+            limbs = rig_of(body).limbs
+            if any((side, "leg") not in limbs for side in SIDES):
                 return f"{body.name} has no two legs of upper leg, leg and foot to plant"
         return None
 
@@ -63,7 +65,7 @@ class InverseKinematics:
         copied = transfer.carry(source, target, self.root_rule)
         pose = Pose(copied.rotations.copy(), copied.root, copied.positions, copied.global_rotations)
         ratio = root_rules.ratio(self.root_rule, source.character, target)
-        exchange = Exchange(source, Rig.of(source.character), Rig.of(target), pose, ratio)
+        exchange = Exchange(source, rig_of(source.character), rig_of(target), pose, ratio)
         four_legged = exchange.theirs.four_legged and exchange.ours.four_legged
         if self.feet:
             _plant(exchange, ("leg", "arm") if four_legged else ("leg",))
@@ -74,8 +76,10 @@ class InverseKinematics:
 
 def _limbs(exchange: Exchange, kind: str) -> list[tuple[Limb, Limb]]:
     """The left and right ``leg`` or ``arm`` on the source and on the target, where both have them."""
-    both = [(exchange.theirs.limb(side, kind), exchange.ours.limb(side, kind)) for side in SIDES]
-    return [(theirs, ours) for theirs, ours in both if theirs is not None and ours is not None]
+    theirs, ours = exchange.theirs.limbs, exchange.ours.limbs
+    return [
+        (theirs[side, kind], ours[side, kind]) for side in SIDES if (side, kind) in theirs.keys() & ours
+    ]
 
 
 def _plant(exchange: Exchange, kinds: tuple[str, ...]) -> None:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -15,8 +17,7 @@ from retarget_bench.motion.transfer import HINGES
 from .two_bone import Limb
 
 SIDES = ("left", "right")
-_LEG = ("up_leg", "leg", "foot", "toe")
-_ARM = ("arm", "forearm", "hand", "")
+_PARTS = {"leg": ("up_leg", "leg", "foot", "toe"), "arm": ("arm", "forearm", "hand", "")}
 _BENT = 0.2
 """Sine of the bend from which a four-legged body's own rest pose tells the hinge of a limb."""
 
@@ -25,21 +26,19 @@ _BENT = 0.2
 class Rig:
     """A character with its reference pose laid out: soles on y = 0, hips above the origin.
 
-    rest: ``(joints, 3)`` metres.
+    rest: ``(joints, 3)`` metres. limbs: by side and ``leg`` or ``arm``, where it has two bones.
+    chest: the last joint of the spine, or -1.
     """
 
     character: Character
     rest: np.ndarray
+    limbs: Mapping[tuple[str, str], Limb]
+    chest: int
+    four_legged: bool
 
-    @classmethod
-    def of(cls, character: Character) -> Rig:
-        places, _ = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))
-        hips = places[character.joint_of["hips"]]
-        return cls(character, places - hips + [0.0, character.measures.hip_height, 0.0])
-
-    @property
-    def four_legged(self) -> bool:
-        return is_quadruped(self.character.skeleton, self.character.roles)
+    def joint(self, role: str) -> int:
+        """The joint with this role (or ``chest``), or -1."""
+        return self.chest if role == "chest" else self.character.joint_of.get(role, -1)
 
     def facing(self, motion: Motion) -> np.ndarray:
         """``(frames, 4)`` how the hips are turned from the reference pose in a motion of this body."""
@@ -48,21 +47,32 @@ class Rig:
             motion.global_rotations[:, hips], rotation.conjugate(self.character.reference_globals[hips])
         )
 
-    def joint(self, role: str) -> int:
-        """The joint with this role, or -1; ``chest`` is the last of the spine."""
-        if role == "chest":
-            return (chain(self.character.roles, "spine") or [-1])[-1]
-        return self.character.joint_of.get(role, -1)
 
-    def limb(self, side: str, kind: str) -> Limb | None:
-        """The ``leg`` or ``arm`` of a side with its bend axis, or None where it has no two bones."""
-        parts = _LEG if kind == "leg" else _ARM
-        upper, lower, end, tip = (self.joint(f"{side}_{part}") for part in parts)
-        if min(upper, lower, end) < 0:
-            return None
-        axis = HINGES[f"{side}_{parts[0]}"]
-        across = np.cross(self.rest[lower] - self.rest[upper], self.rest[end] - self.rest[lower])
-        lengths = self.character.skeleton.bone_lengths[[lower, end]]
-        if self.four_legged and np.linalg.norm(across) > _BENT * lengths.prod():
-            axis = across / np.linalg.norm(across)
-        return Limb(upper, lower, end, tip, axis)
+@lru_cache(maxsize=256)
+def rig_of(character: Character) -> Rig:
+    """The rig of a character, made once."""
+    places, _ = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))
+    hips = places[character.joint_of["hips"]]
+    rest = places - hips + [0.0, character.measures.hip_height, 0.0]
+    four_legged = is_quadruped(character.skeleton, character.roles)
+    limbs = {}
+    for side in SIDES:
+        for kind, parts in _PARTS.items():
+            upper, lower, end, tip = (character.joint_of.get(f"{side}_{part}", -1) for part in parts)
+            if min(upper, lower, end) >= 0:
+                axis = _axis(rest[[upper, lower, end]], four_legged, f"{side}_{parts[0]}")
+                limbs[side, kind] = Limb(upper, lower, end, tip, axis)
+    chest = (chain(character.roles, "spine") or [-1])[-1]
+    return Rig(character, rest, limbs, chest, four_legged)
+
+
+def _axis(places: np.ndarray, bent: bool, first: str) -> np.ndarray:
+    """``(3,)`` the axis in the reference pose that a positive turn folds a limb about.
+
+    bent: believe the bend that the reference pose shows, where it shows one.
+    """
+    upper, lower = places[1] - places[0], places[2] - places[1]
+    across = np.cross(upper, lower)
+    if bent and np.linalg.norm(across) > _BENT * np.linalg.norm(upper) * np.linalg.norm(lower):
+        return np.asarray(across / np.linalg.norm(across))
+    return HINGES[first]
