@@ -55,7 +55,13 @@ FOLDS_SUMMARY = (
 
 
 class Mixamo:
-    """The data set; files are looked at when cases are asked for."""
+    """A case is a pair of characters on a clip that both perform in the same number of frames.
+
+    Structures are those of the rigs as the files have them: A with a ``Pelvis`` (Aj, BigVegas, Kaya), B with
+    split spine and shoulders (names in ``_m``), any other by its tree of joints. Files that cannot be read,
+    clips that one side lacks and clips of unequal length are left out, and counted below every table. With
+    ``protocol=san`` anything less than the papers' whole test set is called ``san-partial``.
+    """
 
     card: DatasetCard = CARD
 
