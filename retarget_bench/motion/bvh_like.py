@@ -74,24 +74,42 @@ def _values(pattern: _Pattern, motion: Motion) -> tuple[np.ndarray, tuple[str, .
     values[:, place_channels] = place
     turned = np.array(motion.rotations)
     turned[:, 0] = rotation.multiply(rotation.conjugate(heading)[None], turned[:, 0])
+    columns = [_columns(hierarchy, joint, ROTATIONS) for joint in range(pattern.first, len(hierarchy))]
+    angles = np.stack([_angles(turned[:, j], tuple(each)) for j, each in enumerate(columns)], axis=1)
+    angles = _without_jumps(angles, np.array([len(each) == 3 for each in columns]))
     notes = []
-    for joint in range(pattern.first, len(hierarchy)):
-        columns = _columns(hierarchy, joint, ROTATIONS)
-        angles, lost = _angles(turned[:, joint - pattern.first], tuple(columns))
-        values[:, list(columns.values())] = angles
+    for joint, each in enumerate(columns):
+        values[:, list(each.values())] = angles[:, joint, : len(each)]
+        lost = float(np.abs(angles[:, joint, len(each) :]).max(initial=0.0))
         if lost > _ANGLE:
-            notes.append(
-                f"{hierarchy.names[joint]} has {len(columns)} rotation channels: {lost:.1f} degrees lost"
-            )
+            name = hierarchy.names[pattern.first + joint]
+            notes.append(f"{name} has {len(each)} rotation channels: {lost:.1f} degrees lost")
     return values, tuple(notes)
 
 
-def _angles(turned: np.ndarray, axes: tuple[int, ...]) -> tuple[np.ndarray, float]:
-    """``(frames, channels)`` degrees without jumps of whole turns, and what the channels cannot say."""
+def _angles(turned: np.ndarray, axes: tuple[int, ...]) -> np.ndarray:
+    """``(frames, 3)`` degrees about the axes that a joint has, then about those that it lacks."""
     order = "".join("XYZ"[axis] for axis in (*axes, *sorted({0, 1, 2} - set(axes))))
-    angles = np.degrees(rotation.to_euler(turned, order))
-    rest = np.abs(angles[:, len(axes) :]).max(initial=0.0)
-    return np.unwrap(angles[:, : len(axes)], axis=0, period=360.0), float(rest)
+    return np.degrees(rotation.to_euler(turned, order))
+
+
+def _without_jumps(angles: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """``(frames, joints, 3)`` the same rotations, each by those of their angles closest to the last ones.
+
+    Three angles mean the same as both outer ones half a turn on and the middle one mirrored, and as any
+    whole turns more. Curves that jump between these are what animators cannot edit.
+    free: ``(joints,)`` whether the joint has all three angles, so that it may be said the other way.
+    """
+    other = 180.0 + angles * [1.0, -1.0, 1.0]
+    smooth = angles.copy()
+    for frame in range(1, len(angles)):
+        before = smooth[frame - 1]
+        near, far = (
+            way + 360.0 * np.round((before - way) / 360.0) for way in (angles[frame], other[frame])
+        )
+        shorter = np.abs(far - before).sum(axis=-1) < np.abs(near - before).sum(axis=-1)
+        smooth[frame] = np.where((shorter & free)[:, None], far, near)
+    return smooth
 
 
 def _placed(pattern: _Pattern, root: np.ndarray) -> tuple[list[int], np.ndarray, np.ndarray]:
