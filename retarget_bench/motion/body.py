@@ -145,8 +145,8 @@ class Body:
         self.swing_bone(pose, joint, self.bone(joint, child), wanted)
 
     def swing_bone(self, pose: np.ndarray, joint: int, bone: np.ndarray, wanted: np.ndarray) -> None:
-        """Likewise for any vector in the joint's frame; one that points the other way is first turned
-        about the axis across the body (or upright, for sideways ones), so that the way round is definite."""
+        """Likewise for any vector in the joint's frame. One that points the other way is first turned about
+        the axis across the body (upright for sideways ones), so that the way round is definite."""
         turned = self.get_global(pose, joint)
         now = rotation.rotate(turned, bone)
         if now @ wanted < _OPPOSITE:

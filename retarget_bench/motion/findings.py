@@ -110,7 +110,7 @@ class Findings:
         reading, told = self.reading, {True: "as told", False: "guessed"}
         still = ", all the same pose" if self.still else ""
         lines = [
-            f"  frames     {self.frames} at {self.fps:g} per second ({self.frames / self.fps:.1f} s){still}",
+            f"  frames     {self.frames} at {self.fps:g} per second, {self.frames / self.fps:.1f} s{still}",
             f"  unit       {reading.unit[0]} = {reading.unit[1]:.4g} m ({told[reading.unit_told]}): "
             f"height {self.height:.2f} m",
             f"  up axis    {reading.up} ({told[reading.up_told]})",
