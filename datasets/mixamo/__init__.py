@@ -57,10 +57,10 @@ FOLDS_SUMMARY = (
 class Mixamo:
     """A case is a pair of characters on a clip that both perform in the same number of frames.
 
-    Structures are those of the rigs as the files have them: A with a ``Pelvis`` (Aj, BigVegas, Kaya), B with
-    split spine and shoulders (names in ``_m``), any other by its tree of joints. Files that cannot be read,
-    clips that one side lacks and clips of unequal length are left out, and counted below every table. With
-    ``protocol=san`` anything less than the papers' whole test set is called ``san-partial``.
+    Structures are those of the rigs as the files have them: A with a ``Pelvis`` (Aj, BigVegas, Kaya), B
+    with split spine and shoulders (names in ``_m``), any other by its tree of joints. Files that cannot be
+    read, clips that one side lacks and clips of unequal length are left out, and counted below every table.
+    With ``protocol=san`` anything less than the papers' whole test set is called ``san-partial``.
     """
 
     card: DatasetCard = CARD
