@@ -50,20 +50,21 @@ def _where(error: Exception) -> str:
     return f"{type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
 
 
-def sample(data: Dataset, per_split: int = 1, frames: int = 40) -> list[Case]:
-    """The first cases of every split of a data set, cut to their first frames."""
+def sample(data: Dataset, frames: int = 40) -> list[Case]:
+    """The first case of every split of a data set, brought to a length by ``resized``."""
     found = []
     for split in data.card.splits:
-        infos = data.cases("retarget", split)[:per_split]
-        found += [cut(data.load(info), frames) for info in infos]
+        found += [resized(data.load(info), frames) for info in data.cases("retarget", split)[:1]]
     if not found:
         raise BenchError(f"data set {data.card.name!r} has no case to try a plug-in on")
     return found
 
 
-def cut(case: Case, frames: int) -> Case:
-    """The first frames of a case."""
-    part = slice(0, frames)
+def resized(case: Case, frames: int) -> Case:
+    """The first frames of a case; where it is shorter, it goes back and forth."""
+    there_and_back = np.arange(max(2 * case.source.frames - 2, 1))
+    turning = np.minimum(there_and_back, len(there_and_back) - there_and_back)
+    part = np.resize(turning, frames)
     contacts = case.contacts and replace(case.contacts, planted=case.contacts.planted[part])
     reference = None if case.reference is None else case.reference.at(part)
     return replace(case, source=case.source.at(part), reference=reference, contacts=contacts)

@@ -13,7 +13,7 @@ from retarget_bench import parameters, predict, registry
 from retarget_bench.api import Case, Context, Dataset, Method, Prediction
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.spec import Spec
-from retarget_bench.testing.check import Check, Checks, changed, cut, difference, sample, snapshot
+from retarget_bench.testing.check import Check, Checks, changed, difference, resized, sample, snapshot
 
 PRIVILEGED = ("reference", "target_motions", "other_clips")
 KINDS_OF_SOURCE = ("motion", "positions")
@@ -76,7 +76,7 @@ class _Trial:
         return _first_problem(outcomes)
 
     def one_frame(self) -> str | None:
-        return _first_problem([(case, self._ask(cut(case, 1))) for case in self.cases])
+        return _first_problem([(case, self._ask(resized(case, 1))) for case in self.cases])
 
     def other_rate(self) -> str | None:
         return _first_problem([(case, self._ask(_at_rate(case, 50.0))) for case in self.cases])

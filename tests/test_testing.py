@@ -1,0 +1,264 @@
+"""The contract kit passes what is right, and each of its checks fails for what it is there for."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from retarget_bench import registry, testing
+from retarget_bench.commands.new import plugin_source
+from retarget_bench.errors import BenchError
+
+METHODS = [entry.name for entry in registry.names("methods") if entry.origin == registry.BUILT_IN]
+METRICS = [entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN]
+
+
+@pytest.mark.parametrize("name", METHODS)
+def test_built_in_methods_keep_the_contract(name):
+    testing.assert_contract("methods", name)
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_built_in_metrics_keep_the_contract(name):
+    testing.assert_contract("metrics", name)
+
+
+def test_the_embedded_data_set_keeps_the_contract():
+    testing.assert_contract("datasets", "puppets[size=tiny]")
+
+
+# ----------------------------------------------------------------------- faults, each found by its check
+@pytest.fixture
+def bows(tmp_path, monkeypatch) -> str:
+    """The template data set under a name of its own."""
+    monkeypatch.setattr(registry, "_FILES", {})
+    file = tmp_path / "bows.py"
+    file.write_text(plugin_source("dataset", "bows"))
+    registry.add_file(file)
+    return "bows"
+
+
+def plant(folder: Path, kind: str, change: dict[str, str], name: str = "faulty") -> str:
+    """The template of a kind with a fault put in."""
+    text = plugin_source(kind, name)
+    for right, wrong in change.items():
+        assert text.count(right) == 1, right
+        text = text.replace(right, wrong)
+    file = folder / f"{name}.py"
+    file.write_text(text)
+    registry.add_file(file)
+    return name
+
+
+def failures(kind: registry.Kind, name: str, data: str) -> dict[str, str]:
+    return {each.demand: each.problem for each in testing.check(kind, name, data) if not each.passed}
+
+
+ANSWER = "return target.motion(copied.rotations, root, source.fps)"
+METHOD_FAULTS = {
+    "card without a line for a parameter": (
+        {'parameters={"stride":': 'parameters={"width":'},
+        "its card says",
+        "no line for stride",
+    ),
+    "unknown privileged input": (
+        {'version="1",': 'version="1", needs=("oracle",),'},
+        "its card says",
+        "oracle",
+    ),
+    "reason that is none": (
+        {"return transfer.reason(source, target)": 'return ""'},
+        "supports() gives",
+        "returned ''",
+    ),
+    "frame too few": (
+        {ANSWER: "return target.motion(copied.rotations[:-1], root[:-1], source.fps)"},
+        "answers keep",
+        "39 frames; the source has 40",
+    ),
+    "not a number": (
+        {ANSWER: "root[0] = np.nan; " + ANSWER, "from __future__ import annotations": "import numpy as np"},
+        "answers keep",
+        "not finite",
+    ),
+    "not unit": (
+        {ANSWER: ANSWER.replace("copied.rotations", "2 * copied.rotations")},
+        "answers keep",
+        "not unit",
+    ),
+    "fixed rate": (
+        {ANSWER: ANSWER.replace("source.fps", "30.0")},
+        "another frame rate",
+        "30 frames per second",
+    ),
+    "fails on one frame": (
+        {ANSWER: "assert source.frames > 1, 'too short'; " + ANSWER},
+        "a clip of one frame",
+        "too short",
+    ),
+    "fails on positions": (
+        {
+            'raise NotSupported("faulty needs a source with rotations")': "source.rotations",
+            'version="1",': 'version="1", accepts=("motion", "positions"),',
+        },
+        "a source known by positions",
+        "AttributeError",
+    ),
+    "writes into the source": (
+        {ANSWER: "source.root[0] += 1; " + ANSWER},
+        "its input is not modified",
+        "source.root",
+    ),
+    "global randomness": (
+        {ANSWER: "import numpy; root += numpy.random.rand(); " + ANSWER},
+        "same case and seed",
+        "differ by up to",
+    ),
+    "remembers": (
+        {ANSWER: "self.stride += 1; root += self.stride; " + ANSWER},
+        "same case and seed",
+        "differ by up to",
+    ),
+    "undeclared seed": (
+        {"del context": "pass", ANSWER: "root = root + context.seed; " + ANSWER},
+        "the seed matters only",
+        "differ by up to",
+    ),
+    "peeks": (
+        {"del context": "if context.reference is not None: return context.reference"},
+        "privileged inputs",
+        "card's needs does not name",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", METHOD_FAULTS)
+def test_a_faulty_method_fails_the_check_that_is_meant_for_it(tmp_path, bows, fault):
+    change, demand, problem = METHOD_FAULTS[fault]
+    found = failures("methods", plant(tmp_path, "method", change), bows)
+    (told,) = (text for name, text in found.items() if name.startswith(demand))
+    assert problem in told
+    with pytest.raises(AssertionError, match="breaks its contract"):
+        testing.assert_contract("methods", "faulty", bows)
+
+
+VALUE = '{"faulty.mean": 100 * float(apart.mean()) / comparison.height}'
+METRIC_FAULTS = {
+    "no formula": (
+        {'"100 * mean over frames of |p_y - g_y| / h; p, g: the head, h: target\'s height"': '" "'},
+        "its card says",
+        "faulty.mean has no formula",
+    ),
+    "unknown direction": ({'better="lower"': 'better="smaller"'}, "its card says", "smaller"),
+    "not a number": ({VALUE: '{"faulty.mean": float("nan")}'}, "values are finite", "nan"),
+    "undeclared": (
+        {VALUE: VALUE[:-1] + ', "other": 1.0}'},
+        "values are finite",
+        "undeclared values: other",
+    ),
+    "number for a curve": (
+        {'better="lower",': 'better="lower", index="joint",'},
+        "values are finite",
+        "gave float",
+    ),
+    "nothing": ({VALUE: "{}"}, "values are finite", "no value at all"),
+    "wrong way round": (
+        {'better="lower"': 'better="higher"'},
+        "the right answer is never worse",
+        "faulty.mean",
+    ),
+    "fails on one frame": (
+        {VALUE: '{"faulty.mean": float(np.diff(apart, axis=0).max())}'},
+        "a clip of one frame",
+        "ValueError",
+    ),
+    "needs rotations": (
+        {VALUE: '{"faulty.mean": float(comparison.prediction.rotations.max())}'},
+        "a prediction known by positions",
+        "AttributeError",
+    ),
+    "writes into the prediction": (
+        {"return " + VALUE: "comparison.prediction.root[0] += 1; return " + VALUE},
+        "its input is not modified",
+        "prediction.root",
+    ),
+    "random": (
+        {"return " + VALUE: "return {'faulty.mean': np.random.rand()}"},
+        "same input",
+        "faulty.mean was",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", METRIC_FAULTS)
+def test_a_faulty_metric_fails_the_check_that_is_meant_for_it(tmp_path, bows, fault):
+    change, demand, problem = METRIC_FAULTS[fault]
+    found = failures("metrics", plant(tmp_path, "metric", change), bows)
+    (told,) = (text for name, text in found.items() if name.startswith(demand))
+    assert problem in told
+
+
+IDS = 'CaseInfo(f"faulty/{a}>{b}/{clip}", task, split, a, b, clip, frames=self.frames)'
+DATA_FAULTS = {
+    "no licence": ({'licence="CC0-1.0"': 'licence=""'}, "its card says", "no licence"),
+    "label": ({'return "faulty"': "return 7"}, "label, content and notes", "label is 7"),
+    "nothing": ({"for clip in CLIPS\n": "for clip in ()\n"}, "there is at least one case", "no case"),
+    "same id twice": ({IDS: IDS.replace("{clip}", "clip")}, "case ids are unique", "is there twice"),
+    "id without the pair": ({IDS: IDS.replace("{a}>{b}", "{b}>{a}")}, "case ids are unique", ">"),
+    "changing content": (
+        {'return f"version {self.card.version}, {self.frames} frames"': "return str(id(self))"},
+        "built again",
+        "content was",
+    ),
+    "wrong split": (
+        {'(split == "self") == (a == b)': '(split == "self") == (a != b)'},
+        "splits follow",
+        "but is",
+    ),
+    "length": (
+        {"frames=self.frames)": "frames=self.frames + 1)"},
+        "loaded cases fit",
+        "61 frames listed, 60 loaded",
+    ),
+    "rate": (
+        {"reference=self._bow(target, CLIPS[info.clip])": "reference=self._bow(target, 0.1).resample(15)"},
+        "loaded cases fit",
+        "reference of 30 frames, source of 60",
+    ),
+    "other body": (
+        {"target=target,": "target=self._characters['small'],"},
+        "loaded cases fit",
+        "another skeleton",
+    ),
+    "not unit": (
+        {"rotations = np.tile(rotation.identity(),": "rotations = np.tile(2 * rotation.identity(),"},
+        "loaded cases are finite",
+        "not a unit quaternion",
+    ),
+    "random": (
+        {"angle = depth *": "angle = depth * np.random.rand() *"},
+        "a case loaded twice",
+        "the sources differ",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", DATA_FAULTS)
+def test_a_faulty_data_set_fails_the_check_that_is_meant_for_it(tmp_path, monkeypatch, fault):
+    monkeypatch.setattr(registry, "_FILES", {})
+    change, demand, problem = DATA_FAULTS[fault]
+    found = failures("datasets", plant(tmp_path, "dataset", change), "")
+    (told,) = (text for name, text in found.items() if name.startswith(demand))
+    assert problem in told
+
+
+def test_what_cannot_be_built_is_an_error_and_no_failed_check(bows):
+    with pytest.raises(BenchError, match="nothing_like_it"):
+        list(testing.check("methods", "nothing_like_it", bows))
+
+
+def test_a_data_set_without_cases_is_an_error_of_the_data(tmp_path, bows):
+    plant(tmp_path, "dataset", {"for clip in CLIPS\n": "for clip in ()\n"}, "empty")
+    with pytest.raises(BenchError, match="'empty' has no case"):
+        list(testing.check("metrics", "position", "empty"))
