@@ -77,8 +77,8 @@ class Typical:
         self.frames = self._upright()
 
     def _hips(self) -> np.ndarray:
-        """``(4,)`` the hips' turn into the reference pose. The rest pose tells it, unless the trunk always
-        points elsewhere: then the place of the tail or the typical trunk does."""
+        """``(4,)`` the hips' turn into the reference pose, by the legs, and by the tail on four legs or
+        else by where the trunk typically points."""
         body = self.body
         assert body.frame is not None
         assert body.trunk is not None
@@ -87,8 +87,9 @@ class Typical:
             return _exact(body, frame(-tail, body.across, FORWARD, LEFT))
         lines = self.places[:, body.trunk_end] - self.places[:, body.hips]
         typical = rotation.rotate(rotation.conjugate(self.globals[:, body.hips]), lines).mean(axis=0)
-        size = np.linalg.norm(typical) * np.linalg.norm(body.trunk)
-        if size < 1e-12 or typical @ body.trunk > _TURNED_ROUND * size:
+        if np.linalg.norm(np.cross(typical, body.across)) < 0.3 * np.linalg.norm(
+            body.trunk
+        ) * np.linalg.norm(body.across):
             return body.frame
         return _exact(body, frame(typical, body.across, FORWARD if body.quadruped else UP, LEFT))
 

@@ -1,0 +1,273 @@
+"""The reference pose: exact on re-framed rigs, and true on real ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from alignment_rigs import performance, reframed, rewritten, t_pose
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from retarget_bench.errors import SkeletonError
+from retarget_bench.motion import bvh, kinematics, rotation
+from retarget_bench.motion.alignment import from_relative, reference_pose, relative
+from retarget_bench.motion.body import Body, quarter_turns
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.correspondence import carry
+from retarget_bench.motion.importer import load
+from retarget_bench.motion.roles import find
+from retarget_bench.motion.skeleton import Skeleton
+
+X, Y, Z = np.eye(3)
+T_POSE = Character.of("t", t_pose())
+MOVES = performance(T_POSE)
+PLACES = np.tile([0.0, 1.0, 0.0], (len(MOVES), 1))
+MOTION = T_POSE.motion(MOVES, PLACES, 30.0)
+
+
+def frames(**turns: np.ndarray) -> np.ndarray:
+    """Per joint how its frame is turned: the first of ``turns`` whose name is in the joint's name."""
+    out = rotation.identity(len(T_POSE.skeleton))
+    for joint, name in enumerate(T_POSE.skeleton.names):
+        for word, turn in turns.items():
+            if word in name:
+                out[joint] = turn
+                break
+    return out
+
+
+def turn(axis: np.ndarray, degrees: float) -> np.ndarray:
+    return rotation.about(axis, np.radians(degrees))
+
+
+def along_x(flip_right: bool) -> np.ndarray:
+    """Frames with every bone along +X (right limbs along -X with ``flip_right``, as Bandai's rig)."""
+
+    def frame(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return rotation.from_matrix(np.stack([x, y, np.cross(x, y)], axis=1))
+
+    sign = -1.0 if flip_right else 1.0
+    leg_right = frame(-Y * sign, Z * sign)
+    slope = np.arctan2(0.06, 0.14)
+    foot = rotation.multiply(turn(X, np.degrees(slope)), frame(Z, Y))
+    foot_right = rotation.multiply(turn(X, np.degrees(slope)), frame(Z * sign, Y * sign))
+    return frames(
+        RightFoot=foot_right,
+        LeftFoot=foot,
+        RightToe=frame(Z * sign, Y * sign),
+        LeftToe=frame(Z, Y),
+        RightUpLeg=leg_right,
+        RightLeg=leg_right,
+        LeftUpLeg=frame(-Y, Z),
+        LeftLeg=frame(-Y, Z),
+        RightShoulder=frame(-X * sign, Z),
+        RightArm=frame(-X * sign, Z),
+        RightForeArm=frame(-X * sign, Z),
+        RightHand=frame(-X * sign, Z),
+        LeftShoulder=frame(X, -Z),
+        LeftArm=frame(X, -Z),
+        LeftForeArm=frame(X, -Z),
+        LeftHand=frame(X, -Z),
+        Hips=frame(Y, Z),
+        Spine=frame(Y, Z),
+        Neck=frame(Y, Z),
+        Head=frame(Y, Z),
+    )
+
+
+REFRAMED = {
+    "Z up": frames(**{"": turn(X, 90)}),
+    "facing -X": frames(**{"": turn(Y, 90)}),
+    "facing back, upside down": frames(**{"": turn(X, 180)}),
+    "A-pose": frames(
+        LeftArm=turn(Z, 45), LeftFore=turn(Z, 45), LeftHand=turn(Z, 45),
+        RightArm=turn(Z, -45), RightFore=turn(Z, -45), RightHand=turn(Z, -45),
+    ),
+    "arms down, legs apart": frames(
+        LeftArm=turn(Z, 90), LeftFore=turn(Z, 90), LeftHand=turn(Z, 90),
+        RightArm=turn(Z, -90), RightFore=turn(Z, -90), RightHand=turn(Z, -90),
+        LeftUpLeg=turn(Z, -20), LeftLeg=turn(Z, -20), LeftFoot=turn(Z, -20), LeftToe=turn(Z, -20),
+        RightUpLeg=turn(Z, 20), RightLeg=turn(Z, 20), RightFoot=turn(Z, 20), RightToe=turn(Z, 20),
+    ),
+    "bones along +X": along_x(False),
+    "bones along X, right side mirrored": along_x(True),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("rig", REFRAMED)
+def test_a_motion_written_on_another_rig_is_the_same_relative_to_the_reference_pose(rig):
+    skeleton = reframed(T_POSE.skeleton, REFRAMED[rig])
+    rotations = rewritten(T_POSE.skeleton, MOVES, REFRAMED[rig])
+    other = Character.of(rig, skeleton, sample=rotations)
+    motion = other.motion(rotations, PLACES, 30.0)
+    np.testing.assert_allclose(motion.positions, MOTION.positions, atol=1e-12)  # the same performance
+    apart = rotation.angle(relative(motion), relative(MOTION))
+    assert apart.max() < 1e-6
+    # and there and back again
+    back = from_relative(T_POSE, carry(relative(motion), other, T_POSE))
+    assert rotation.angle(back, MOVES).max() < 1e-6
+
+
+def test_a_t_pose_rig_keeps_its_own_rotations():
+    """Limbs within the tolerance are left as they are, however the artist bent them."""
+    np.testing.assert_array_equal(T_POSE.reference_pose, rotation.identity(len(T_POSE.skeleton)))
+    bent = frames(LeftFore=turn(Y, 20), LeftHand=turn(Y, 20), RightLeg=turn(X, -18), RightFoot=turn(X, 9))
+    skeleton = reframed(T_POSE.skeleton, bent)
+    pose = reference_pose(skeleton, find(skeleton))
+    np.testing.assert_array_equal(pose, rotation.identity(len(skeleton)))
+
+
+def test_from_relative_undoes_relative():
+    again = from_relative(T_POSE, relative(MOTION))
+    assert rotation.angle(again, MOVES).max() < 1e-7
+    assert (np.einsum("fjc,fjc->fj", again[1:], again[:-1]) > 0).all()  # continuous in sign
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.lists(st.integers(0, 23), min_size=3, max_size=3))
+def test_any_quarter_turns_of_the_trunk_are_found(turns):
+    """Hips, spine and head of a rig along axes may be framed in any way: the result is the same."""
+    framing = along_x(False)
+    cube = quarter_turns()
+    for name, number in zip(("Hips", "Spine1", "Head", "HeadTop_End"), [*turns, turns[-1]], strict=True):
+        framing[T_POSE.skeleton.index(name)] = cube[number]
+    skeleton = reframed(T_POSE.skeleton, framing)
+    rotations = rewritten(T_POSE.skeleton, MOVES, framing)
+    other = Character.of("x", skeleton, sample=rotations)
+    if Body(skeleton, other.roles).rests_in_a_pose:
+        return
+    apart = rotation.angle(relative(other.motion(rotations, PLACES, 30.0)), relative(MOTION))
+    assert apart.max() < 1e-6
+
+
+def test_without_a_sample_limbs_still_point_the_right_way():
+    """Twist cannot be known then, directions can."""
+    skeleton = reframed(T_POSE.skeleton, along_x(False))
+    other = Character.of("x", skeleton)
+    places, _ = kinematics.forward(skeleton, other.reference_pose, np.zeros(3))
+    wanted, _ = kinematics.forward(T_POSE.skeleton, T_POSE.reference_pose, np.zeros(3))
+    joints = [j for j, name in enumerate(skeleton.names) if "Toe" not in name]
+    np.testing.assert_allclose(places[joints], wanted[joints], atol=1e-12)
+
+
+def test_skeletons_that_are_no_body_keep_their_rest_pose():
+    rope = Skeleton(("a", "b", "c"), np.array([-1, 0, 1]), np.ones((3, 3)))
+    np.testing.assert_array_equal(reference_pose(rope, find(rope)), rotation.identity(3))
+
+
+def test_a_sample_of_another_skeleton_is_refused():
+    with pytest.raises(SkeletonError, match="sample of motion"):
+        reference_pose(T_POSE.skeleton, T_POSE.roles, rotation.identity(5, 3))
+
+
+# ------------------------------------------------------------------------------------------- real rigs
+LIMBS = {
+    "upper arm": ("arm", "forearm"),
+    "forearm": ("forearm", "hand"),
+    "thigh": ("up_leg", "leg"),
+    "shin": ("leg", "foot"),
+    "foot": ("foot", "toe"),
+}
+
+
+def directions(character: Character, places: np.ndarray, limb: str) -> np.ndarray:
+    """``(frames, 2, 3)`` unit vectors of a limb's bone, left and right."""
+    start, end = LIMBS[limb]
+    joint = character.joint_of
+    lines = [places[:, joint[f"{s}_{end}"]] - places[:, joint[f"{s}_{start}"]] for s in ("left", "right")]
+    line = np.stack(lines, axis=1)
+    return line / np.linalg.norm(line, axis=-1, keepdims=True)
+
+
+def degrees(a: np.ndarray, b: np.ndarray) -> np.ndarray:
+    return np.degrees(np.arctan2(np.linalg.norm(np.cross(a, b), axis=-1), (a * b).sum(axis=-1)))
+
+
+PAIRS = {
+    "ACAAD/Female1_A05_PickUpBox_0": ("0", {}),
+    "pfnn/LocomotionFlat01_000_3": ("1", {"shin": 5.0}),
+    "lafan1/aiming1_subject1_0": ("2", {}),
+    "SFU/0005_JumpRope001_0": ("6", {"thigh": 10.0, "shin": 10.0}),
+}
+"""Source -> result made by MotionBuilder, and limbs that its foot solver bends otherwise (degrees)."""
+
+
+@pytest.mark.parametrize("source", PAIRS)
+def test_carried_limbs_agree_with_motionbuilder(real_data, source):
+    """Sources of four data sets with rest poses of their own; the target is a T-pose body."""
+    number, looser = PAIRS[source]
+    mine = load(real_data / f"same_pairs/{source}.bvh").motion
+    theirs = load(real_data / f"same_pairs/result/{number}.bvh").motion
+    body, count = theirs.character, min(mine.frames, theirs.frames)
+    turned = from_relative(body, carry(relative(mine), mine.character, body))[5:count]
+    ours = body.motion(turned, theirs.root[5:count], theirs.fps)
+    for limb in LIMBS:
+        apart = degrees(
+            directions(body, ours.positions, limb), directions(body, theirs.positions[5:count], limb)
+        )
+        assert apart.mean() < looser.get(limb, 4.5), limb
+    for role in ("left_forearm", "right_forearm", "left_hand", "right_hand"):
+        joint = body.joint_of[role]
+        twisted = rotation.angle(ours.global_rotations[:, joint], theirs.global_rotations[5:count, joint])
+        assert np.degrees(twisted).mean() < 6.0, role
+
+
+def test_lafans_reference_pose_is_the_t_pose_of_its_own_first_frame(real_data):
+    """One file starts with the rig's T-pose, knees, elbows and back a little bent."""
+    motion = load(real_data / "same_pairs/lafan1/aiming1_subject1_0.bvh").motion
+    body = motion.character
+    apart = np.degrees(rotation.angle(motion.global_rotations[0], body.reference_globals))
+    for role, joint in body.joint_of.items():
+        assert apart[joint] < (9.0 if role.endswith("foot") else 7.0), role
+
+
+def along_the_axes(real_data, pattern):
+    for file in sorted(real_data.glob(pattern)):
+        recording = bvh.read(file)
+        if len(recording.rotations) > 1:
+            body = Character.of(file.stem, recording.skeleton, sample=recording.rotations[:1500])
+            yield dict(zip(body.skeleton.names, body.reference_globals, strict=True))
+
+
+@pytest.mark.parametrize(
+    "pattern", ["lafan1/*.bvh", "bandai_namco/*.bvh", "cmu_iclone/00[25]_0[34].bvh", "dog/D1*.bvh"]
+)
+def test_every_clip_of_a_rig_gives_the_same_reference_pose(real_data, pattern):
+    """The sample only decides between quarter turns; feet excepted, whose slope is measured."""
+    first, *others = along_the_axes(real_data, pattern)
+    assert others
+    for other in others:
+        for name, turned in first.items():
+            limit = 11.0 if "foot" in name.lower() and not pattern.startswith("dog") else 0.1
+            if not any(word in name for word in ("Thumb", "Toe")):
+                assert np.degrees(rotation.angle(turned, other[name])) < limit, name
+
+
+@pytest.mark.parametrize(
+    "file",
+    [
+        "lafan1/dance1_subject1.bvh",
+        "bandai_namco/dataset-1_run_happy_001.bvh",
+        "cmu_iclone/002_03.bvh",
+        "cmu_bvh/01_01.bvh",
+        "cmu_bvh/131_01.bvh",
+        "makehuman/makehuman/data/animations/walks/walk1.bvh",
+        "mixamo_r2et/Ortiz/Salsa Dancing.bvh",
+    ],
+)
+def test_knees_and_elbows_bend_the_right_way_on_a_t_pose_body(real_data, file):
+    """Carried to the exact T-pose body: shins swing back, forearms forward."""
+    motion = load(real_data / file).motion
+    carried = from_relative(T_POSE, carry(relative(motion), motion.character, T_POSE))[:1500]
+    for role, axis in (
+        ("left_leg", X),
+        ("right_leg", X),
+        ("left_forearm", -Y),
+        ("right_forearm", Y),
+    ):
+        joint = T_POSE.joint_of[role]
+        bone = T_POSE.skeleton.offsets[joint + 1]
+        line = rotation.rotate(carried[:, joint], np.broadcast_to(bone, (len(carried), 3)))
+        bend = np.cross(np.broadcast_to(bone, line.shape), line) / (bone @ bone)
+        assert (bend @ axis).mean() > 0.05, role
+        assert (bend @ axis).mean() > 0.7 * np.linalg.norm(bend, axis=1).mean(), role
