@@ -14,7 +14,7 @@ LIMIT = 0.01
 """Metres: depths and gaps up to this are no fault."""
 
 DEPTH = (
-    "depth: how far the deepest of the target's scored joints (as mpjpe_h.world) and toe tips is below the "
+    "depth: how far the deepest of the target's scored joints (as mpjpe_h.world) is below the "
     "ground under it, 0 where none is; the ground is the case's, flat at 0 where the data set says nothing"
 )
 GAP = (
@@ -91,9 +91,7 @@ class GroundContact:
 
     def compute(self, comparison: Comparison) -> Mapping[str, float]:
         """Floating is left out without a reference, and where no frame is labelled as standing."""
-        tips = comparison.target.joints(("left_toe_end", "right_toe_end"))
-        joints = [*comparison.joints.tolist(), *tips]
-        depth = np.maximum(-_lowest(comparison, comparison.predicted[:, joints]), 0.0)
+        depth = np.maximum(-_lowest(comparison, comparison.predicted[:, comparison.joints]), 0.0)
         values = {
             "penetration.rate": 100.0 * float((depth > LIMIT).mean()),
             "penetration.mean": 100.0 * float(depth.mean()),

@@ -12,9 +12,9 @@ from retarget_bench.motion.roles import END_EFFECTORS
 
 PRIMARY = "the project's primary protocol"
 JOINTS = (
-    "joints: those of the target that have an anatomical role, without tips of bones, and without fingers "
-    "unless the source has the same ones; h: the target's bone lengths from the hips to the last joint of "
-    "the leg + from the hips to the last joint of the head"
+    "joints: the target's own, fingers and props only where the source has the same ones, end sites and "
+    "'virtual' copies never; h: the target's bone lengths from the hips to the last joint of the leg + "
+    "from the hips to the last joint of the head"
 )
 PER_CENT = "% of height"
 

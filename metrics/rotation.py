@@ -9,8 +9,12 @@ import numpy as np
 from retarget_bench.api import MetricCard, Value
 from retarget_bench.comparison import Comparison
 from retarget_bench.motion import rotation
+from retarget_bench.motion.roles import is_tip
 
-ANGLE = "angle(a, b) = 2 atan2(|v|, |w|) of the quaternion a^-1 b = (w, v); joints as mpjpe_h.world"
+ANGLE = (
+    "angle(a, b) = 2 atan2(|v|, |w|) of the quaternion a^-1 b = (w, v); joints: those of mpjpe_h.world "
+    "that have an anatomical role, tips left out"
+)
 SOURCE = "geodesic distance on SO(3); qR of SAME (Lee et al. 2023), in degrees"
 BOTH = "left out unless prediction and reference are both known by rotations"
 
@@ -67,11 +71,14 @@ class Rotation:
     )
 
     def compute(self, comparison: Comparison) -> Mapping[str, float | Mapping[str, float]]:
-        """Left out unless both sides are known by rotations."""
+        """Left out unless both sides are known by rotations, and for a target without roles."""
         if comparison.motions is None:
             return {}
         predicted, expected = comparison.motions
-        joints, names = comparison.joints, comparison.target.skeleton.names
+        names, roles = comparison.target.skeleton.names, comparison.target.roles
+        joints = [j for j in comparison.joints.tolist() if (role := roles[j]) and not is_tip(role)]
+        if not joints:
+            return {}
         local = rotation.angle(predicted.rotations[:, joints], expected.rotations[:, joints])
         world = rotation.angle(predicted.global_rotations[:, joints], expected.global_rotations[:, joints])
         by_joint = np.degrees(local.mean(axis=0))

@@ -116,8 +116,8 @@ class Comparison:
 
     @property
     def joints(self) -> np.ndarray:
-        """Indices of the scored joints: those with a role, without tips of bones, and without fingers
-        unless the source has the same ones. Helpers, props and "virtual" copies have no role."""
+        """Indices of the scored joints: the target's own body (``structure_joints``), and fingers and props
+        where the source has the same ones. "Virtual" copies never count."""
         return scored_joints(self.case.source.character, self.target)
 
     @property
@@ -204,15 +204,15 @@ def scored_joints(source: Character, target: Character) -> np.ndarray:
 
     A target without any role is scored on all its joints.
     """
-    known = [
+    body = set(structure_joints(target).tolist())
+    theirs = set(source.skeleton.names)
+    shared = (
         joint
-        for joint, role in enumerate(target.roles)
-        if role is not None
-        and not is_tip(role)
-        and (not is_finger(role) or role in source.joint_of)
-        and not _virtual(target.skeleton.names[joint])
-    ]
-    return _indices(known or range(len(target.skeleton)))
+        for joint, (name, role) in enumerate(zip(target.skeleton.names, target.roles, strict=True))
+        if (role in source.joint_of if is_finger(role) else role is None and name in theirs)
+        and not _virtual(name)
+    )
+    return _indices(sorted(body.union(shared)))
 
 
 @lru_cache(maxsize=1024)
@@ -234,11 +234,6 @@ def contact_roles(target: Character) -> tuple[str, ...]:
     # the fore paws of four-legged bodies have the roles of hands
     paws = HANDS if is_quadruped(target.skeleton, target.roles) else ()
     return tuple(role for role in (*CONTACT_ROLES, *paws) if role in target.joint_of)
-
-
-def is_tip(role: str) -> bool:
-    """Whether a role is the end of a last bone, which some files write as a joint."""
-    return role == "head_top" or role.endswith("_end")
 
 
 def _virtual(name: str) -> bool:

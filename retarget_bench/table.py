@@ -177,7 +177,7 @@ def _rank(row: Row) -> tuple[bool, float]:
 
 def _decimals(numbers: Sequence[float]) -> int:
     """As many as show three significant digits of the column's typical number (dust aside)."""
-    sizes = sorted(abs(number) for number in numbers)
+    sizes = sorted(abs(number) for number in numbers if abs(number) > 1e-9)
     sizes = [size for size in sizes if size > 1e-3 * sizes[-1]]
     if not sizes:
         return 2

@@ -11,7 +11,7 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent / "metrics"))
 
-from metric_cases import BODY, FEET, HUMAN, TIPS, Sides, character, index, motion, sides
+from metric_cases import FEET, HUMAN, SCORED, Sides, character, index, motion, sides
 
 from retarget_bench.api import Contacts
 from retarget_bench.errors import BenchError
@@ -21,22 +21,24 @@ def names(case: Sides, joints: np.ndarray) -> set[str]:
     return {case.predicted.character.skeleton.names[joint] for joint in joints}
 
 
-def test_joint_sets_leave_out_tips_fingers_and_props() -> None:
+def test_fingers_and_props_count_where_both_sides_have_them() -> None:
     case = sides(4)
     comparison = case.comparison()
-    assert names(case, comparison.joints) == set(BODY)
-    assert names(case, comparison.structure_joints) == {*BODY, *TIPS}
+    assert names(case, comparison.structure_joints) == set(SCORED)
+    assert names(case, comparison.joints) == set(SCORED)
+    own = replace(case, source=case.predicted).comparison()
+    assert names(case, own.joints) == set(case.predicted.character.skeleton.names)
 
 
-def test_split_joints_and_copies_belong_to_the_structure_only() -> None:
+def test_split_joints_count_and_copies_never_do() -> None:
     rig = [(name, "Spine1_split" if name == "Spine2" else parent, offset) for name, parent, offset in HUMAN]
     rig.insert(3, ("Spine1_split", "Spine1", (0.0, 6.0, 0.0)))
     rig += [("LeftArm_virtual", "LeftArm", (0.0, 0.0, 0.0)), ("Pelvis", "Hips", (0.0, 0.0, 0.0))]
     body = character("Split", rig=tuple(rig))
     case = replace(sides(4), predicted=motion(body, 4, 0), expected=None)
     comparison = case.comparison()
-    assert names(case, comparison.joints) == set(BODY)
-    assert names(case, comparison.structure_joints) == {*BODY, *TIPS, "Spine1_split"}
+    assert names(case, comparison.structure_joints) == {*SCORED, "Spine1_split"}
+    assert names(case, comparison.joints) == {*SCORED, "Spine1_split"}
 
 
 def test_four_legged_bodies_stand_on_their_hands_too() -> None:

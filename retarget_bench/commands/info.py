@@ -36,7 +36,7 @@ def command(name: str | None, protocols: bool, plugins: tuple[str, ...]) -> None
     if protocols:
         from retarget_bench import protocols as page
 
-        click.echo(page.render())
+        click.echo(page.render(), nl=False)
     elif name is None:
         raise click.UsageError("give a NAME (bench list shows them), or --protocols")
     else:

@@ -73,6 +73,11 @@ def is_finger(role: str | None) -> bool:
     return role is not None and any(f"_{finger}_" in role for finger in NUMBERED_FINGERS)
 
 
+def is_tip(role: str | None) -> bool:
+    """Whether a role is the end of a last bone, which some files write as a joint."""
+    return role is not None and (role == "head_top" or role.endswith("_end"))
+
+
 def is_body(role: str | None) -> bool:
     """Whether the joint is part of the body: it has a role and is not a finger's."""
     return role is not None and not is_finger(role)

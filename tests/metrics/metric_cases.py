@@ -54,7 +54,8 @@ HUMAN: Rig = (
 """The 22-joint body of the papers, with tips, thumbs and a hat."""
 
 
-THUMBLESS: Rig = tuple(row for row in HUMAN if "Thumb" not in row[0])
+THUMBLESS: Rig = tuple(row for row in HUMAN if "Thumb" not in row[0] and row[0] != "Hat")
+"""Neither thumbs nor a hat."""
 
 BODY = (
     *("Hips", "Spine", "Spine1", "Spine2", "Neck", "Head"),
@@ -74,6 +75,8 @@ BODY = (
 """The 22 joints, in the papers' order."""
 FEET = ("LeftFoot", "LeftToeBase", "RightFoot", "RightToeBase")
 TIPS = ("HeadTop_End", "LeftToe_End", "RightToe_End")
+SCORED = (*BODY, *TIPS)
+"""What is scored when the source has neither thumbs nor a hat."""
 
 
 def metric(name: str) -> Metric:

@@ -7,7 +7,7 @@ from math import hypot, sqrt
 
 import numpy as np
 import pytest
-from metric_cases import BODY, TIPS, Sides, character, compute, index, motion, sides
+from metric_cases import SCORED, Sides, character, compute, index, motion, sides
 
 from retarget_bench.motion.character import Character
 
@@ -44,15 +44,15 @@ def test_primary_protocol(seed: int) -> None:
     case = sides(11, seed)
     found = compute("position", case)
     body = case.predicted.character
-    h, joints = tall(body), index(body, BODY)
+    h, joints = tall(body), index(body, SCORED)
     assert found["mpjpe_h.world"] == pytest.approx(100 * mean_distance(case, joints) / h, **CLOSE)
     assert found["mpjpe_h.root"] == pytest.approx(
         100 * mean_distance(case, joints, centred=True) / h, **CLOSE
     )
     assert found["mpjpe_m"] == pytest.approx(mean_distance(case, joints), **CLOSE)
     curve = found["mpjpe_h.joint"]
-    assert set(curve) == set(BODY)
-    for name in BODY:
+    assert set(curve) == set(SCORED)
+    for name in SCORED:
         one = 100 * mean_distance(case, index(body, (name,)), centred=True) / h
         assert curve[name] == pytest.approx(one, **CLOSE)
 
@@ -85,7 +85,7 @@ def test_papers(frames: int) -> None:
     found = compute("papers", case)
     body = case.predicted.character
     h1 = tall(body)
-    joints = index(body, (*BODY, *TIPS))
+    joints = index(body, SCORED)
     squares, cubes = [], []
     for p, g in list(zip(case.predicted.positions, case.expected.positions, strict=True))[
         : frames // 4 * 4
@@ -124,8 +124,8 @@ def test_short_clips_leave_out_what_they_cannot_say() -> None:
     assert set(found) == {"humot_mpjpe"}
 
 
-def test_fingers_count_only_when_both_bodies_have_them() -> None:
+def test_fingers_and_props_count_only_when_both_bodies_have_them() -> None:
     case = sides(5, 1)
-    assert set(compute("position", case)["mpjpe_h.joint"]) == set(BODY)
+    assert set(compute("position", case)["mpjpe_h.joint"]) == set(SCORED)
     both = compute("position", replace(case, source=motion(character("A"), 5, 9)))["mpjpe_h.joint"]
-    assert set(both) == {*BODY, "LeftHandThumb1", "RightHandThumb1"}
+    assert set(both) == {*SCORED, "LeftHandThumb1", "RightHandThumb1", "Hat"}

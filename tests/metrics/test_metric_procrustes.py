@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metric_cases import BODY, Sides, compute, index, sides
+from metric_cases import SCORED, Sides, compute, index, sides
 from scipy.optimize import minimize
 from scipy.spatial.transform import Rotation
 
@@ -32,7 +32,7 @@ def search(moving: np.ndarray, fixed: np.ndarray, *, scaled: bool) -> float:
 def test_against_search(seed: int) -> None:
     case = sides(4, seed)
     body = case.predicted.character
-    p, g = (side.positions[:, index(body, BODY)] for side in (case.predicted, case.expected))
+    p, g = (side.positions[:, index(body, SCORED)] for side in (case.predicted, case.expected))
     found = compute("procrustes", case)
     for scaled, name in ((False, "rigid"), (True, "similarity")):
         frames = np.mean([search(a, b, scaled=scaled) for a, b in zip(p, g, strict=True)])
@@ -46,7 +46,7 @@ def test_against_a_loop_of_scipy_fits(seed: int) -> None:
     """scipy finds the proper rotation; the rest is the formula, to 1e-9."""
     case = sides(6, seed)
     body = case.predicted.character
-    p, g = (side.positions[:, index(body, BODY)] for side in (case.predicted, case.expected))
+    p, g = (side.positions[:, index(body, SCORED)] for side in (case.predicted, case.expected))
     found = compute("procrustes", case)
 
     def left(a: np.ndarray, b: np.ndarray) -> tuple[float, float]:
@@ -96,7 +96,7 @@ def test_a_mirrored_body_does_not_fit(axis: int) -> None:
 def test_joints_all_in_one_place_give_the_size_of_the_reference() -> None:
     case = sides(3, 3)
     body = case.predicted.character
-    g = case.expected.positions[:, index(body, BODY)]
+    g = case.expected.positions[:, index(body, SCORED)]
     spread = np.linalg.norm(g - g.mean(axis=1, keepdims=True), axis=-1).mean()
     found = of(case, np.ones_like(case.expected.positions))
     assert found["pa_mpjpe.similarity"] == pytest.approx(100 * spread / body.height, rel=1e-9)

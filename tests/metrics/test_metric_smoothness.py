@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metric_cases import BODY, Sides, character, compute, index, sides
+from metric_cases import SCORED, Sides, character, compute, index, sides
 
 from retarget_bench.api import Prediction
 
@@ -15,7 +15,7 @@ def restless(side: Prediction, order: int) -> float:
     """Mean size of the n-th differences per second^n, joint by joint and frame by frame."""
     weights = {2: (1, -2, 1), 3: (-1, 3, -3, 1)}[order]
     total, count = 0.0, 0
-    for joint in index(side.character, BODY):
+    for joint in index(side.character, SCORED):
         for t in range(side.frames - order):
             step = sum(w * side.positions[t + k, joint] for k, w in enumerate(weights))
             total += float(np.sqrt((step**2).sum())) * side.fps**order
@@ -42,11 +42,11 @@ def test_acceleration_error(fps: float) -> None:
     case = sides(12, 2, fps=fps)
     p, g = case.predicted.positions, case.expected.positions
     total = 0.0
-    for joint in index(case.predicted.character, BODY):
+    for joint in index(case.predicted.character, SCORED):
         for t in range(1, 11):
             bends = [x[t + 1, joint] - 2 * x[t, joint] + x[t - 1, joint] for x in (p, g)]
             total += float(np.linalg.norm(bends[0] - bends[1])) * (fps / 30) ** 2
-    assert compute("smoothness", case)["acc"] == pytest.approx(total / 22 / 10, rel=1e-9)
+    assert compute("smoothness", case)["acc"] == pytest.approx(total / len(SCORED) / 10, rel=1e-9)
 
 
 def falling(frames: int, fps: float, push: float) -> Prediction:
