@@ -173,7 +173,7 @@ def _swing_pivot(
 
 def _clearing(ankle: np.ndarray, pitch: np.ndarray, bent: np.ndarray, sole: _Sole) -> np.ndarray:
     """How much a swinging foot must rise so that neither heel, ball nor toes go through the floor."""
-    slack = 0.002
+    slack = 0.1 * sole.ball_height
     c, s = np.cos(pitch), np.sin(pitch)
     toe = ankle + sole.toe[0] * c - sole.toe[1] * s
     heel = ankle + sole.heel[0] * c - sole.heel[1] * s
@@ -184,16 +184,19 @@ def _clearing(ankle: np.ndarray, pitch: np.ndarray, bent: np.ndarray, sole: _Sol
 
 
 def _contacts(foot: Foot, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Frames in which ankle and toe joint rest, and already rested in the frame before."""
-    flat, on_toe = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
+    """Frames in which ankle and toe joint rest, and already rested in the frame before.
+
+    The ankle rests while the sole is flat, and while its heel is held at one height.
+    """
+    stays, on_toe = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
     for plant in foot.plants:
         toe_first = plant.strike_pitch >= 0.0
-        flat |= (t >= plant.flat) & (t <= plant.lift)
+        stays |= (t >= plant.flat) & (t <= plant.lift)
         on_toe |= (t >= (plant.strike if toe_first else plant.flat)) & (t <= plant.off)
-    flat &= foot.heel == 0.0
-    before = t > 0
-    for label in (flat, on_toe):
-        rested = label.copy()
-        rested[1:] &= label[:-1]
-        label[before] = rested[before]
-    return flat, on_toe
+    held = np.concatenate([foot.heel[:1] == 0.0, foot.heel[1:] == foot.heel[:-1]])
+    return _since_before(stays) & held, _since_before(on_toe)
+
+
+def _since_before(label: np.ndarray) -> np.ndarray:
+    """Where a label is set in a frame and in the one before; the first frame has only itself."""
+    return label & np.concatenate([label[:1], label[:-1]])

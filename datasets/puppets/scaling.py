@@ -4,7 +4,7 @@
 |---|---|---|
 | travel, sway and step places | leg lengths | times its leg (hip joint to sole) |
 | stance width | half hip widths | times half the distance of its hip joints |
-| pitch of the sole | radians of a usual foot | heels rise equally high in leg lengths: less on a long foot |
+| pitch of the sole | radians of a usual foot | less on a foot that is long for its leg |
 | height of the hip joints | leg lengths | times its leg, lowered where a foot would not reach the floor |
 | foot contacts | schedule | kept: the same frames, its own sole |
 | hands in the air | arm lengths | times its arm (shoulder joint to wrist), from its own shoulder |

@@ -18,7 +18,7 @@ from .bodies import Body
 from .curves import lower_envelope, smooth, soft_min
 from .feet import FootPath, foot_path
 from .limbs import about, bend, from_vector, part_way
-from .places import palm, place, resting
+from .places import place, resting
 from .scaling import hand_reach, pelvis_place
 from .score import SIDES, Hand, Score, sign
 
@@ -259,13 +259,3 @@ def _adjusted(score: Score, body: Body, state: _State, pose: _Pose) -> _State:
     lever = 0.6 * body.proportions.trunk
     need = state.lean + pose.missing / lever
     return _State(shift, -lower_envelope(-need, 4), free)
-
-
-def touch_gap(solution: Solution, body: Body, side: str, spot: str) -> np.ndarray:
-    """``(frames,)`` metres between a hand's palm and a place of the body."""
-    sizes, target = body.proportions, place(spot, body.proportions)
-    places = body.place(solution.turned, solution.root)
-    hand, other = body.part[f"{side}_hand"], body.part[target.part]
-    own = places[:, hand] + solution.turned[:, hand] @ palm(side, sizes)
-    there = places[:, other] + solution.turned[:, other] @ target.at
-    return np.sqrt(((own - there) ** 2).sum(axis=-1))

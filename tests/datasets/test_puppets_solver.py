@@ -1,0 +1,235 @@
+"""The parts of the puppets' solver against closed forms, scipy and symmetry."""
+
+from __future__ import annotations
+
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.spatial.transform import Rotation
+
+from retarget_bench.datasets.puppets import anatomy, limbs, rigs
+from retarget_bench.datasets.puppets.bodies import Body
+from retarget_bench.datasets.puppets.characters import BODIES
+from retarget_bench.datasets.puppets.clips import clips
+from retarget_bench.datasets.puppets.curves import (
+    hermite,
+    lower_envelope,
+    plateau,
+    smooth,
+    soft_min,
+    through,
+)
+from retarget_bench.datasets.puppets.proportions import human
+from retarget_bench.datasets.puppets.score import SIDES, Score
+from retarget_bench.datasets.puppets.solver import Manner, solve
+from retarget_bench.datasets.puppets.structures import STRUCTURES
+
+number = st.floats(-1.0, 1.0)
+vector = st.tuples(number, number, number).map(np.array)
+
+
+def scores() -> list[Score]:
+    return [clip.score() for clip in clips("tiny", 0)[::2]]
+
+
+# --------------------------------------------------------------------------------------------- limbs
+@given(vector)
+def test_rotation_vectors_agree_with_scipy(v: np.ndarray) -> None:
+    turn = limbs.from_vector(3.0 * v)
+    np.testing.assert_allclose(turn, Rotation.from_rotvec(3.0 * v).as_matrix(), atol=1e-12)
+    if np.linalg.norm(3.0 * v) < 3.0:
+        np.testing.assert_allclose(limbs.to_vector(turn), 3.0 * v, atol=1e-7)
+
+
+@given(vector, vector, vector)
+def test_carry_is_the_shortest_turn(a: np.ndarray, b: np.ndarray, v: np.ndarray) -> None:
+    if min(np.linalg.norm(a), np.linalg.norm(b)) < 0.1:
+        return
+    a, b = limbs.unit(a), limbs.unit(b)
+    if a @ b < -0.99:
+        return
+    np.testing.assert_allclose(limbs.carry(a, b, a), b, atol=1e-9)
+    axis = np.cross(a, b)
+    np.testing.assert_allclose(limbs.carry(a, b, axis), axis, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(limbs.carry(a, b, v)), np.linalg.norm(v), atol=1e-9)
+
+
+@settings(max_examples=200)
+@given(
+    direction=vector, share=st.floats(0.35, 0.98), swivel=st.floats(-1.5, 1.5), side=st.sampled_from(SIDES)
+)
+def test_a_limb_ends_where_it_should(direction: np.ndarray, share: float, swivel: float, side: str) -> None:
+    if np.linalg.norm(direction) < 0.1:
+        return
+    arm = anatomy.arm(side, BODIES["gibbon"])
+    start, frame = np.array([[0.3, 1.2, -0.4]]), np.eye(3)[None]
+    goal = start + limbs.unit(direction) * share * arm.longest
+    upper, lower = limbs.bend(arm, start, goal, frame, np.array([swivel]))
+    for turn in (upper, lower):
+        np.testing.assert_allclose(turn[0] @ turn[0].T, np.eye(3), atol=1e-9)
+        assert np.linalg.det(turn[0]) > 0
+    elbow = start[0] + arm.upper * upper[0] @ arm.bone
+    wrist = elbow + arm.lower * lower[0] @ arm.bone
+    np.testing.assert_allclose(wrist, goal[0], atol=1e-9)
+    # law of cosines: the angle at the elbow follows from the distance alone
+    inner = (arm.upper**2 + arm.lower**2 - (share * arm.longest) ** 2) / (2 * arm.upper * arm.lower)
+    assert abs((upper[0] @ arm.bone) @ (lower[0] @ arm.bone) + inner) < 1e-9
+
+
+def test_goals_out_of_reach_are_neared_smoothly() -> None:
+    arm = anatomy.arm("left", BODIES["ada"])
+    away = np.linspace(0.02, 2.0, 4000)
+    made = limbs._within(away * arm.longest, arm) / arm.longest
+    assert made.max() < 1.0
+    assert made.min() > arm.shortest / arm.longest - 1e-12
+    assert (np.diff(made) >= 0).all()
+    assert np.abs(np.diff(made, 2)).max() < 0.2 * np.diff(away)[0]
+    inside = (away < arm.exact) & (away * arm.longest > 1.06 * arm.shortest)
+    np.testing.assert_allclose(made[inside], away[inside], atol=1e-12)
+
+
+def test_natural_elbows_point_down_and_back() -> None:
+    for side, out in (("left", 1.0), ("right", -1.0)):
+        arm = anatomy.arm(side, BODIES["ada"])
+        start, frame, still = np.zeros((1, 3)), np.eye(3)[None], np.zeros(1)
+        for goal in ([0.1 * out, -0.9, 0.1], [0.1 * out, 0.0, 0.8], [0.5 * out, 0.3, 0.5]):
+            upper, _ = limbs.bend(arm, start, np.array([goal]) * arm.longest, frame, still)
+            elbow, line = upper[0] @ arm.bone, limbs.unit(np.array(goal))
+            off = elbow - line * (elbow @ line)
+            assert off[1] < 0.05
+            assert off[2] < 0.05 or off[1] < -0.2
+            assert off[0] * out > -0.05
+
+
+# ------------------------------------------------------------------------------------------ symmetry
+def scaled(body: Body, factor: float) -> Body:
+    return Body(body.name, body.structure, body.proportions.scaled(factor), body.rest)
+
+
+@pytest.mark.parametrize("name", ["ada", "gibbon"])
+def test_a_body_twice_as_large_moves_twice_as_far(name: str) -> None:
+    """Of a uniformly larger body nothing but size differs: all rules of scaling are in its own lengths."""
+    body = BODIES[name]
+    for score in scores()[:5]:
+        small, large = solve(score, body), solve(score, scaled(body, 2.0))
+        np.testing.assert_allclose(large.root, 2.0 * small.root, atol=1e-9)
+        np.testing.assert_allclose(large.turned, small.turned, atol=1e-9)
+        assert np.array_equal(large.planted, small.planted)
+
+
+def test_how_a_rest_pose_is_drawn_changes_nothing() -> None:
+    """T-pose, A-pose and bones along X: other rotations, the same places."""
+    drawn = [replace(BODIES["clara"], rest=rest) for rest in ("t_pose", "a_pose", "along_x")]
+    solution = solve(scores()[0], drawn[0])
+    characters = [rigs.character(body) for body in drawn]
+    motions = [
+        rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
+        for body, who in zip(drawn, characters, strict=True)
+    ]
+    np.testing.assert_allclose(motions[1].positions, motions[0].positions, atol=1e-9)
+    np.testing.assert_allclose(motions[2].positions, motions[0].positions, atol=1e-9)
+    assert np.abs(motions[2].rotations - motions[0].rotations).max() > 0.5
+    np.testing.assert_allclose(
+        motions[0].positions, drawn[0].place(solution.turned, solution.root), atol=1e-9
+    )
+
+
+def test_another_manner_is_another_answer_with_the_same_contacts() -> None:
+    other = Manner(knees=0.4, elbows=0.35, lower_back=0.15, collar=0.6)
+    for score in scores():
+        for body in (BODIES["boris"], BODIES["gibbon"]):
+            one, two = solve(score, body), solve(score, body, other)
+            first, second = (body.place(each.turned, each.root) for each in (one, two))
+            assert np.array_equal(one.planted, two.planted)
+            feet = [body.part[part] for part in ("left_foot", "left_toe", "right_foot", "right_toe")]
+            rests = one.planted[..., None]
+            np.testing.assert_allclose((second - first)[:, feet] * rests, 0.0, atol=1e-9)
+            assert 0.003 < np.linalg.norm(second - first, axis=-1).mean() < 0.15
+
+
+def test_travel_is_in_leg_lengths() -> None:
+    walks = [score for score in scores() if score.kind == "walk"]
+    for score in walks:
+        ways = []
+        for body in BODIES.values():
+            feet = body.place(*_solution(score, body))[:, body.part["left_foot"]]
+            ways.append(np.linalg.norm((feet[-1] - feet[0])[[0, 2]]) / body.proportions.leg)
+        assert np.ptp(ways) < 0.12
+
+
+def _solution(score: Score, body: Body) -> tuple[np.ndarray, np.ndarray]:
+    found = solve(score, body)
+    return found.turned, found.root
+
+
+# ------------------------------------------------------------------------------------------- bodies
+def test_proportions_are_the_published_ones() -> None:
+    """de Leva (1996), table 4: lengths in millimetres for statures of 1.735 m (women) and 1.741 m (men)."""
+    woman, man = human("woman", 1.735), human("man", 1.741)
+    assert [round(1000 * x, 1) for x in (woman.thigh, woman.shank, woman.upper_arm, woman.forearm)] == [
+        368.5,
+        432.3,
+        275.1,
+        264.3,
+    ]
+    assert [round(1000 * x, 1) for x in (man.thigh, man.shank, man.upper_arm, man.forearm)] == [
+        422.2,
+        434.0,
+        281.7,
+        268.9,
+    ]
+
+
+@pytest.mark.parametrize("structure", STRUCTURES.values(), ids=str)
+def test_people_are_as_tall_as_they_say(structure: object) -> None:
+    """From sole to crown, for any stature; every length is positive."""
+    for sex, stature in (("woman", 1.5), ("man", 2.0)):
+        sizes = human(sex, stature)
+        assert all(getattr(sizes, each.name) > 0 for each in fields(sizes))
+        body = Body("somebody", structure, sizes, "t_pose")
+        top = body.reach("head", "hips")[1] + body.offsets[0, 1] + sizes.head
+        assert abs(top - stature) < 1e-9
+
+
+def test_masses_add_up_and_balance_on_the_middle() -> None:
+    body = BODIES["ada"]
+    still = np.tile(np.eye(3), (1, len(body.structure.parts), 1, 1))
+    places = body.place(still, body.offsets[:1])
+    centre = anatomy.centre_of_mass(body, places)[0]
+    # a standing woman's centre of mass lies at 53 to 59 % of her stature (de Leva 1996: 57 %)
+    assert 0.53 < centre[1] / 1.629 < 0.60
+    assert abs(centre[0]) < 1e-9
+    moved = anatomy.centre_of_mass(body, places + np.array([1.0, 2.0, 3.0]))[0]
+    np.testing.assert_allclose(moved - centre, [1.0, 2.0, 3.0])
+
+
+# -------------------------------------------------------------------------------------------- curves
+def test_curves_start_and_end_at_rest() -> None:
+    t = np.linspace(-1.0, 5.0, 6001)
+    for curve in (
+        smooth(t),
+        plateau(t, 0.0, 1.0, 2.0, 3.5),
+        through(t, [0, 1, 2, 3], [0.0, 2.0, 1.0, 4.0]),
+    ):
+        speed = np.diff(curve) / np.diff(t)
+        assert np.abs(np.diff(speed)).max() < 0.05
+        assert abs(speed[0]) < 1e-9
+        assert abs(speed[-1]) < 1e-9
+    flat = plateau(t, 0.0, 1.0, 2.0, 3.5)
+    assert (flat[(t >= 1.0) & (t <= 2.0)] == 1.0).all()
+    assert (flat[(t <= 0.0) | (t >= 3.5)] == 0.0).all()
+    line = hermite(t, (1.0, 3.0), (2.0, 8.0), (3.0, 3.0))
+    np.testing.assert_allclose(line[(t > 1) & (t < 3)], 3.0 * t[(t > 1) & (t < 3)] - 1.0, atol=1e-9)
+
+
+@given(st.lists(st.floats(-5, 5), min_size=12, max_size=60), st.integers(0, 4))
+def test_a_lower_envelope_is_never_above(values: list[float], reach: int) -> None:
+    given_ = np.array(values)
+    low = lower_envelope(given_, reach)
+    assert low.shape == given_.shape
+    assert (low <= given_ + 1e-9).all()
+    assert (low >= given_.min() - 1e-9).all()
+    assert (soft_min(given_, low, 0.1) <= low + 1e-12).all()
