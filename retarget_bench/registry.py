@@ -100,7 +100,8 @@ def kinds_of(name: str) -> list[Kind]:
 
 def _cure(name: str, known: list[str]) -> str:
     """The names that were perhaps meant, else all of them."""
-    close = difflib.get_close_matches(name, known, 3, 0.5)
+    close = [each for each in known if each.startswith(name)]
+    close = close or difflib.get_close_matches(name, known, 3, 0.5)
     return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
 
 

@@ -1,0 +1,119 @@
+"""``bench retarget`` and ``bench doctor`` on files."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import cli, registry
+from retarget_bench.commands.new import plugin_source
+from retarget_bench.motion import bvh, importer
+
+
+@pytest.fixture(autouse=True)
+def _elsewhere(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr(registry, "_FILES", {})
+
+
+@pytest.fixture
+def figures(tmp_path) -> dict[str, Path]:
+    """Two figures that bow, as files: the small one in metres, the large one in centimetres."""
+    file = tmp_path / "bows.py"
+    file.write_text(plugin_source("dataset", "bows"))
+    registry.add_file(file)
+    data = registry.create("datasets", "bows[frames=20]")
+    written = {}
+    for info in data.cases("retarget", "self")[:2]:
+        written[info.source] = tmp_path / f"{info.source}.bvh"
+        bvh.write(
+            written[info.source], data.load(info).source, scale={"small": 1, "large": 100}[info.source]
+        )
+    return written
+
+
+@pytest.fixture
+def bench(capsys):
+    def run(*arguments: object) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as stop:
+            cli.main([str(each) for each in arguments])
+        return int(stop.value.code or 0), *capsys.readouterr()
+
+    return run
+
+
+def test_the_small_figures_bow_is_bowed_by_the_large_one(bench, figures):
+    done = bench(
+        "retarget", figures["small"], "--target", figures["large"], "-o", "out.bvh", "-m", "copy_rotations",
+        "--unit", "m", "--target-unit", "cm",
+    )  # fmt: skip
+    assert done[0] == 0, done[2]
+    assert done[1].count("\n") == 1
+    assert "20 frames of small at 30 per second on the body of large, by copy_rotations" in done[1]
+    assert "unit cm, y up" in done[1]
+    # both figures bow alike, so the answer is what the large one does itself, in its own unit
+    expected, found = bvh.parse(figures["large"]), bvh.parse("out.bvh")
+    assert found.hierarchy.names == expected.hierarchy.names
+    np.testing.assert_allclose(found.values, expected.values, atol=1e-4)
+
+
+def test_the_default_method_and_another_rate(bench, figures):
+    code, out, err = bench(
+        "retarget", figures["large"], "--target", figures["small"], "-o", "out.bvh", "--fps", 15
+    )
+    assert code == 0, err
+    assert "10 frames of large at 15 per second" in out
+    assert importer.load("out.bvh", unit="m").motion.fps == 15
+
+
+def test_what_is_understood_is_said_with_what_to_override(bench, figures):
+    code, out, _ = bench("doctor", figures["small"], figures["large"])
+    assert code == 0
+    assert out.count("Joints and their roles:") == 2
+    for told in ("left_forearm", "cm = 0.01 m", "up axis", "rest pose", "30 per second", "floor"):
+        assert told in out
+    told = bench("doctor", figures["large"], "--unit", "m")[1]
+    assert "m = 1 m (as told)" in told
+
+
+def test_an_unreadable_file_is_one_line_and_the_others_are_examined(bench, figures):
+    Path("broken.bvh").write_text("HIERARCHY\nROOT Hips\n{\n")
+    code, out, err = bench("doctor", "broken.bvh", figures["small"], "missing.bvh")
+    assert code == 2
+    assert "small.bvh" in out
+    assert [line.split(":")[1].strip() for line in err.splitlines()] == ["broken.bvh", "missing.bvh"]
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        ({"source": "missing.bvh"}, "missing.bvh: cannot be read"),
+        ({"out": "small.bvh"}, "small.bvh would overwrite"),
+        ({"out": "large.bvh"}, "large.bvh would overwrite"),
+        ({"method": "reference"}, "reference gave no motion (unsupported)"),
+        ({"method": "copy"}, "did you mean copy_rotations"),
+        ({"unit": "parsec"}, "unit='parsec' is not known"),
+        ({"out": "small.py/out.bvh"}, "cannot be written"),
+    ],
+)
+def test_failures_are_sentences_and_leave_the_files_alone(bench, figures, change, told):
+    Path("small.py").write_text("")
+    before = {path.name: path.read_bytes() for path in Path().iterdir()}
+    given = {
+        "source": "small.bvh",
+        "target": "large.bvh",
+        "out": "out.bvh",
+        "method": "ik",
+        "unit": "m",
+    } | change
+    code, out, err = bench(
+        "retarget", given["source"], "--target", given["target"], "-o", given["out"],
+        "-m", given["method"], "--unit", given["unit"],
+    )  # fmt: skip
+    assert code == 2
+    assert out == ""
+    assert told in err
+    assert "Traceback" not in err
+    assert {path.name: path.read_bytes() for path in Path().iterdir()} == before
