@@ -6,7 +6,6 @@ Every number is kept exactly. What cannot be kept is refused with a FileError th
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,7 +14,7 @@ from typing import TYPE_CHECKING, BinaryIO
 from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh_cache
 from retarget_bench.motion.bvh_document import Document, Header, Hierarchy
-from retarget_bench.motion.bvh_header import read_header
+from retarget_bench.motion.bvh_header import reaches_the_numbers, read_header
 from retarget_bench.motion.bvh_recording import Recording, record
 from retarget_bench.motion.bvh_sniff import complaint, without_mark
 from retarget_bench.motion.bvh_values import read_values
@@ -38,24 +37,26 @@ __all__ = [
 
 _SNIFFED = 4096
 _CHUNK = 1 << 16
-_FRAME_TIME_LINE = re.compile(
-    rb"^[ \t]*MOTION\s+Frames\s*:[^\n]*\n\s*Frame\s+Time\s*:[^\n]*(\n|\Z)", re.I | re.M
-)
 
 
-def parse(path: str | Path) -> Document:
+def parse(path: str | Path, *, cache: bool = True) -> Document:
     """What the file says: joints with their channels, frame time, numbers.
 
-    A parsed file is kept in the user's cache under the hash of its content.
+    cache: keep what was parsed in the user's cache, under the hash of the file, and read it from there.
     Raises FileError, with file and line, for whatever is not a complete BVH file.
     """
     path = Path(path)
+    if not cache:
+        return _parse(path, _read(path))
+    memory = bvh_cache.memory_of(path)
+    if (document := bvh_cache.recall(memory)) is not None:
+        return document
     data = _read(path)
-    place = bvh_cache.place(data)
-    document = bvh_cache.load(place)
-    if document is None:
+    place = bvh_cache.place_of(data)
+    if (document := bvh_cache.load(place)) is None:
         document = _parse(path, data)
         bvh_cache.save(place, document)
+    bvh_cache.remember(memory, place)
     return document
 
 
@@ -69,22 +70,23 @@ def parse_header(path: str | Path) -> Header:
         data = file.read(_CHUNK)
         if problem := complaint(data[:_SNIFFED]):
             raise FileError(path, problem)
-        while not _FRAME_TIME_LINE.search(data) and (more := file.read(len(data))):
+        while not reaches_the_numbers(data) and (more := file.read(len(data))):
             data += more
-    return _header(path, data)[0]
+    return read_header(path, _text(data))[0]
 
 
-def read(path: str | Path, *, root: str = "auto", scale: float = 1.0) -> Recording:
+def read(path: str | Path, *, root: str = "auto", scale: float = 1.0, fold: bool = True) -> Recording:
     """The motion of a file, in its own axes, lengths multiplied by ``scale``.
 
     root: how the root's position channels are meant: ``absolute`` places, ``relative`` to its OFFSET, or
         ``auto``, which finds out (``bvh_root.is_relative``) and says so in the notes.
+    fold: make the hips the root where the file's root only carries them.
 
-    A dummy root above the hips is folded into them. Joints below the root may have position channels if
-    these are constant; where they move, the file is refused. A name that occurs twice gets a number.
+    Joints below the root may have position channels if these are constant; where they move, the file is
+    refused. A joint name that occurs twice gets a number. Clips of one body share their ``Skeleton``.
     Raises FileError for what cannot be read.
     """
-    return record(Path(path), parse(path), root=root, scale=scale)
+    return record(Path(path), parse(path), root=root, scale=scale, fold=fold)
 
 
 def write(path: str | Path, motion: Motion, *, order: str = "ZXY", scale: float = 1.0) -> None:
@@ -112,31 +114,24 @@ def _read(path: Path) -> bytes:
         start = file.read(_SNIFFED)
         if problem := complaint(start):
             raise FileError(path, problem)
-        return start + file.read()
+        file.seek(0)
+        return file.read()
 
 
 def _parse(path: Path, data: bytes) -> Document:
-    header, block, lines = _header(path, data)
+    data = _text(data)
+    header, end, lines = read_header(path, data)
     hierarchy = header.hierarchy
     if not hierarchy.columns:
         raise FileError(path, "no joint has channels: there is no motion in it")
     if not header.frames:
         raise FileError(path, "'Frames:' says 0: there is no motion in it", lines - 1)
-    values = read_values(path, block, frames=header.frames, columns=hierarchy.columns, line=lines + 1)
+    values = read_values(path, data, end, frames=header.frames, columns=hierarchy.columns, line=lines + 1)
     values.setflags(write=False)
     return Document(hierarchy, header.frame_time, values)
 
 
-def _header(path: Path, data: bytes) -> tuple[Header, bytes, int]:
-    """The header, the block of numbers after it, and the number of lines before that block."""
+def _text(data: bytes) -> bytes:
+    """Without a byte order mark, lines ended by LF or CRLF."""
     data = without_mark(data)
-    if b"\n" not in data:
-        data = data.replace(b"\r", b"\n")
-    found = _FRAME_TIME_LINE.search(data)
-    end = found.end() if found else len(data)
-    head = data[:end]
-    try:
-        text = head.decode("utf-8")
-    except UnicodeDecodeError:
-        text = head.decode("latin-1")  # never fails, and keeps names apart that are apart
-    return read_header(path, text.split("\n")), data[end:], head.count(b"\n")
+    return data if b"\n" in data else data.replace(b"\r", b"\n")

@@ -1,14 +1,18 @@
 """Parsed files kept in binary, under the hash of their text.
 
-One file per document: a line with the format and a checksum, a line of JSON with the joints, then the
-numbers as they lie in memory, so that reading it copies nothing.
+A kept document is one file: a line with the format and a checksum, a line of JSON with the joints, then
+the numbers as they lie in memory, so that reading it copies nothing. Beside these, small files remember the
+hash of a path as long as its size and times do not change, because hashing a file takes several times as
+long as reading what is kept of it. Nothing here ever fails: a cache that is damaged or cannot be written is
+as good as none.
 """
 
 from __future__ import annotations
 
 import hashlib
 import json
-import zlib
+import time
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -19,57 +23,107 @@ from retarget_bench.files import atomic, cache_folder
 from retarget_bench.motion.bvh_document import POSITIONS, ROTATIONS, Document, Hierarchy
 from retarget_bench.motion.skeleton import EndSite
 
-_FORMAT = b"retarget-bench bvh 1"
-_ALIGN = 64
+_FORMAT = b"retarget-bench bvh 1 "
+_LINE = 64
 _CODES = dict(zip((*POSITIONS, *ROTATIONS), "XYZxyz", strict=True))
 _CHANNELS = {code: name for name, code in _CODES.items()}
+_SETTLED = 2.0
+"""Seconds after a change before a file's times are trusted: two changes may bear the same time."""
 
 
-def place(data: bytes) -> Path:
-    """Where the document of a file with this content is kept."""
-    return cache_folder() / "bvh" / f"{hashlib.sha256(data).hexdigest()}.bin"
-
-
-def load(path: Path) -> Document | None:
-    """The document kept there, or None when there is none or it is damaged."""
+def memory_of(path: Path) -> Path | None:
+    """Where the hash of this path is remembered for its present size and times; None while it is young."""
     try:
-        data = path.read_bytes()
-        first, second, _ = data[: 1 << 20].split(b"\n", 2)
-        start = len(first) + 1
-        if first != _FORMAT + b" %08x" % zlib.crc32(memoryview(data)[start:]):
-            return None
-        facts: dict[str, Any] = json.loads(second)
+        stat = path.stat()
+    except OSError:
+        return None
+    if not max(stat.st_mtime, stat.st_ctime) < time.time() - _SETTLED:
+        return None
+    facts = (str(path.absolute()), stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino)
+    name = hashlib.sha256(repr(facts).encode()).hexdigest()
+    return cache_folder() / "bvh" / "known" / name[:32]
+
+
+def recall(memory: Path | None) -> Document | None:
+    """The document of a remembered path, or None."""
+    if memory is None:
+        return None
+    try:
+        digest = memory.read_text(encoding="ascii")
     except (OSError, ValueError):
         return None
-    numbers = np.frombuffer(data, dtype="<f8", offset=start + len(second) + 1)
-    joints = len(facts["names"])
-    hierarchy = Hierarchy(
-        names=tuple(facts["names"]),
-        parents=np.array(facts["parents"], dtype=np.int64),
-        offsets=np.array(facts["offsets"]).reshape(joints, 3),
-        channels=tuple(tuple(_CHANNELS[code] for code in codes) for codes in facts["channels"]),
-        end_sites=tuple(EndSite(parent, (x, y, z)) for parent, x, y, z in facts["end_sites"]),
-    )
-    return Document(hierarchy, facts["frame_time"], numbers.reshape(-1, hierarchy.columns))
+    return load(_place(digest)) if digest.isalnum() else None
 
 
-def save(path: Path, document: Document) -> None:
-    """Keep a document. A cache that cannot be written is no reason to fail: then nothing is kept."""
+def remember(memory: Path | None, place: Path) -> None:
+    """Remember that the path has the content whose document is kept in ``place``."""
+    if memory is not None:
+        _write(memory, place.stem.encode())
+
+
+def place_of(data: bytes) -> Path:
+    """Where the document of a file with this content is kept."""
+    return _place(hashlib.sha256(data).hexdigest())
+
+
+def _place(digest: str) -> Path:
+    return cache_folder() / "bvh" / f"{digest}.bin"
+
+
+def load(place: Path) -> Document | None:
+    """The document kept there, or None when there is none or it is damaged."""
+    try:
+        data = place.read_bytes()
+    except OSError:
+        return None
+    if len(data) % 8 or data[:_LINE] != _first_line(data[_LINE:]):
+        return None
+    end = data.index(b"\n", _LINE) + 1
+    hierarchy, frame_time = _facts(data[_LINE:end])
+    values = np.frombuffer(data, dtype="<f8", offset=end)
+    return Document(hierarchy, frame_time, values.reshape(-1, hierarchy.columns))
+
+
+def save(place: Path, document: Document) -> None:
+    """Keep a document."""
     hierarchy = document.hierarchy
     facts = {
         "names": hierarchy.names,
         "parents": hierarchy.parents.tolist(),
-        "offsets": hierarchy.offsets.ravel().tolist(),
+        "offsets": hierarchy.offsets.tolist(),
         "channels": ["".join(_CODES[name] for name in names) for names in hierarchy.channels],
         "end_sites": [(site.parent, *site.offset) for site in hierarchy.end_sites],
         "frame_time": document.frame_time,
     }
     second = json.dumps(facts, separators=(",", ":")).encode()
-    filled = len(_FORMAT) + 10 + len(second) + 1
-    second += b" " * (-filled % _ALIGN) + b"\n"
+    second += b" " * (-(len(second) + 1) % _LINE) + b"\n"
     body = second + document.values.astype("<f8").tobytes()
+    _write(place, _first_line(body) + body)
+
+
+def _first_line(body: bytes | memoryview) -> bytes:
+    # a sum of words: damage does not cancel out by chance, and it costs a tenth of a CRC
+    total = int(np.frombuffer(body, dtype="<u8").sum(dtype=np.uint64))
+    return (_FORMAT + b"%016x" % total).ljust(_LINE - 1) + b"\n"
+
+
+@lru_cache(maxsize=256)
+def _facts(line: bytes) -> tuple[Hierarchy, float]:
+    """Joints and frame time; the clips of a character share the line."""
+    facts: dict[str, Any] = json.loads(line)
+    hierarchy = Hierarchy(
+        names=tuple(facts["names"]),
+        parents=np.array(facts["parents"], dtype=np.int64),
+        offsets=np.array(facts["offsets"], dtype=np.float64),
+        channels=tuple(tuple(_CHANNELS[code] for code in codes) for codes in facts["channels"]),
+        end_sites=tuple(EndSite(parent, (x, y, z)) for parent, x, y, z in facts["end_sites"]),
+    )
+    return hierarchy, facts["frame_time"]
+
+
+def _write(path: Path, data: bytes) -> None:
     try:
         with atomic(path) as temporary:
-            temporary.write_bytes(_FORMAT + b" %08x\n" % zlib.crc32(body) + body)
+            temporary.write_bytes(data)
     except FileError:
         return

@@ -47,21 +47,17 @@ class Hierarchy:
         """Numbers per frame."""
         return self.first_columns[-1]
 
+    @cached_property
+    def groups(self) -> tuple[tuple[tuple[str, ...], list[int]], ...]:
+        """Channel names, and the joints that have exactly these."""
+        found: dict[tuple[str, ...], list[int]] = {}
+        for joint, channels in enumerate(self.channels):
+            found.setdefault(channels, []).append(joint)
+        return tuple(found.items())
+
     def children(self, joint: int) -> list[int]:
         """The joints right below ``joint``."""
         return np.flatnonzero(self.parents == joint).tolist()
-
-    def position_columns(self, joint: int) -> dict[int, int]:
-        """Axis (0, 1, 2) -> column, for the position channels that the joint has."""
-        return self._columns(joint, POSITIONS)
-
-    def rotation_columns(self, joint: int) -> dict[int, int]:
-        """Axis (0, 1, 2) -> column, for the rotation channels that the joint has, in file order."""
-        return self._columns(joint, ROTATIONS)
-
-    def _columns(self, joint: int, wanted: tuple[str, ...]) -> dict[int, int]:
-        first = self.first_columns[joint]
-        return {wanted.index(c): first + i for i, c in enumerate(self.channels[joint]) if c in wanted}
 
 
 @dataclass(frozen=True, eq=False)

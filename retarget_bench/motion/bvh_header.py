@@ -6,6 +6,7 @@ import math
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -14,44 +15,99 @@ from retarget_bench.errors import FileError
 from retarget_bench.motion.bvh_document import POSITIONS, ROTATIONS, Header, Hierarchy
 from retarget_bench.motion.skeleton import EndSite
 
-_CHANNELS = {name.lower(): name for name in (*POSITIONS, *ROTATIONS)}
-_END_SITE = -1
+_MOTION = re.compile(rb"^[ \t]*MOTION[ \t\r]*$", re.IGNORECASE | re.MULTILINE)
 _FRAMES = re.compile(r"\s*Frames\s*:\s*(\S+)\s*", re.IGNORECASE)
 _FRAME_TIME = re.compile(r"\s*Frame\s+Time\s*:\s*(\S+)\s*", re.IGNORECASE)
-_MOST_JOINTS = 20_000
+_CHANNELS = {name.lower(): name for name in (*POSITIONS, *ROTATIONS)}
+_END_SITE = -1
+_MOST_JOINTS = 10_000
 """More than any body has; it bounds the work on a damaged or hostile file."""
+_AFTER_MOTION = 4096
+_REMEMBERED = 1 << 18
 
 Offset = tuple[float, float, float]
 
 
-def read_header(path: Path, lines: Sequence[str]) -> Header:
-    """The header from its lines, ``HIERARCHY`` to ``Frame Time:``.
+def read_header(path: Path, data: bytes) -> tuple[Header, int, int]:
+    """The header at the start of ``data``, the place where it ends, and the number of its lines.
 
     Raises FileError with the line at fault.
     """
-    reader = _Reader(path)
-    motion = reader.hierarchy(lines)
-    after = [(number, text) for number, text in enumerate(lines[motion:], motion + 1) if text.strip()]
-    if len(after) < 2:
-        raise FileError(path, "ends before the lines 'Frames:' and 'Frame Time:'", len(lines))
-    return Header(reader.result(), _frames(path, *after[0]), _frame_time(path, *after[1]))
+    motion = _find_motion(data)
+    head = data[:motion] if motion >= 0 else data
+    try:
+        # the clips of a character mostly share the text of the hierarchy
+        hierarchy = _remembered_hierarchy(head) if len(head) < _REMEMBERED else _hierarchy(head)
+        line = head.count(b"\n") + 1
+        if motion < 0:
+            raise _Fault("ends before the line MOTION", line)
+        _, motion, line = _next_line(data, motion, line)
+        text, motion, line = _next_line(data, motion, line)
+        frames = _frames(text, line - 1)
+        text, motion, line = _next_line(data, motion, line)
+        return Header(hierarchy, frames, _frame_time(text, line - 1)), motion, line - 1
+    except _Fault as fault:
+        raise FileError(path, fault.problem, fault.line) from None
 
 
-def _frames(path: Path, number: int, text: str) -> int:
+def reaches_the_numbers(data: bytes) -> bool:
+    """Whether the first bytes of a file hold all of its header."""
+    motion = _find_motion(data)
+    return 0 <= motion <= len(data) - _AFTER_MOTION
+
+
+def _find_motion(data: bytes) -> int:
+    """Where the line MOTION begins, or -1."""
+    usual = data.find(b"\nMOTION") + 1  # many times faster than the pattern
+    found = (_MOTION.match(data, usual) if usual else None) or _MOTION.search(data)
+    return found.start() if found else -1
+
+
+def _next_line(data: bytes, start: int, line: int) -> tuple[str, int, int]:
+    """The next line that is not blank, the place after it, and the number of the line there."""
+    while start < len(data):
+        feed = data.find(b"\n", start)
+        text = data[start : feed if feed >= 0 else len(data)]
+        start = feed + 1 if feed >= 0 else len(data)
+        line += 1
+        if text and not text.isspace():
+            return text.decode("latin-1"), start, line
+    raise _Fault("ends before the lines 'Frames:' and 'Frame Time:'", line)
+
+
+def _frames(text: str, line: int) -> int:
     found = _FRAMES.fullmatch(text)
-    if not found or not found[1].isdecimal() or len(found[1]) > 15:
-        raise FileError(path, f"expected 'Frames:' and a whole number, found {text.strip()[:60]!r}", number)
+    if not found or not re.fullmatch("[0-9]{1,15}", found[1]):
+        raise _Fault(f"expected 'Frames:' and a whole number, found {text.strip()[:60]!r}", line)
     return int(found[1])
 
 
-def _frame_time(path: Path, number: int, text: str) -> float:
+def _frame_time(text: str, line: int) -> float:
     found = _FRAME_TIME.fullmatch(text)
     seconds = _number(found[1]) if found else None
     if seconds is None or not 1e-6 <= seconds <= 1e4:
-        raise FileError(
-            path, f"expected 'Frame Time:' and seconds above 0, found {text.strip()[:60]!r}", number
-        )
+        raise _Fault(f"expected 'Frame Time:' and seconds above 0, found {text.strip()[:60]!r}", line)
     return seconds
+
+
+def _hierarchy(head: bytes) -> Hierarchy:
+    try:
+        text = head.decode("utf-8")
+    except UnicodeDecodeError:
+        text = head.decode("latin-1")  # never fails, and keeps names apart that are apart
+    return _Reader().hierarchy(text.split("\n"))
+
+
+_remembered_hierarchy = lru_cache(maxsize=256)(_hierarchy)
+
+
+class _Fault(Exception):
+    """What is wrong in which line."""
+
+    def __init__(self, problem: str, line: int) -> None:
+        super().__init__(problem)
+        self.problem = problem
+        self.line = line
 
 
 def _number(token: str) -> float | None:
@@ -78,8 +134,7 @@ class _Block:
 class _Reader:
     """Walks over the lines; ``blocks`` are the joints that are still open, the outermost first."""
 
-    def __init__(self, path: Path) -> None:
-        self.path = path
+    def __init__(self) -> None:
         self.line = 0
         self.names: list[str] = []
         self.parents: list[int] = []
@@ -89,22 +144,21 @@ class _Reader:
         self.blocks: list[_Block] = []
         self.open_names: set[str] = set()
 
-    def hierarchy(self, lines: Sequence[str]) -> int:
-        """Read up to the line MOTION; the index of the line after it."""
-        for index, line in enumerate(lines):
-            self.line = index + 1
-            text = line.strip()
-            if text.upper() == "MOTION":
-                self._finish()
-                return index + 1
-            self._statements(text)
-        raise self._error("ends before the line MOTION" + self._still_open())
-
-    def result(self) -> Hierarchy:
+    def hierarchy(self, lines: Sequence[str]) -> Hierarchy:
+        for number, line in enumerate(lines, 1):
+            self.line = number
+            self._statements(line.strip())
+        if self.blocks:
+            block = self.blocks[-1]
+            raise self._fault(
+                f"the hierarchy is cut off: {block.label}, begun in line {block.line}, has no '}}'"
+            )
+        if not self.names:
+            raise self._fault("a hierarchy without a ROOT")
         return Hierarchy(
             names=tuple(self.names),
             parents=np.array(self.parents, dtype=np.int64),
-            offsets=np.array(self.offsets, dtype=np.float64).reshape(-1, 3),
+            offsets=np.array(self.offsets, dtype=np.float64),
             channels=tuple(each or () for each in self.channels),
             end_sites=tuple(self.end_sites),
         )
@@ -125,7 +179,7 @@ class _Reader:
         words = text.split()
         keyword = words[0].upper()
         if self.blocks and not self.blocks[-1].opened:
-            raise self._error(f"expected '{{' after {self.blocks[-1].label}, found {text[:60]!r}")
+            raise self._fault(f"expected '{{' after {self.blocks[-1].label}, found {text[:60]!r}")
         if keyword == "OFFSET":
             self._offset(words)
         elif keyword == "CHANNELS":
@@ -135,23 +189,23 @@ class _Reader:
         elif keyword == "END" and self.blocks:
             self._begin(_Block(_END_SITE, "End Site", self.blocks[-1].joint, self.line))
         elif keyword != "HIERARCHY" or self.names:
-            raise self._error(f"{text[:60]!r} is not a line of a BVH hierarchy")
+            raise self._fault(f"{text[:60]!r} is not a line of a BVH hierarchy")
 
     def _joint(self, keyword: str, name: str) -> None:
         if not name:
-            raise self._error(f"{keyword} without a name")
+            raise self._fault(f"{keyword} without a name")
         if keyword == "ROOT" and self.names:
-            raise self._error(
+            raise self._fault(
                 f"a second ROOT {name!r} after {self.names[0]!r}: save each skeleton in a file of its own"
             )
         if keyword == "JOINT" and not self.blocks:
-            raise self._error(f"JOINT {name!r} lies outside of the ROOT")
+            raise self._fault(f"JOINT {name!r} lies outside of the ROOT")
         if name in self.open_names:
-            raise self._error(
+            raise self._fault(
                 f"joint {name!r} lies below a joint of the same name: the hierarchy is cyclic"
             )
         if len(self.names) == _MOST_JOINTS:
-            raise self._error(f"more than {_MOST_JOINTS} joints")
+            raise self._fault(f"more than {_MOST_JOINTS} joints")
         parent = self.blocks[-1].joint if self.blocks else -1
         self._begin(_Block(len(self.names), f"{keyword} {name!r}", parent, self.line))
         self.open_names.add(name)
@@ -162,20 +216,20 @@ class _Reader:
 
     def _begin(self, block: _Block) -> None:
         if self.blocks and self.blocks[-1].joint == _END_SITE:
-            raise self._error(f"{block.label} lies inside an End Site")
+            raise self._fault(f"{block.label} lies inside an End Site")
         self.blocks.append(block)
 
     def _open(self) -> None:
         if not self.blocks or self.blocks[-1].opened:
-            raise self._error("'{' without a ROOT, JOINT or End Site before it")
+            raise self._fault("'{' without a ROOT, JOINT or End Site before it")
         self.blocks[-1].opened = True
 
     def _close(self) -> None:
         if not self.blocks or not self.blocks[-1].opened:
-            raise self._error("'}' without a '{' before it")
+            raise self._fault("'}' without a '{' before it")
         block = self.blocks.pop()
         if block.offset is None:
-            raise self._error(f"{block.label}, begun in line {block.line}, has no OFFSET")
+            raise self._fault(f"{block.label}, begun in line {block.line}, has no OFFSET")
         if block.joint == _END_SITE:
             self.end_sites.append(EndSite(block.parent, block.offset))
         else:
@@ -185,9 +239,9 @@ class _Reader:
         numbers = [_number(word) for word in words[1:]]
         x, y, z = numbers if len(numbers) == 3 else (None, None, None)
         if x is None or y is None or z is None:
-            raise self._error(f"OFFSET needs three finite numbers, found {' '.join(words[1:])[:60]!r}")
+            raise self._fault(f"OFFSET needs three finite numbers, found {' '.join(words[1:])[:60]!r}")
         if not self.blocks or self.blocks[-1].offset is not None:
-            raise self._error("OFFSET outside of a joint, or the second one of a joint")
+            raise self._fault("OFFSET outside of a joint, or the second one of a joint")
         block = self.blocks[-1]
         block.offset = (x, y, z)
         if block.joint != _END_SITE:
@@ -196,33 +250,21 @@ class _Reader:
     def _channel_list(self, words: list[str]) -> None:
         joint = self.blocks[-1].joint if self.blocks else _END_SITE
         if joint == _END_SITE or self.channels[joint] is not None:
-            raise self._error("CHANNELS outside of a joint, or the second one of a joint")
+            raise self._fault("CHANNELS outside of a joint, or the second one of a joint")
         given = words[2:]
         if len(words) < 2 or words[1] != str(len(given)):
-            raise self._error(
+            raise self._fault(
                 f"CHANNELS says {words[1] if len(words) > 1 else 'nothing'}, but {len(given)} names follow"
             )
         names = [_CHANNELS.get(word.lower()) for word in given]
         if None in names:
-            raise self._error(
+            raise self._fault(
                 f"channel {given[names.index(None)]!r} is not known; a joint has Xposition, Yposition, "
                 "Zposition, Xrotation, Yrotation, Zrotation or fewer"
             )
         if len(set(names)) < len(names):
-            raise self._error(f"a channel is named twice: {' '.join(given)[:60]}")
+            raise self._fault(f"a channel is named twice: {' '.join(given)[:60]}")
         self.channels[joint] = tuple(name for name in names if name)
 
-    # ----------------------------------------------------------------------------------------- the end
-    def _finish(self) -> None:
-        if self.blocks:
-            raise self._error("MOTION comes before the hierarchy is closed" + self._still_open())
-        if not self.names:
-            raise self._error("a hierarchy without a ROOT")
-
-    def _still_open(self) -> str:
-        if not self.blocks:
-            return ""
-        return f": {self.blocks[-1].label}, begun in line {self.blocks[-1].line}, has no '}}'"
-
-    def _error(self, problem: str) -> FileError:
-        return FileError(self.path, problem, self.line)
+    def _fault(self, problem: str) -> _Fault:
+        return _Fault(problem, self.line)

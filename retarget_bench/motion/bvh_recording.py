@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections import defaultdict
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
 
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.motion import rotation
-from retarget_bench.motion.bvh_document import Document, Hierarchy
+from retarget_bench.motion.bvh_document import POSITIONS, ROTATIONS, Document, Hierarchy
 from retarget_bench.motion.bvh_root import is_relative, reach
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
@@ -19,6 +19,8 @@ _STILL = 1e-3
 """Share of the body's reach up to which a joint's place against its parent counts as constant."""
 _DUMMY_NAMES = ("root", "reference", "armature", "world", "scene", "origin", "global", "master")
 _HIP_NAMES = ("hip", "pelvis")
+
+Offset = tuple[float, float, float]
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,75 +39,79 @@ class Recording:
     notes: tuple[str, ...] = ()
 
 
-def record(path: Path, document: Document, *, root: str, scale: float) -> Recording:
+def record(path: Path, document: Document, *, root: str, scale: float, fold: bool) -> Recording:
     """The recording that a document states; see ``bvh.read``."""
     if root not in ROOT_READINGS:
         raise NotSupported(f"root={root!r} is not known; it is one of {', '.join(ROOT_READINGS)}")
     if not (np.isfinite(scale) and scale > 0):
         raise NotSupported(f"scale must be positive, got {scale}")
-    notes: list[str] = []
-    names = _unique_names(document.hierarchy, notes)
+    hierarchy, notes = document.hierarchy, list[str]()
+    names = _unique_names(hierarchy.names)
+    notes += [
+        f"a second joint {old!r} is called {new!r}"
+        for old, new in zip(hierarchy.names, names, strict=True)
+        if old != new
+    ]
     turned = local_rotations(document)
     stated = _stated_places(path, document)
-    first = _first_joint(document.hierarchy, stated, turned, notes)
-    offsets = _constant_offsets(path, document.hierarchy, names, stated, first, notes)
-    skeleton = _skeleton(document.hierarchy, names, offsets, first, scale)
+    first = _first_joint(hierarchy, stated, turned, notes) if fold else 0
+    replaced = _replaced_offsets(path, hierarchy, stated, first, notes)
+    skeleton = _skeleton(hierarchy, first, replaced, scale)
     absolute, heading = _carried(document, stated, turned, first, relative=False)
     relative, _ = _carried(document, stated, turned, first, relative=True)
     turned = turned[:, first:]
     turned[:, 0] = heading
-    absolute, relative = absolute * scale, relative * scale
-    chosen = _reading(root, skeleton, turned, absolute, relative, notes)
-    return Recording(skeleton, rotation.continuous(turned), chosen, document.fps, tuple(notes))
+    places = _reading(root, skeleton, turned, absolute * scale, relative * scale, notes)
+    return Recording(skeleton, rotation.continuous(turned), places, document.fps, tuple(notes))
 
 
 def local_rotations(document: Document) -> np.ndarray:
-    """``(frames, joints, 4)`` unit quaternions; joints with the same channel order are turned at once."""
+    """``(frames, joints, 4)`` unit quaternions; joints with the same channels are turned at once."""
     hierarchy = document.hierarchy
-    groups: dict[tuple[int, ...], list[int]] = defaultdict(list)
-    for joint in range(len(hierarchy)):
-        groups[tuple(hierarchy.rotation_columns(joint))].append(joint)
+    first = np.array(hierarchy.first_columns)
     turned = rotation.identity(document.frames, len(hierarchy))
-    for axes, joints in groups.items():
-        if not axes:
+    for channels, joints in hierarchy.groups:
+        places = [place for place, name in enumerate(channels) if name in ROTATIONS]
+        if not places:
             continue
-        columns = [list(hierarchy.rotation_columns(joint).values()) for joint in joints]
         angles = np.zeros((document.frames, len(joints), 3))
-        angles[..., : len(axes)] = np.radians(document.values[:, columns])
+        columns = first[joints][:, None] + places
+        angles[..., : len(places)] = np.radians(document.values[:, columns])
         # a joint that lacks an axis never turns about it: that axis goes last, with angle 0
-        order = "".join("XYZ"[axis] for axis in (*axes, *({0, 1, 2} - set(axes))))
+        axes = "".join(channels[place][0] for place in places)
+        order = axes + "".join(axis for axis in "XYZ" if axis not in axes)
         turned[:, joints] = rotation.from_euler(angles, order)
     return turned
 
 
-def _unique_names(hierarchy: Hierarchy, notes: list[str]) -> tuple[str, ...]:
+@lru_cache(maxsize=256)
+def _unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
     """The names, with ``_2``, ``_3`` ... behind those that occurred before."""
-    taken, used, last = set(hierarchy.names), set[str](), dict[str, int]()
-    names = []
-    for name in hierarchy.names:
-        unique = name
-        while unique in used or (unique != name and unique in taken):
+    taken, used, last = set(names), set[str](), dict[str, int]()
+    unique = []
+    for name in names:
+        free = name
+        while free in used or (free != name and free in taken):
             last[name] = last.get(name, 1) + 1
-            unique = f"{name}_{last[name]}"
-        if unique != name:
-            notes.append(f"another joint {name!r} is called {unique!r}")
-        used.add(unique)
-        names.append(unique)
-    return tuple(names)
+            free = f"{name}_{last[name]}"
+        used.add(free)
+        unique.append(free)
+    return tuple(unique)
 
 
 def _stated_places(path: Path, document: Document) -> dict[int, np.ndarray]:
     """Joint -> ``(frames, 3)`` its position channels, for the joints that have them."""
-    stated = {}
-    for joint, name in enumerate(document.hierarchy.names):
-        columns = document.hierarchy.position_columns(joint)
-        if len(columns) == 3:
-            stated[joint] = document.values[:, [columns[axis] for axis in range(3)]]
-        elif columns:
+    hierarchy, stated = document.hierarchy, {}
+    for channels, joints in hierarchy.groups:
+        places = [channels.index(name) for name in POSITIONS if name in channels]
+        if len(places) not in (0, 3):
             raise FileError(
-                path, f"joint {name!r} has {len(columns)} position channels: 3 or none are read"
+                path,
+                f"joint {hierarchy.names[joints[0]]!r} has {len(places)} position channels, not 3 or none",
             )
-    return stated
+        for joint in joints if places else ():
+            stated[joint] = document.values[:, [hierarchy.first_columns[joint] + place for place in places]]
+    return dict(sorted(stated.items()))
 
 
 # ------------------------------------------------------------------------------------- the dummy root
@@ -141,13 +147,14 @@ def _carried(
     document: Document, stated: dict[int, np.ndarray], turned: np.ndarray, first: int, *, relative: bool
 ) -> tuple[np.ndarray, np.ndarray]:
     """World places ``(frames, 3)`` and orientations ``(frames, 4)`` of the joint ``first``."""
-    place = np.zeros((document.frames, 3))
-    heading = rotation.identity(document.frames)
     for joint in range(first + 1):
-        offset = document.hierarchy.offsets[joint]
+        offset = np.broadcast_to(document.hierarchy.offsets[joint], (document.frames, 3))
         step = stated[joint] + offset * relative if joint in stated else offset
-        place = place + rotation.rotate(heading, np.broadcast_to(step, place.shape))
-        heading = rotation.multiply(heading, turned[:, joint])
+        if joint == 0:
+            place, heading = step, turned[:, 0]
+        else:
+            place = place + rotation.rotate(heading, step)
+            heading = rotation.multiply(heading, turned[:, joint])
     return place, heading
 
 
@@ -171,57 +178,56 @@ def _reading(
 
 
 # ----------------------------------------------------------------------------------------- the bones
-def _constant_offsets(
-    path: Path,
-    hierarchy: Hierarchy,
-    names: tuple[str, ...],
-    stated: dict[int, np.ndarray],
-    first: int,
-    notes: list[str],
-) -> np.ndarray:
-    """``(joints, 3)`` offsets, where position channels below the root replace or confirm those of the file.
+def _replaced_offsets(
+    path: Path, hierarchy: Hierarchy, stated: dict[int, np.ndarray], first: int, notes: list[str]
+) -> tuple[tuple[int, Offset], ...]:
+    """(joint, offset) where constant position channels below the root differ from the file's OFFSET.
 
     Raises FileError when such a joint moves against its parent: a skeleton has bones of fixed length.
     """
-    offsets = np.array(hierarchy.offsets)
     joints = [joint for joint in stated if joint > first]
     if not joints:
-        return offsets
+        return ()
     limit = _STILL * np.abs(hierarchy.offsets).sum(axis=1).max()
     lows = np.array([stated[joint].min(axis=0) for joint in joints])
     highs = np.array([stated[joint].max(axis=0) for joint in joints])
-    means, spread = (lows + highs) / 2, (highs - lows).max(axis=1)
+    middle, spread = (lows + highs) / 2, (highs - lows).max(axis=1)
     if spread.max() > limit:
-        worst = joints[int(np.argmax(spread))]
+        worst = hierarchy.names[joints[int(np.argmax(spread))]]
         raise FileError(
             path,
-            f"joint {names[worst]!r} moves by up to {spread.max():.4g} against its parent, which only the "
-            "root may do: export the file without position channels below the root",
+            f"joint {worst!r} moves by up to {spread.max():.4g} against its parent, which only the root "
+            "may do: export the file without position channels below the root",
         )
-    if np.abs(means).sum() < np.abs(means - offsets[joints]).sum():
-        means = means + offsets[joints]
-    change = np.abs(means - offsets[joints]).max(axis=1)
-    changed = [joint for joint, by in zip(joints, change, strict=True) if by > limit]
-    offsets[changed] = means[change > limit]
-    notes.append(
-        f"position channels of {len(joints)} joints below the root are constant within {spread.max():.2g}"
-        + (
-            f"; {len(changed)} of them replace an OFFSET that is up to {change.max():.4g} away"
-            * bool(changed)
-        )
+    offsets = hierarchy.offsets[joints]
+    if np.abs(middle).sum() < np.abs(middle - offsets).sum():
+        middle = middle + offsets  # these channels are relative to OFFSET
+    away = np.abs(middle - offsets).max(axis=1)
+    replaced = tuple(
+        (joint, (x, y, z))
+        for joint, (x, y, z), by in zip(joints, middle.tolist(), away, strict=True)
+        if by > limit
     )
-    return offsets
+    note = f"{len(joints)} joints below the root have position channels, constant within {spread.max():.2g}"
+    if replaced:
+        note += f"; {len(replaced)} of them replace OFFSETs that differ by up to {away.max():.4g}"
+    notes.append(note)
+    return replaced
 
 
+@lru_cache(maxsize=256)
 def _skeleton(
-    hierarchy: Hierarchy, names: tuple[str, ...], offsets: np.ndarray, first: int, scale: float
+    hierarchy: Hierarchy, first: int, replaced: tuple[tuple[int, Offset], ...], scale: float
 ) -> Skeleton:
-    """The joints from ``first`` on, its offset gathered over those above it."""
-    kept = offsets[first:].copy()
-    kept[0] = offsets[: first + 1].sum(axis=0)
-    sites = tuple(
-        EndSite(site.parent - first, tuple((np.array(site.offset) * scale).tolist()))
-        for site in hierarchy.end_sites
-    )
+    """The joints from ``first`` on, its offset gathered over those above it; clips of a body share it."""
+    offsets = np.array(hierarchy.offsets)
+    for joint, offset in replaced:
+        offsets[joint] = offset
+    offsets[first] = offsets[: first + 1].sum(axis=0)
+    sites = []
+    for site in hierarchy.end_sites:
+        x, y, z = site.offset
+        sites.append(EndSite(site.parent - first, (x * scale, y * scale, z * scale)))
     parents = np.maximum(hierarchy.parents[first:] - first, -1)
-    return Skeleton(names[first:], parents, kept * scale, sites)
+    names = _unique_names(hierarchy.names)[first:]
+    return Skeleton(names, parents, offsets[first:] * scale, tuple(sites))

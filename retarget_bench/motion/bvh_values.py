@@ -2,80 +2,135 @@
 
 from __future__ import annotations
 
-import io
+import csv
 import math
+from collections.abc import Iterator
 from pathlib import Path
+from typing import IO, TYPE_CHECKING, Any, cast
 
 import numpy as np
 
 from retarget_bench.errors import FileError
 
+if TYPE_CHECKING:
+    from pandas.io.parsers import TextFileReader
+
 _NUMBER = b"0123456789+-.eE"
-_BLANK = b" \t\r\n\v\f"
-_SPACE, _LINE_FEED = b" \n"
+_BLANK = b" \t\r\v\f"
 # Whatever no number contains becomes '?', so that 'nan', 'inf', '1,5' or '"3"' never pass for one.
-_CLEAN = bytes(b if b in _NUMBER else 32 if b in _BLANK else 63 for b in range(256))
+_CLEAN = bytes(b if b in _NUMBER + b"\n" else 32 if b in _BLANK else 63 for b in range(256))
+# What no number of a file can be stands for the end of a line, so that one pass finds numbers and lines.
+_END = b" inf "
+_PIECE, _ROWS = 1 << 15, 1 << 16
+"""Bytes handed to pandas and numbers taken from it at a time: few enough for the processor's caches."""
 
 
-def read_values(path: Path, block: bytes, *, frames: int, columns: int, line: int) -> np.ndarray:
-    """``(frames, columns)`` numbers of a block whose first line is line ``line`` of the file.
+def read_values(path: Path, data: bytes, start: int, *, frames: int, columns: int, line: int) -> np.ndarray:
+    """``(frames, columns)`` numbers that fill ``data`` from ``start`` on, the first in line ``line``.
 
     A frame is a line. Raises FileError, with its line, for the first frame that has too few or too many
     numbers or one that is not finite, and for missing or surplus frames. Memory is bounded by the size of
-    the block, whatever number of frames the file declares.
+    the data, whatever number of frames the file declares.
     """
-    clean = block.translate(_CLEAN)
-    starts, words = _lines(block, clean)
-    used = np.flatnonzero(words)
-    if used.size == frames and (words[used] == columns).all():
-        values = _parse(clean)
-        if values is not None and values.size == frames * columns and np.isfinite(values).all():
-            return values.reshape(frames, columns)
-    _check_lines(path, block, starts, words, columns, line)
-    held = used.size
-    if held > frames:
-        where = line + int(used[frames])
-        raise FileError(
-            path, f"'Frames:' says {frames}, but there are {held}: this is the first surplus one", where
-        )
-    raise FileError(
-        path,
-        f"'Frames:' says {frames}, but there are only {held}: the file is cut off",
-        line + len(words) - 1,
+    tail = data[max(start, len(data) - _PIECE) :]
+    text = _Text(data, start, len(data) - len(tail) + len(tail.rstrip()))
+    values = _parse(text, frames, columns)
+    return values if values is not None else _parse_checked(path, data[start:], frames, columns, line)
+
+
+class _Text:
+    """A stretch of the data as a file that pandas can read: numbers and line ends, spaces between them."""
+
+    def __init__(self, data: bytes, start: int, stop: int) -> None:
+        self.data = data
+        self.at = start
+        self.stop = stop
+        self.ended = False
+
+    def read(self, size: int = -1) -> bytes:  # noqa: ARG002
+        """The next piece, of a size of our own choice; empty after the last."""
+        piece = self.data[self.at : min(self.at + _PIECE, self.stop)]
+        self.at += len(piece)
+        if piece:
+            return piece.translate(_CLEAN).replace(b"\n", _END)
+        last, self.ended = b"" if self.ended else _END, True
+        return last
+
+    def __iter__(self) -> Iterator[bytes]:
+        """Pandas takes for a file what has ``read`` and can be iterated over."""
+        return iter(self.read, b"")
+
+
+def _parse(text: _Text, frames: int, columns: int) -> np.ndarray | None:
+    """``(frames, columns)`` finite numbers, or None where that is not exactly what the text holds."""
+    if frames * columns * 2 > text.stop - text.at + 1:
+        return None
+    numbers = np.empty(frames * (columns + 1))
+    filled = 0
+    try:
+        with _pandas_reader(text) as reader:
+            for table in reader:
+                some = table.to_numpy()[:, 0]
+                numbers[filled : filled + some.size] = some
+                filled += some.size
+    except ValueError:  # not a number, or more of them than there is room for
+        return None
+    rows = numbers.reshape(frames, columns + 1)
+    values = rows[:, :columns]
+    whole = filled == numbers.size and np.isinf(rows[:, columns]).all() and np.isfinite(values.sum())
+    return values if whole else None
+
+
+def _pandas_reader(text: _Text) -> TextFileReader:
+    import pandas as pd  # half a second: only who parses pays for it
+
+    # exact by default since 3.1, where asking for it is deprecated
+    old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
+    exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
+    # For pandas every number is a line of its own: converting one long column is twice as fast as many
+    # short ones. low_memory would cut that column into pieces.
+    return pd.read_csv(
+        cast("IO[bytes]", text),
+        lineterminator=" ",
+        header=None,
+        dtype=np.float64,
+        engine="c",
+        na_filter=False,
+        quoting=csv.QUOTE_NONE,
+        low_memory=False,
+        chunksize=_ROWS,
+        **exact,
     )
 
 
-def _lines(block: bytes, clean: bytes) -> tuple[np.ndarray, np.ndarray]:
-    """Where every line starts, and how many words it holds."""
-    if not block:
-        return np.zeros(1, dtype=np.int64), np.zeros(1, dtype=np.int64)
-    feeds = np.flatnonzero(np.frombuffer(block, dtype=np.uint8) == _LINE_FEED)
-    starts = np.concatenate(([0], feeds + 1))
-    starts = starts[starts < len(block)]
-    blank = np.frombuffer(clean, dtype=np.uint8) == _SPACE
-    begins = ~blank
-    begins[1:] &= blank[:-1]
-    return starts, np.add.reduceat(begins.view(np.uint8), starts, dtype=np.int64)
+def _parse_checked(path: Path, block: bytes, frames: int, columns: int, line: int) -> np.ndarray:
+    """The slow way, for files with a fault, which it finds, and files with blank lines."""
+    lines = block.split(b"\n")
+    used = [index for index, text in enumerate(lines) if text and not text.isspace()]
+    for frame, index in enumerate(used, 1):
+        words = lines[index].split()
+        if problem := _fault(words, columns, last=index == used[-1]):
+            raise FileError(path, f"frame {frame} {problem}", line + index)
+    if len(used) > frames:
+        problem = f"'Frames:' says {frames}, but {len(used)} follow, of which this is the first surplus one"
+        raise FileError(path, problem, line + used[frames])
+    if len(used) < frames:
+        problem = f"'Frames:' says {frames}, but only {len(used)} follow: the file is cut off"
+        raise FileError(path, problem, line + len(lines) - 1)
+    return np.array(block.split(), dtype=np.float64).reshape(frames, columns)
 
 
-def _check_lines(
-    path: Path, block: bytes, starts: np.ndarray, words: np.ndarray, columns: int, line: int
-) -> None:
-    """Raise for the first frame that has a wrong number of words or a word that is no finite number."""
-    ends = [*starts[1:].tolist(), len(block)]
-    frame = 0
-    for index, (start, end, count) in enumerate(zip(starts.tolist(), ends, words.tolist(), strict=True)):
-        frame += count > 0
-        if count not in (0, columns):
-            cut = count < columns and not block[end:].strip()
-            reason = "it is cut off" if cut else f"the channels of the hierarchy need {columns}"
-            raise FileError(path, f"frame {frame} has {count} of {columns} numbers: {reason}", line + index)
-        for place, word in enumerate(block[start:end].split(), 1):
-            if not _is_finite(word):
-                shown = word[:40].decode("ascii", "replace")
-                raise FileError(
-                    path, f"number {place} of frame {frame} is {shown!r}, not a finite number", line + index
-                )
+def _fault(words: list[bytes], columns: int, *, last: bool) -> str | None:
+    """What is wrong with the words of a frame."""
+    if len(words) != columns:
+        reason = "the file is cut off" if last and len(words) < columns else f"there are {columns} channels"
+        return f"has {len(words)} of {columns} numbers: {reason}"
+    for place, word in enumerate(words, 1):
+        if not _is_finite(word):
+            return (
+                f"has {word[:40].decode('ascii', 'replace')!r} as number {place}, which is no finite number"
+            )
+    return None
 
 
 def _is_finite(word: bytes) -> bool:
@@ -83,25 +138,3 @@ def _is_finite(word: bytes) -> bool:
         return not word.translate(None, _NUMBER) and math.isfinite(float(word))
     except ValueError:
         return False
-
-
-def _parse(clean: bytes) -> np.ndarray | None:
-    """All numbers of a text that blanks alone separate, or None when one of them is not a number."""
-    import pandas as pd  # half a second: only who parses pays for it
-
-    # One column that "lines" of one number each make up: converting many short columns costs more.
-    try:
-        table = pd.read_csv(
-            io.BytesIO(clean),
-            lineterminator=" ",
-            header=None,
-            names=["value"],
-            dtype=np.float64,
-            engine="c",
-            float_precision="round_trip",
-            na_filter=False,
-            quoting=3,
-        )
-    except (ValueError, pd.errors.ParserError):
-        return None
-    return table["value"].to_numpy()
