@@ -1,6 +1,6 @@
 """Reduced bodies: the joint sets that papers and metrics work on.
 
-- ``body22``: the 22 joints of NKN, PMnet and R2ET, for any two-legged skeleton with roles, in their order.
+- ``body22``: the 22 joints of NKN, PMnet and R2ET, for any skeleton with roles, in their order.
   Where a body has more spine or neck joints, three and one of them are kept; where it lacks one of those,
   a collar bone or a toe, the set is smaller.
 - ``S23``, ``S28``: the two Mixamo structures of SAN and PAN, by joint names, whatever the prefix. SAN's
