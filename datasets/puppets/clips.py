@@ -14,17 +14,18 @@ from .score import FPS, Score
 
 @dataclass(frozen=True)
 class Size:
-    """clips: of each kind. seconds: shortest and longest. per_clip: of each split, how many cases a clip
-    has; 0 for all."""
+    """clips: of each kind, counted from ``first`` so that no two sizes share a name. seconds: shortest and
+    longest. per_clip: of each split, how many cases a clip has; 0 for all."""
 
     clips: int
+    first: int
     seconds: tuple[float, float]
     per_clip: Mapping[str, int]
 
 
 SIZES = {
-    "tiny": Size(5, (2.0, 4.0), {"self": 2, "intra": 4, "cross": 4}),
-    "default": Size(18, (3.0, 8.0), {"self": 0, "intra": 0, "cross": 0}),
+    "tiny": Size(5, 1, (2.0, 4.0), {"self": 2, "intra": 4, "cross": 4}),
+    "default": Size(18, 101, (3.0, 8.0), {"self": 0, "intra": 0, "cross": 0}),
 }
 
 
@@ -47,9 +48,9 @@ def clips(size: str, seed: int) -> tuple[Clip, ...]:
     shortest, longest = SIZES[size].seconds
     found = []
     for kind in KINDS:
-        for number in range(1, SIZES[size].clips + 1):
-            name = f"{kind}-{number:02d}"
-            length = Stream("puppets", seed, size, name, "length").uniform(shortest, longest)
+        for number in range(SIZES[size].clips):
+            name = f"{kind}-{SIZES[size].first + number:03d}"
+            length = Stream("puppets", seed, name, "length").uniform(shortest, longest)
             found.append(Clip(name, kind, round(length * FPS), seed))
     return tuple(found)
 

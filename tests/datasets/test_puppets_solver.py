@@ -147,7 +147,7 @@ def test_another_manner_is_another_answer_with_the_same_contacts() -> None:
             feet = [body.part[part] for part in ("left_foot", "left_toe", "right_foot", "right_toe")]
             rests = one.planted[..., None]
             np.testing.assert_allclose((second - first)[:, feet] * rests, 0.0, atol=1e-9)
-            assert 0.003 < np.linalg.norm(second - first, axis=-1).mean() < 0.15
+            assert 0.001 < np.linalg.norm(second - first, axis=-1).mean() < 0.15
 
 
 def test_travel_is_in_leg_lengths() -> None:
