@@ -25,7 +25,7 @@ class InverseKinematics:
        are held at one place; corrections are eased in and out over a third of a second, and from step to
        step over the swing.
     3. The hips take half of the height that the planted feet ask for together; where a planted foot is
-       still out of its leg's reach, they sink, smoothly.
+       still out of its leg's reach, they move towards it, smoothly.
     4. Legs bend in closed form, in the plane they are in; feet keep their copied orientation but for the
        turn that holds both ankle and toe.
     5. Hands near the other hand, the own body or the floor keep that contact, likewise with the arms.
@@ -89,7 +89,7 @@ def _plant(exchange: Exchange, kinds: tuple[str, ...]) -> None:
     plans: list[Plan] = [plan(exchange, theirs, ours) for theirs, ours in legs]
     ours = [leg for _, leg in legs]
     pose.shift(pelvis.settle(pose, ours, plans, exchange.source.fps))
-    pose.shift(pelvis.sink(pose, ours, plans, exchange.source.fps))
+    pose.shift(pelvis.give(pose, ours, plans, exchange.source.fps))
     for leg, each in zip(ours, plans, strict=True):
         bend(body, pose, leg, each.goal, each.orientation)
     pose.places, pose.turned = kinematics.forward(body.skeleton, pose.rotations, pose.root)

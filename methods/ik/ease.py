@@ -40,24 +40,8 @@ def spread(values: np.ndarray, known: np.ndarray, fps: float) -> np.ndarray:
     return out
 
 
-def envelope(need: np.ndarray, fps: float) -> np.ndarray:
-    """``(frames,)`` a smooth curve that is nowhere below ``need``: a running maximum, then a Hann average.
-
-    Both look one third of a second to either side at most, so what is needed at a frame is in every
-    maximum that its average takes.
-    """
-    half = _half(fps)
-    padded = np.pad(need, half, mode="edge")
-    return smooth(np.lib.stride_tricks.sliding_window_view(padded, 2 * half + 1).max(axis=1), fps)
-
-
 def smooth(curve: np.ndarray, fps: float) -> np.ndarray:
     """``(frames,)`` a Hann average over a third of a second; the ends are held."""
-    half = _half(fps)
+    half = max(1, round(FADE * fps / 2))
     window = np.hanning(2 * half + 3)[1:-1]
     return np.convolve(np.pad(curve, half, mode="edge"), window / window.sum(), mode="valid")
-
-
-def _half(fps: float) -> int:
-    """Frames to either side that a third of a second takes in."""
-    return max(1, round(FADE * fps / 2))

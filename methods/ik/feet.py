@@ -55,16 +55,20 @@ def plan(exchange: Exchange, theirs: Limb, ours: Limb) -> Plan:
     """Goals for a foot that hold ankle and toe wherever the source holds them.
 
     The foot's direction is corrected first (ankle and toe both planted: the mean direction), then its
-    place, from whichever of the two is planted. Both corrections are eased over the other frames.
+    place, from whichever of the two is planted. Both corrections are eased over the other frames. Its
+    height is told by the toe, which touches the floor; an ankle's depends on how the foot is turned.
     """
     fps = exchange.source.fps
-    path = walked(exchange, theirs.end, ours.end)
-    ankle = Point(path, planted(exchange.source, theirs.end))
+    still = planted(exchange.source, theirs.end)
     orientation = exchange.pose.turned[:, ours.end]
     if ours.tip < 0 or theirs.tip < 0:
-        shift = spread(held(ankle) - path, ankle.planted, fps)
-        return Plan(path + shift, orientation, ankle.planted)
+        path = walked(exchange, theirs.end, ours.end)
+        shift = spread(held(Point(path, still)) - path, still, fps)
+        return Plan(path + shift, orientation, still)
     sole = exchange.pose.places[:, ours.tip] - exchange.pose.places[:, ours.end]
+    path = walked(exchange, theirs.end, ours.end)
+    path[:, 1] = walked(exchange, theirs.tip, ours.tip)[:, 1] - sole[:, 1]
+    ankle = Point(path, still)
     toe = Point(path + sole, planted(exchange.source, theirs.tip))
     at_ankle, at_toe = _held_pair(ankle, toe)
     both = ankle.planted & toe.planted

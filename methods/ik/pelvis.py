@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from .ease import envelope, smooth, spread
+from .ease import smooth, spread
 from .feet import Plan
 from .two_bone import Limb, Pose, reach
 
@@ -14,8 +14,9 @@ STRAIGHT = 0.998
 """Share of a leg's length that it may span; the rest is left to the knee, which would lock otherwise."""
 _SHARE = 0.5
 """Of what the planted feet ask for together, how much the hips take; knees and hips share it equally."""
-_DEEPEST = 0.25
-"""Leg lengths: a goal that is still out of reach then is pointed at, not reached."""
+_ROUNDS = 8
+_NEAR = 1e-4
+"""Metres: nearer than this to where every foot is in reach there is no need to go on."""
 
 
 def settle(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -> np.ndarray:
@@ -37,18 +38,27 @@ def settle(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float)
     return offset
 
 
-def sink(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -> np.ndarray:
-    """``(frames, 3)`` metres to move the body by: down, smooth in time, zero where all is in reach."""
-    need = np.zeros(len(pose.root))
-    for limb, plan in zip(limbs, plans, strict=True):
-        whole = reach(pose, limb)
-        to_goal = plan.goal - pose.places[:, limb.upper]
-        level = to_goal[:, 0] ** 2 + to_goal[:, 2] ** 2
-        # standing over the foot at this horizontal distance, a straight leg spans so much height
-        span = np.sqrt(np.maximum((STRAIGHT * whole) ** 2 - level, 0.0))
-        drop = np.clip(-to_goal[:, 1] - span, 0.0, _DEEPEST * whole)
-        need = np.maximum(need, np.where(plan.firm, drop, 0.0))
-    offset = np.zeros((len(need), 3))
-    if need.any():
-        offset[:, 1] = -envelope(need, fps)
+def give(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -> np.ndarray:
+    """``(frames, 3)`` metres to move the body by so that planted feet are in reach; zero where all are.
+
+    Each planted leg allows the hips a ball around its foot. The nearest point of all balls is sought by
+    projecting on one after the other; the way there is smoothed in time, and what that leaves is added,
+    a few times over.
+    """
+    offset = np.zeros((len(pose.root), 3))
+    legs = [
+        (plan.goal - pose.places[:, limb.upper], STRAIGHT * reach(pose, limb), plan.firm)
+        for limb, plan in zip(limbs, plans, strict=True)
+    ]
+    for _ in range(_ROUNDS):
+        wanted = offset
+        for to_goal, whole, firm in legs * 2:
+            left = to_goal - wanted
+            far = np.linalg.norm(left, axis=1)
+            short = np.where(firm, np.maximum(far - whole, 0.0), 0.0)
+            wanted = wanted + (short / np.maximum(far, 1e-9))[:, None] * left
+        step = wanted - offset
+        if np.abs(step).max() < _NEAR:
+            break
+        offset = offset + np.stack([smooth(step[:, axis], fps) for axis in range(3)], axis=1)
     return offset
