@@ -16,12 +16,16 @@ BONES: dict[str, tuple[str, tuple[float, float, float]]] = {
     "Head": ("Neck", (0.0, 0.1, 0.0)),
     "HeadTop_End": ("Head", (0.0, 0.2, 0.0)),
 }
-for _side, _x in (("Left", 1.0), ("Right", -1.0)):
+_SIDES = (("Left", 1.0), ("Right", -1.0))
+for _side, _x in _SIDES:
     BONES |= {
         f"{_side}Shoulder": ("Spine1", (_x * 0.05, 0.2, 0.0)),
         f"{_side}Arm": (f"{_side}Shoulder", (_x * 0.12, 0.0, 0.0)),
         f"{_side}ForeArm": (f"{_side}Arm", (_x * 0.28, 0.0, 0.0)),
         f"{_side}Hand": (f"{_side}ForeArm", (_x * 0.25, 0.0, 0.0)),
+    }
+for _side, _x in _SIDES:
+    BONES |= {
         f"{_side}UpLeg": ("Hips", (_x * 0.1, -0.05, 0.0)),
         f"{_side}Leg": (f"{_side}UpLeg", (0.0, -0.45, 0.0)),
         f"{_side}Foot": (f"{_side}Leg", (0.0, -0.42, 0.0)),

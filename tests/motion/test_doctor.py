@@ -1,0 +1,124 @@
+"""What the doctor says, and that what it proposes works."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from alignment_rigs import BONES, performance, t_pose
+
+from retarget_bench.errors import FileError
+from retarget_bench.motion import bvh
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.doctor import examine
+from retarget_bench.motion.roles import load_overrides
+
+
+@pytest.fixture
+def file(tmp_path):
+    """The T-pose body in centimetres, standing 20 cm above the floor."""
+    body = Character.of("t", t_pose())
+    root = np.tile([0.0, 1.2, 0.0], (60, 1))
+    path = tmp_path / "body.bvh"
+    bvh.write(path, body.motion(performance(body, 60), root, 30.0), scale=100.0)
+    return path
+
+
+def test_a_file_that_is_understood(file):
+    found = examine(file)
+    assert dict(found.joints)["LeftForeArm"] == "left_forearm"
+    assert found.missing == ()
+    assert found.not_understood == ()
+    assert found.rest_pose == "T-pose"
+    assert found.facing == pytest.approx(0.0, abs=20.0)
+    assert (found.frames, found.still) == (60, False)
+    text = found.text()
+    for part in ("cm = 0.01 m (guessed)", "up axis    y (guessed)", "left_forearm", "--unit cm --up y"):
+        assert part in text
+    assert "roles.toml" not in text
+    assert "as told" in examine(file, unit="cm").text()
+
+
+def test_feet_off_the_floor_are_reported(file):
+    """Hips 1.2 m up on legs that reach down 0.98 m at most, bent a little."""
+    found = examine(file)
+    assert 0.22 < found.floor < 0.35
+    assert any("above the floor" in warning for warning in found.warnings)
+
+
+def test_the_proposed_role_file_is_the_way_out(file, tmp_path):
+    """Names that say nothing: the doctor lists them, and its file, corrected, is all it takes."""
+    text = file.read_text()
+    codes = {name: f"Bone_{number:02}" for number, name in enumerate(BONES)}
+    for name in sorted(codes, key=len, reverse=True):
+        text = text.replace(f" {name}\n", f" {codes[name]}\n")
+    file.write_text(text)
+    lost = examine(file)
+    assert "left_arm" in lost.missing
+    assert "Bone_05" in lost.not_understood
+    assert any("--roles" in warning for warning in lost.warnings)
+    assert '"Bone_05" = "none"' in lost.text()
+
+    proposal = tmp_path / "roles.toml"
+    proposal.write_text(lost.roles_file())
+    assert set(load_overrides(proposal)) == set(lost.not_understood)
+    known = own_roles()
+    lines = [f'"{codes[name]}" = "{role}"' for name, role in known.items()]
+    proposal.write_text("\n".join(lines))
+    cured = examine(file, roles=proposal)
+    assert cured.missing == ()
+    assert cured.not_understood == ()
+    assert dict(cured.joints)[codes["LeftArm"]] == "left_arm"
+    assert cured.rest_pose == "T-pose"
+
+
+def own_roles() -> dict[str, str]:
+    """What the roles are under the body's own names."""
+    body = Character.of("t", t_pose())
+    pairs = zip(body.skeleton.names, body.roles, strict=True)
+    return {name: role for name, role in pairs if role is not None}
+
+
+def test_names_that_toml_must_quote_survive(file, tmp_path):
+    text = file.read_text()
+    file.write_text(text.replace(" LeftHand\n", ' Gizmo\\"one"\n'))
+    found = examine(file)
+    proposal = tmp_path / "roles.toml"
+    proposal.write_text(found.roles_file())
+    assert list(load_overrides(proposal)) == list(found.not_understood) == ['Gizmo\\"one"']
+
+
+def test_a_single_pose_and_bones_without_length(file):
+    lines = file.read_text().splitlines()
+    start = next(i for i, line in enumerate(lines) if line.startswith("Frames"))
+    lines[start] = "Frames: 2"
+    lines[start + 2 :] = [lines[start + 2]] * 2
+    text = "\n".join(lines) + "\n"
+    file.write_text(text)
+    assert examine(file).still
+    assert "all the same pose" in examine(file).text()
+    assert examine(file).zero_bones == ()
+
+
+def test_real_files_with_traps(real_data):
+    """Zero bones, a body of arbitrary size, a crawling take, a dummy root: all said."""
+    cmu = examine(real_data / "cmu_bvh/01_01.bvh")
+    assert "LHipJoint" in cmu.zero_bones
+    toy = examine(real_data / "same_pairs/result/6.bvh")
+    assert any("unit is a guess" in warning and "inch" in warning for warning in toy.warnings)
+    crawl = examine(real_data / "lafan1/ground1_subject5.bvh")
+    assert any("up axis is a guess" in warning for warning in crawl.warnings)
+    bandai = examine(real_data / "bandai_namco/dataset-1_bow_giant_001.bvh")
+    assert any("joint_Root" in note for note in bandai.reading.notes)
+    dog = examine(real_data / "dog/Dog_example.bvh")
+    assert dog.quadruped
+    assert "four legs" in dog.text()
+    hair = dict(examine(real_data / "mixamo_san/Aj/Praying.bvh").joints)
+    assert hair["HairA"] == "extra"
+    assert hair["Pelvis"] == "helper"
+
+
+def test_files_that_are_no_motion(tmp_path):
+    path = tmp_path / "note.bvh"
+    path.write_text("hello")
+    with pytest.raises(FileError, match=r"note\.bvh"):
+        examine(path)

@@ -1,0 +1,158 @@
+"""Any file to metres, Y up: what is written in another unit or axis comes back as the same motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from alignment_rigs import performance, t_pose
+
+from retarget_bench.errors import FileError, NotSupported, SkeletonError
+from retarget_bench.motion import bvh, rotation
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.importer import UNITS, UP_AXES, load
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.skeleton import Skeleton
+
+FRAMES = 90
+
+
+@pytest.fixture(scope="module")
+def walk() -> Motion:
+    """A body that stands and moves about on a floor at y = 0."""
+    body = Character.of("walker", t_pose())
+    path = np.linspace([0.0, 1.0, 0.0], [0.5, 0.95, 1.0], FRAMES)
+    return body.motion(performance(body, FRAMES), path, 60.0)
+
+
+def written(motion: Motion, path, *, unit: float = 1.0, turn: np.ndarray | None = None):
+    """A BVH file of the motion in another unit, its world turned."""
+    if turn is not None:
+        rotations, offsets = np.array(motion.rotations), np.array(motion.skeleton.offsets)
+        rotations[:, 0] = rotation.multiply(turn[None], rotations[:, 0])
+        offsets[0] = rotation.rotate(turn, offsets[0])
+        skeleton = Skeleton(motion.skeleton.names, motion.skeleton.parents, offsets)
+        root = rotation.rotate(turn[None], motion.root)
+        motion = Character.of("turned", skeleton).motion(rotations, root, motion.fps)
+    bvh.write(path, motion, scale=1 / unit)
+    return path
+
+
+@pytest.mark.parametrize("unit", ["m", "cm", "mm", "dm", "cmu"])
+def test_units_are_found_by_the_size_of_the_body(walk, tmp_path, unit):
+    found = load(written(walk, tmp_path / "a.bvh", unit=UNITS[unit]))
+    assert found.findings.reading.unit == (unit, UNITS[unit])
+    assert not found.findings.reading.unit_told
+    np.testing.assert_allclose(found.motion.positions, walk.positions, atol=2e-4)
+
+
+@pytest.mark.parametrize(("unit", "metres"), [("inch", 0.0254), ("0.3048", 0.3048), ("mm", 0.001)])
+def test_a_unit_can_be_told(walk, tmp_path, unit, metres):
+    found = load(written(walk, tmp_path / "a.bvh", unit=metres), unit=unit)
+    assert found.findings.reading.unit == (unit, metres)
+    assert found.findings.reading.unit_told
+    np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-3)
+
+
+@pytest.mark.parametrize("axis", UP_AXES)
+def test_up_axes_are_found_from_feet_to_head(walk, tmp_path, axis):
+    """Written with another axis up and read again: the same motion, exactly where it was."""
+    turn = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[axis])))
+    path = written(walk, tmp_path / "a.bvh", turn=turn)
+    for found in (load(path), load(path, up=axis)):
+        assert found.findings.reading.up == axis
+        np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-5)
+        assert found.motion.character.measures.root_offset == pytest.approx(1.0)
+        assert found.findings.floor == pytest.approx(lowest_foot(walk), abs=1e-5)
+    assert found.findings.reading.up_told
+
+
+def lowest_foot(motion: Motion) -> float:
+    feet = [j for j, name in enumerate(motion.skeleton.names) if "Foot" in name or "Toe" in name]
+    return float(np.median(motion.positions[:, feet, 1].min(axis=1)))
+
+
+def test_frame_rate_and_name(walk, tmp_path):
+    path = written(walk, tmp_path / "strange name.bvh")
+    assert load(path).motion.character.name == "strange name"
+    found = load(path, fps=30.0, name="walker")
+    assert (found.motion.fps, found.motion.frames) == (30.0, FRAMES // 2)
+    assert (found.findings.fps, found.findings.frames) == (pytest.approx(60.0, rel=1e-4), FRAMES)
+    assert found.motion.character.name == "walker"
+    np.testing.assert_allclose(found.motion.positions, walk.positions[::2], atol=1e-5)
+
+
+def test_roles_can_be_told_by_a_table_or_a_file(walk, tmp_path):
+    path = written(walk, tmp_path / "a.bvh")
+    text = path.read_text().replace("LeftHand", "Gizmo")
+    path.write_text(text)
+    assert "left_hand" not in load(path).motion.character.joint_of
+    roles = tmp_path / "roles.toml"
+    roles.write_text('Gizmo = "left_hand"\n')
+    for told in ({"Gizmo": "left_hand"}, roles, str(roles)):
+        body = load(path, roles=told).motion.character
+        assert body.skeleton.names[body.joint_of["left_hand"]] == "Gizmo"
+    with pytest.raises(SkeletonError, match="no joint 'Gismo'"):
+        load(path, roles={"Gismo": "left_hand"})
+
+
+def test_options_that_do_not_exist_are_named(walk, tmp_path):
+    path = written(walk, tmp_path / "a.bvh")
+    with pytest.raises(NotSupported, match="unit='ell' is not known; it is auto, m, cm"):
+        load(path, unit="ell")
+    with pytest.raises(NotSupported, match="unit='-1'"):
+        load(path, unit="-1")
+    with pytest.raises(NotSupported, match="up='w' is not known; it is auto, y, z"):
+        load(path, up="w")
+    with pytest.raises(NotSupported, match="root='both'"):
+        load(path, root="both")
+    with pytest.raises(FileError):
+        load(tmp_path / "none.bvh")
+
+
+def test_a_skeleton_without_any_known_joint_is_still_read(tmp_path):
+    path = tmp_path / "rope.bvh"
+    rope = Skeleton(("a", "b"), np.array([-1, 0]), np.array([[0.0, 0.0, 0.0], [0.0, 1.7, 0.0]]))
+    pose = Character.of("rope", rope).motion(rotation.identity(1, 2), np.zeros((1, 3)), 25.0)
+    bvh.write(path, pose, scale=100.0)
+    found = load(path)
+    assert found.findings.reading.unit[0] == "cm"
+    assert found.motion.skeleton.bone_lengths[1] == pytest.approx(1.7)
+    assert set(found.motion.character.roles) == {None}
+
+
+REAL = {
+    "mixamo_san/Aj/Praying.bvh": ("cm", "y", "T-pose"),
+    "mixamo_san/Goblin_m/Praying.bvh": ("cm", "y", "T-pose"),
+    "mixamo_r2et/Mousey/Angry.bvh": ("cm", "y", "T-pose"),
+    "lafan1/dance1_subject1.bvh": ("cm", "y", "bones along"),
+    "lafan1/ground1_subject5.bvh": ("cm", "y", "bones along"),
+    "bandai_namco/dataset-1_bow_giant_001.bvh": ("cm", "y", "bones along"),
+    "cmu_bvh/01_01.bvh": ("cmu", "y", "T-pose"),
+    "cmu_bvh/131_01.bvh": ("cmu", "y", "arms down"),
+    "cmu_bvh/pfnn_hierarchy.bvh": ("m", "y", "T-pose"),
+    "cmu_iclone/002_01.bvh": ("cm", "y", "bones along"),
+    "dog/D1_003_KAN01_001.bvh": ("cm", "y", "bones along"),
+    "dog/D1_006_KAN01_002.bvh": ("cm", "y", "bones along"),
+    "makehuman/makehuman/data/animations/walks/walk1.bvh": ("dm", "z", "T-pose, turned"),
+    "makehuman/makehuman/data/poses/benchmark.bvh": ("dm", "z", "A-pose, turned"),
+    "same_pairs/SFU/0005_JumpRope001_0.bvh": ("cm", "y", "T-pose"),
+    "same_pairs/result/6.bvh": ("cm", "y", "T-pose"),
+}
+
+
+@pytest.mark.parametrize("file", REAL)
+def test_units_axes_and_rest_poses_of_real_files(real_data, file):
+    found = load(real_data / file).findings
+    unit, up, pose = REAL[file]
+    assert (found.reading.unit[0], found.reading.up) == (unit, up)
+    assert found.rest_pose.startswith(pose)
+    assert 0.6 < found.height < 2.5
+
+
+def test_one_take_in_two_files_of_other_units_and_rates(real_data):
+    """CMU's own hierarchy and its copy on another rig: as tall within the rigs' difference, and as far."""
+    cmu = load(real_data / "same_pairs/pfnn/LocomotionFlat01_000_3.bvh").motion
+    other = load(real_data / "same_pairs/result/1.bvh").motion
+    assert cmu.character.height == pytest.approx(1.49, abs=0.01)
+    gone = [np.ptp(m.root[5:300, 2]) / m.character.measures.leg_length for m in (cmu, other)]
+    assert gone[0] == pytest.approx(gone[1], rel=0.1)
