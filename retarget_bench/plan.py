@@ -19,8 +19,8 @@ from retarget_bench.spec import Spec
 Redo = Literal["never", "missing", "failed", "always"]
 Stage = Literal["run", "predict", "score"]
 
-LOCATION = "root"
-"""The data set parameter that says where files lie; it is no part of what a result is known by."""
+LOCATIONS = ("root", "target")
+"""Data set parameters that say where files lie: no part of what a result is known by; its content is."""
 
 
 @dataclass(frozen=True)
@@ -131,7 +131,7 @@ def cells(plan: Plan) -> list[Cell]:
 
 
 def without_location(spec: Spec) -> dict[str, Any]:
-    return {name: value for name, value in spec.parameters.items() if name != LOCATION}
+    return {name: value for name, value in spec.parameters.items() if name not in LOCATIONS}
 
 
 def dataset_slug(spec: Spec) -> str:
@@ -139,7 +139,7 @@ def dataset_slug(spec: Spec) -> str:
     if not spec.parameters:
         return slug(spec.name)
     facts = {"parameters": without_location(spec)}
-    if LOCATION in spec.parameters:
+    if any(name in spec.parameters for name in LOCATIONS):
         facts["content"] = {"hash": dataset(spec).content}
     return f"{slug(spec.name)}-{records.key(facts)[:8]}"
 

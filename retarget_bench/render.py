@@ -20,23 +20,24 @@ N_MEANS = "cases that the method answered, out of those asked where it did not a
 def text(table: Table) -> str:
     """For a terminal: aligned columns (a line per value where they are many), what each means, notes."""
     rows = [row for group in table.groups for row in (*group.ranked, *group.unranked)]
+    first = max(len("method"), *(len(_named(row)) for row in rows))
+    few = all(len(group.columns) <= MOST_COLUMNS for group in table.groups)
     out = [table.title, "=" * len(table.title)]
     for group in table.groups:
-        few = len(table.columns) <= MOST_COLUMNS
-        lines = _lines_by_method(table, group, rows) if few else _lines_by_value(table, group)
+        lines = _lines_by_method(group, first) if few else _lines_by_value(group)
         out += ["", group.title, "", *lines]
-    return "\n".join([*out, "", *_legend(table, rows)]) + "\n"
+    return "\n".join([*out, "", *_legend(table, rows, short=few)]) + "\n"
 
 
-def _lines_by_method(table: Table, group: Group, rows: Sequence[Row]) -> list[str]:
-    """A line per method. ``rows`` are those of all groups: their widths agree."""
-    heads = [_head(column) for column in table.columns]
-    first = max(len("method"), *(len(_named(row)) for row in rows))
+def _lines_by_method(group: Group, first: int) -> list[str]:
+    """A line per method; ``first`` is the width of the names."""
+    rows = (*group.ranked, *group.unranked)
+    heads = [_head(column) for column in group.columns]
     widths = [
         2 + max(len(words) for words in (*head, *(row.cells[i].text for row in rows)))
         for i, head in enumerate(heads)
     ]
-    last = 2 + max(len(row.n) for row in rows)
+    last = 4 + max(len(row.n) for row in rows)
 
     def line(label: str, cells: Sequence[str], n: str) -> str:
         body = "".join(cell.rjust(width) for cell, width in zip(cells, widths, strict=True))
@@ -51,13 +52,13 @@ def _lines_by_method(table: Table, group: Group, rows: Sequence[Row]) -> list[st
     return out
 
 
-def _lines_by_value(table: Table, group: Group) -> list[str]:
+def _lines_by_value(group: Group) -> list[str]:
     """A line per value, a column per method; those that are not ranked in parentheses."""
     shown = [(row.label, row) for row in group.ranked]
     shown += [(f"({row.label})", row) for row in group.unranked]
     names = [
         f"{column.id} {column.arrow}".strip() + (f" [{column.unit}]" if column.unit != "1" else "")
-        for column in table.columns
+        for column in group.columns
     ]
     first = max(map(len, names))
     widths = [2 + max(len(label), *(len(cell.text) for cell in row.cells)) for label, row in shown]
@@ -79,10 +80,9 @@ def _head(column: Column) -> tuple[str, str, str]:
     return " ".join(start), f"{end} {column.arrow}".strip(), unit
 
 
-def _legend(table: Table, rows: Sequence[Row]) -> list[str]:
+def _legend(table: Table, rows: Sequence[Row], *, short: bool) -> list[str]:
     out = [LEGEND]
-    few = len(table.columns) <= MOST_COLUMNS
-    meanings = [(c.label if few else c.id, c.meaning) for c in table.columns] + [("n", N_MEANS)]
+    meanings = [(c.label if short else c.id, c.meaning) for c in table.columns] + [("n", N_MEANS)]
     if any(cell.text == NOTHING for row in rows for cell in row.cells):
         meanings.append((NOTHING, "does not apply to these cases"))
     labels = max(len(label) for label, _ in meanings)
@@ -107,7 +107,7 @@ def markdown(table: Table) -> str:
     for group in table.groups:
         heads = [
             _plain(f"{c.label} {c.arrow}".strip()) + (f"<br>{_plain(c.unit)}" if c.unit != "1" else "")
-            for c in table.columns
+            for c in group.columns
         ]
         out += ["", f"### {_plain(group.title)}", ""]
         out.append("| method | " + " | ".join([*heads, "n"]) + " |")
@@ -136,7 +136,9 @@ def comma_separated(table: Table) -> str:
     for group in table.groups:
         split = group.title.split(":")[0]
         for row in (*group.ranked, *group.unranked):
-            numbers = ["" if cell.value is None else f"{cell.value:.9g}" for cell in row.cells]
+            cells = {c.id: cell.value for c, cell in zip(group.columns, row.cells, strict=True)}
+            values = (cells.get(c.id) for c in table.columns)
+            numbers = ["" if value is None else f"{value:.9g}" for value in values]
             writer.writerow([table.title, split, row.label, row.mark, *numbers, row.n])
     return out.getvalue()
 

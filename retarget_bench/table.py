@@ -33,8 +33,13 @@ class Column:
     id: str
     label: str
     unit: str
-    arrow: str
+    better: str
     meaning: str
+    goal: float = 1.0
+
+    @property
+    def arrow(self) -> str:
+        return ARROWS[self.better] + (f"{self.goal:g}" if self.better == "target" else "")
 
 
 @dataclass(frozen=True)
@@ -57,9 +62,13 @@ class Row:
 
 @dataclass(frozen=True)
 class Group:
-    """One split: ranked rows, best first by the first column, then those that are not ranked."""
+    """One split: ranked rows, best first by the first column, then those that are not ranked.
+
+    Splits of one data set may have different columns: without references only some values exist.
+    """
 
     title: str
+    columns: tuple[Column, ...]
     ranked: tuple[Row, ...]
     unranked: tuple[Row, ...]
 
@@ -69,9 +78,13 @@ class Table:
     """``notes`` are sentences that belong below the table."""
 
     title: str
-    columns: tuple[Column, ...]
     groups: tuple[Group, ...]
     notes: tuple[str, ...]
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """The columns of all groups, each once."""
+        return tuple(dict.fromkeys(column for group in self.groups for column in group.columns))
 
 
 def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT) -> list[Table]:
@@ -99,17 +112,13 @@ def all_columns(found: Sequence[Section]) -> list[str]:
 def _table(
     title: str, found: Sequence[Section], wanted: Sequence[str], declared: Mapping[str, Mapping[str, Any]]
 ) -> Table:
-    present = {key for section in found for score in section.scores for key in score.means}
-    columns = [
-        _column(key, declared) for key in (_stand_in(key, present) for key in wanted) if key is not None
-    ]
-    decimals = {column.id: _decimals(_numbers(found, column.id)) for column in columns}
-    return Table(
-        title=title,
-        columns=tuple(columns),
-        groups=tuple(_group(section, columns, decimals) for section in found),
-        notes=tuple(_notes(found)),
-    )
+    groups = []
+    for section in found:
+        present = {key for score in section.scores for key in score.means}
+        keys = [key for key in (_stand_in(key, present) for key in wanted) if key is not None]
+        decimals = {key: _decimals(_numbers(found, key)) for key in keys}
+        groups.append(_group(section, [_column(key, declared) for key in keys], decimals))
+    return Table(title=title, groups=tuple(groups), notes=tuple(_notes(found)))
 
 
 def _stand_in(key: str, present: set[str]) -> str | None:
@@ -122,18 +131,19 @@ def _stand_in(key: str, present: set[str]) -> str | None:
 def _column(key: str, declared: Mapping[str, Mapping[str, Any]]) -> Column:
     if key == FPS:
         meaning = "frames retargeted per second by one process and one thread, reading and writing aside"
-        return Column(FPS, "fps", "1/s", ARROWS["higher"], meaning)
+        return Column(FPS, "fps", "1/s", "higher", meaning)
     value = declared[key]
-    arrow = ARROWS[value["better"]] + (f"{value['goal']:g}" if value["better"] == "target" else "")
-    return Column(key, value["label"], value["unit"], arrow, value["meaning"])
+    return Column(key, value["label"], value["unit"], value["better"], value["meaning"], value["goal"])
 
 
 def _group(section: Section, columns: Sequence[Column], decimals: Mapping[str, int]) -> Group:
     rows = [(_row(score, columns, decimals), score.unranked) for score in section.scores]
-    rows.sort(key=lambda pair: _rank(pair[0]))
+    if columns:
+        rows.sort(key=lambda pair: _rank(pair[0].cells[0], columns[0]))
     frames = f", {section.frames} frames" if section.frames else ""
     asked = max(score.asked for score in section.scores)
     return Group(
+        columns=tuple(columns),
         title=f"{section.split}: {_count(asked, 'case')} of {_count(section.clips, 'clip')} and "
         f"{_count(section.pairs, 'pair')}{frames}",
         ranked=tuple(row for row, unranked in rows if not unranked),
@@ -170,9 +180,13 @@ def _numbers(found: Sequence[Section], key: str) -> list[float]:
     return [number for number in numbers if number is not None]
 
 
-def _rank(row: Row) -> tuple[bool, float]:
-    value = row.cells[0].value if row.cells else None
-    return (value is None, value or 0.0)
+def _rank(cell: Cell, column: Column) -> tuple[bool, float]:
+    """Smaller is better; no number comes last."""
+    if cell.value is None:
+        return (True, 0.0)
+    if column.better == "target":
+        return (False, abs(math.log(cell.value / column.goal)) if cell.value > 0 else math.inf)
+    return (False, -cell.value if column.better == "higher" else cell.value)
 
 
 def _decimals(numbers: Sequence[float]) -> int:

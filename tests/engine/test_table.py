@@ -19,6 +19,10 @@ VALUES = {
         "label": "ratio", "unit": "1", "better": "target", "goal": 1.0, "index": "",
         "with_self": False, "meaning": "a | ratio", "tolerance": 1e-6, "formula": "",
     },
+    "ratio_src": {
+        "label": "ratio, source", "unit": "1", "better": "target", "goal": 1.0, "index": "",
+        "with_self": False, "meaning": "a ratio to the source", "tolerance": 1e-6, "formula": "",
+    },
     "pooled": {
         "label": "pooled", "unit": "1", "better": "lower", "goal": 1.0, "index": "",
         "with_self": True, "meaning": "with self pairs", "tolerance": 1e-6, "formula": "",
@@ -115,6 +119,19 @@ def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
     assert group.unranked[-1].cells[0].text == "failed"
     assert any("broken failed on 1 case" in note and "because | of it" in note for note in made.notes)
     assert "two clips were dropped" in made.notes
+
+
+def test_without_a_reference_the_source_stands_in(tmp_path):
+    own = store(tmp_path, "self", "m", [("a>a", "c1", {"ratio": 1.2})])
+    other = store(tmp_path, "cross", "m", [("a>b", "c1", {"ratio_src": 2.0})])
+    for name, ratio in (("n", 0.5), ("k", 0.9)):
+        store(tmp_path, "cross", name, [("a>b", "c1", {"ratio_src": ratio})])
+    places = [own, other, *(records.Place(tmp_path, "data", "retarget", "cross", n) for n in ("n", "k"))]
+    (made,) = table.tables(summary.sections(places), ["ratio"])
+    assert [[column.id for column in group.columns] for group in made.groups] == [["ratio"], ["ratio_src"]]
+    assert made.groups[1].ranked[0].label == "k"  # best at 1, ranked by the log of the ratio
+    assert {row.label for row in made.groups[1].ranked[1:]} == {"m", "n"}
+    assert "ratio" in render.text(made)
 
 
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
