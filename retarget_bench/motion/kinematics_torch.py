@@ -12,7 +12,7 @@ product with the matrix of ancestors. Nothing is divided by, so gradients are fi
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -40,7 +40,11 @@ class Tree:
     Build it with ``Tree.of`` or ``Tree.batch``, move it with ``to``.
 
     mask: ``(joints,)``, or ``(sequences, joints)`` for a batch, bool: False at padding.
-    The rest is bookkeeping over rows, which are the joints, sequence by sequence.
+
+    The rest is bookkeeping over rows, which are the joints, sequence by sequence: every row's parent
+    (-1, and in ``above`` the row itself, where there is none), whether it has one (``inner``), which rows
+    are its ancestors within its sequence, the steps of ``kinematics.levels`` and ``doublings``, and the
+    multiplication table of quaternions.
     """
 
     mask: Tensor
@@ -130,24 +134,31 @@ def forward(tree: Tree, offsets: Tensor, rotations: Tensor, root: Tensor) -> tup
     offsets, root = offsets.to(rotations.dtype), root.to(rotations.dtype)
     _check(tree, offsets, rotations, root)
     if rotations.ndim == 3:
-        positions, turned = forward(tree, offsets, rotations[None], root[None])
+        positions, turned = _shared(tree, offsets, rotations[None], root[None])
         return positions[0], turned[0]
+    return (_shared if tree.mask.ndim == 1 else _mixed)(tree, offsets, rotations, root)
+
+
+def _shared(tree: Tree, offsets: Tensor, rotations: Tensor, root: Tensor) -> tuple[Tensor, Tensor]:
+    """All sequences have the same tree: rows are its joints."""
     sequences, frames, joints, _ = rotations.shape
-    if tree.mask.ndim == 1:
-        rows = rotations.reshape(sequences * frames, joints * 4).t().contiguous()
-        shared = offsets.unsqueeze(-1) if offsets.ndim == 2 else offsets.permute(1, 2, 0)
-        rel, chain = _Kinematics.apply(rows.view(joints, 4, sequences, frames), shared.unsqueeze(-1), tree)
-        return rel.permute(2, 3, 0, 1) + root.unsqueeze(2), chain.permute(2, 3, 0, 1)
+    local = rotations.reshape(sequences * frames, joints * 4).t().contiguous()
+    bones = offsets.unsqueeze(-1) if offsets.ndim == 2 else offsets.permute(1, 2, 0)
+    reach, turned = _kinematics(local.view(joints, 4, sequences, frames), bones.unsqueeze(-1), tree)
+    return reach.permute(2, 3, 0, 1) + root.unsqueeze(2), turned.permute(2, 3, 0, 1)
+
+
+def _mixed(tree: Tree, offsets: Tensor, rotations: Tensor, root: Tensor) -> tuple[Tensor, Tensor]:
+    """Every sequence has its own tree: rows are the joints of the first, then of the second ..."""
+    sequences, frames, joints, _ = rotations.shape
     real = tree.mask[:, None, :, None]
-    unturned = rotations.new_tensor([1.0, 0.0, 0.0, 0.0])
-    rows = torch.where(real, rotations, unturned).flatten(2).transpose(1, 2).contiguous()
-    bones = torch.where(tree.mask[..., None], offsets, offsets.new_zeros(()))
-    rel, chain = _Kinematics.apply(
-        rows.view(sequences * joints, 4, 1, frames), bones.reshape(-1, 3, 1, 1), tree
-    )
-    places = rel.view(sequences, joints, 3, frames).permute(0, 3, 1, 2) + root.unsqueeze(2)
-    turned = chain.view(sequences, joints, 4, frames).permute(0, 3, 1, 2)
-    return torch.where(real, places, places.new_zeros(())), torch.where(real, turned, unturned)
+    zero, unturned = rotations.new_zeros(()), rotations.new_tensor([1.0, 0.0, 0.0, 0.0])
+    local = torch.where(real, rotations, unturned).flatten(2).transpose(1, 2).contiguous()
+    bones = torch.where(tree.mask[..., None], offsets, zero).reshape(-1, 3, 1, 1)
+    reach, turned = _kinematics(local.view(sequences * joints, 4, 1, frames), bones, tree)
+    places = reach.view(sequences, joints, 3, frames).permute(0, 3, 1, 2) + root.unsqueeze(2)
+    turned = turned.view(sequences, joints, 4, frames).permute(0, 3, 1, 2)
+    return torch.where(real, places, zero), torch.where(real, turned, unturned)
 
 
 class _Kinematics(torch.autograd.Function):
@@ -169,25 +180,27 @@ class _Kinematics(torch.autograd.Function):
         local, places, chain = ctx.saved_tensors
         tree: Tree = ctx.tree
         below = tree.ancestors.mT
-        w, x, y, z = chain.unbind(1)
-        inverse = (w, -x, -y, -z)
-        lever = spin = to_offsets = None
+        w, *axis = chain.unbind(1)
+        inverse = (-w, *axis)
+        twice_lever = twice_spin = to_offsets = None
         if to_places is not None:
             pull = _along(below, to_places)
             bones = places - places.index_select(0, tree.above)
-            lever = torch.stack(_cross(bones.unbind(1), pull.unbind(1)), 1)
+            twice_lever = torch.stack(_cross((bones + bones).unbind(1), pull.unbind(1)), 1)
             if ctx.needs_input_grad[1]:
                 force = _turn(local.unbind(1), _turn(inverse, pull.unbind(1)))
                 to_offsets = (torch.stack(force, 1) * tree.inner).sum_to_size(ctx.shape)
         if to_chain is not None:
-            spin = torch.stack(_half_vector(to_chain.unbind(1), inverse), 1)
-        if not ctx.needs_input_grad[0] or (lever is None and spin is None):
+            twice_spin = torch.stack(_spin((w, *axis), to_chain.unbind(1)), 1)
+        if not ctx.needs_input_grad[0]:
             return None, to_offsets, None
-        if lever is None:
-            torque = _along(below, spin)
-        else:
-            torque = _along(below, lever if spin is None else lever + spin) - lever
+        torque = _torque(below, twice_lever, twice_spin)
+        if torque is None:
+            return None, to_offsets, None
         return _along_sphere(local.unbind(1), _turn(inverse, torque.unbind(1))), to_offsets, None
+
+
+_kinematics: Callable[[Tensor, Tensor, Tree], tuple[Tensor, Tensor]] = _Kinematics.apply
 
 
 # ------------------------------------------------------------------------------------------ the chain
@@ -207,14 +220,15 @@ def _chain(tree: Tree, local: Tensor) -> Tensor:
                 _product_into(places[joint], places[parent], turns[joint], 0)
     else:
         for rows, above in tree.levels:
-            product, right = chain.index_select(0, above), local.index_select(0, rows)
-            chain.index_copy_(0, rows, _product_into(torch.empty_like(right), product, right, 1))
+            left, right = chain.index_select(0, above), local.index_select(0, rows)
+            chain.index_copy_(0, rows, _product_into(torch.empty_like(right), left, right, 1))
     return chain
 
 
 def _product(tree: Tree, a: Tensor, b: Tensor) -> Tensor:
     """``(rows, 4, s, f)`` a after b, in few calls."""
-    right = b.index_select(1, tree.source).unflatten(1, (4, 4)) * tree.sign.to(b.dtype)
+    rows, _, *rest = b.shape
+    right = b.index_select(1, tree.source).view(rows, 4, 4, *rest) * tree.sign.to(b.dtype)
     return (right * a.unsqueeze(1)).sum(2)
 
 
@@ -241,40 +255,54 @@ def _along(matrix: Tensor, values: Tensor) -> Tensor:
     return (matrix.to(exact.dtype) @ batched).view(values.shape).to(kind)
 
 
+def _torque(below: Tensor, lever: Tensor | None, spin: Tensor | None) -> Tensor | None:
+    """What turns every joint: its own spin, and lever and spin of everything below it."""
+    if lever is None:
+        return None if spin is None else _along(below, spin)
+    return _along(below, lever if spin is None else lever + spin) - lever
+
+
 # ------------------------------------------------------------------------------------------ components
 Parts = Sequence[Tensor]
+_CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
 def _cross(a: Parts, b: Parts) -> list[Tensor]:
-    return [torch.addcmul(a[j] * b[k], a[k], b[j], value=-1) for j, k in ((1, 2), (2, 0), (0, 1))]
+    return [torch.addcmul(a[j] * b[k], a[k], b[j], value=-1) for _, j, k in _CYCLES]
 
 
 def _turn(q: Parts, v: Parts) -> list[Tensor]:
-    """Vectors v turned by unit quaternions q."""
-    w, axis = q[0], q[1:]
-    once = [2 * part for part in _cross(axis, v)]
-    return [torch.addcmul(start + s, w, t) for start, t, s in zip(v, once, _cross(axis, once), strict=True)]
+    """Vectors v turned by unit quaternions q = (w, u): v + 2 u x (w v + u x v).
+
+    The inverse turn is that by (-w, u).
+    """
+    w, u = q[0], q[1:]
+    inner = [
+        torch.addcmul(torch.addcmul(w * v[i], u[j], v[k]), u[k], v[j], value=-1) for i, j, k in _CYCLES
+    ]
+    return [
+        torch.addcmul(torch.addcmul(v[i], u[j], inner[k], value=2), u[k], inner[j], value=-2)
+        for i, j, k in _CYCLES
+    ]
 
 
-def _half_vector(a: Parts, b: Parts) -> list[Tensor]:
-    """Half the vector part of the product a b."""
-    cross = _cross(a[1:], b[1:])
-    return [0.5 * (a[0] * b[k + 1] + a[k + 1] * b[0] + cross[k]) for k in range(3)]
+def _spin(q: Parts, gradient: Parts) -> list[Tensor]:
+    """The vector part of gradient q*: twice the torque that a gradient in an orientation q means."""
+    (w, *u), (a, *v) = q, gradient
+    return [
+        torch.addcmul(torch.addcmul(w * v[i], a, u[i], value=-1), u[j], v[k]).addcmul(u[k], v[j], value=-1)
+        for i, j, k in _CYCLES
+    ]
 
 
-def _along_sphere(q: Parts, torque: Parts) -> Tensor:
-    """The gradient 2 q (0, torque) ``(rows, 4, s, f)`` for a torque in the joint's own frame."""
-    w, x, y, z = q
-    a, b, c = (2 * part for part in torque)
-    return torch.stack(
-        [
-            -(x * a + y * b + z * c),
-            w * a + y * c - z * b,
-            w * b + z * a - x * c,
-            w * c + x * b - y * a,
-        ],
-        1,
-    )
+def _along_sphere(q: Parts, twice_torque: Parts) -> Tensor:
+    """The gradient q (0, 2 torque) ``(rows, 4, s, f)`` of a torque in the joint's own frame."""
+    (w, *u), t = q, twice_torque
+    real = -torch.addcmul(torch.addcmul(u[0] * t[0], u[1], t[1]), u[2], t[2])
+    vector = [
+        torch.addcmul(torch.addcmul(w * t[i], u[j], t[k]), u[k], t[j], value=-1) for i, j, k in _CYCLES
+    ]
+    return torch.stack([real, *vector], 1)
 
 
 # -------------------------------------------------------------------------------------------- building

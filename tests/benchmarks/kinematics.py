@@ -167,11 +167,12 @@ def measure(contenders: dict[str, Call], repeats: int, device: str) -> dict[str,
             torch.cuda.synchronize()
         return (time.perf_counter() - start) / loops
 
-    loops = {
-        name: max(1, int(0.01 / max(once(call, 1), once(call, 2)))) for name, call in contenders.items()
-    }
+    costs = {name: min(once(call, 1) for _ in range(3)) for name, call in contenders.items()}
+    # turns much shorter than a scheduler's slice, and many of them: most turns run undisturbed
+    loops = {name: max(1, int(0.001 / cost)) for name, cost in costs.items()}
+    turn = sum(loops[name] * cost for name, cost in costs.items())
     times: dict[str, list[float]] = {name: [] for name in contenders}
-    for _ in range(repeats):
+    for _ in range(max(repeats, int(1.0 / turn))):
         for name, call in contenders.items():
             times[name].append(once(call, loops[name]))
     return times
@@ -198,7 +199,9 @@ def main() -> None:
     torch.set_num_threads(options.threads)
     packages = ("numpy", "torch", "upc-pymotion", "pytorch_kinematics")
     print(", ".join(f"{name} {version(name)}" for name in packages), f"Python {platform.python_version()}")
-    print(f"{options.threads} torch threads, {options.device}, median of {options.repeats} repeats")
+    print(
+        f"{options.threads} torch threads, {options.device}, medians of {options.repeats} repeats or more"
+    )
     skeleton = body()
     for sequences, frames in SIZES:
         size = f"{sequences} x {frames} frames x {len(PARENTS)} joints"
