@@ -157,7 +157,7 @@ class Body:
 
 def frame(first: np.ndarray, second: np.ndarray, to_first: np.ndarray, to_second: np.ndarray) -> np.ndarray:
     """``(4,)`` the turn that brings ``first`` onto ``to_first`` exactly and ``second`` as near to
-    ``to_second`` as that allows. Neither pair may be parallel."""
+    ``to_second`` as that allows. Of vectors that are parallel any twist is taken."""
     return rotation.from_matrix(_basis(to_first, to_second) @ _basis(first, second).T)
 
 
@@ -165,6 +165,8 @@ def _basis(first: np.ndarray, second: np.ndarray) -> np.ndarray:
     """``(3, 3)`` columns: ``first``, what is across it towards ``second``, and their cross product."""
     along = first / np.linalg.norm(first)
     across = second - (second @ along) * along
+    if np.linalg.norm(across) < 1e-6 * np.linalg.norm(second) + _NOTHING:
+        across = np.cross(along, np.eye(3)[int(np.argmin(np.abs(along)))])
     across = across / np.linalg.norm(across)
     return np.stack([along, across, np.cross(along, across)], axis=1)
 

@@ -10,7 +10,6 @@ Without a sample (one frame at rest) bones are swung, and opposite ones turned a
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -48,7 +47,8 @@ _ENOUGH_BEND = np.sin(np.radians(4.0))
 _CLEAR_BEND = np.sin(np.radians(20.0))
 _STRAIGHT = np.cos(np.radians(25.0))
 _UPRIGHT = np.cos(np.radians(35.0))
-_TURNED_ROUND = np.cos(np.radians(60.0))
+_BEHIND = np.cos(np.radians(60.0))
+_NEAR_AXIS = np.cos(np.radians(40.0))
 
 
 def reference_pose(body: Body, sample: np.ndarray) -> np.ndarray:
@@ -87,10 +87,9 @@ class Typical:
             return _exact(body, frame(-tail, body.across, FORWARD, LEFT))
         lines = self.places[:, body.trunk_end] - self.places[:, body.hips]
         typical = rotation.rotate(rotation.conjugate(self.globals[:, body.hips]), lines).mean(axis=0)
-        if np.linalg.norm(np.cross(typical, body.across)) < 0.3 * np.linalg.norm(
-            body.trunk
-        ) * np.linalg.norm(body.across):
-            return body.frame
+        crossed = np.linalg.norm(np.cross(typical, body.across))
+        if crossed < 0.3 * np.linalg.norm(body.trunk) * np.linalg.norm(body.across):
+            return body.frame  # the trunk has no typical direction
         return _exact(body, frame(typical, body.across, FORWARD if body.quadruped else UP, LEFT))
 
     def _upright(self) -> np.ndarray:
@@ -117,50 +116,28 @@ def mean(turned: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.eigh(turned.T @ turned)[1][:, -1])
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """What the sample says about a joint's turn: an estimate of all of it, or where one axis shall lie."""
-
-    weight: float
-    turn: np.ndarray | None = None
-    axis: np.ndarray | None = None
-    to: np.ndarray | None = None
-
-    def score(self, turned: np.ndarray) -> float:
-        if self.turn is not None:
-            return self.weight * float(np.cos(rotation.angle(turned, self.turn)))
-        assert self.axis is not None
-        assert self.to is not None
-        return self.weight * float(rotation.rotate(turned, self.axis) @ self.to)
-
-
 def _exact(body: Body, turned: np.ndarray) -> np.ndarray:
     """The quarter turn that an estimate means in a rig along the axes; elsewhere the estimate."""
     return quarter_turn(turned) if body.along_axes else snapped(turned, np.radians(5.0))
+
+
+Evidence = tuple[float, np.ndarray]
+"""A weight, and ``(4,)`` what a joint's world orientation in the reference pose seems to be."""
 
 
 def _place(
     body: Body, pose: np.ndarray, joint: int, bone: np.ndarray, wanted: np.ndarray, told: list[Evidence]
 ) -> None:
     """Turn a joint so that ``bone`` points along ``wanted``, twisted as the evidence tells."""
-    if body.along_axes and float(np.abs(bone).max(initial=0.0)) > np.cos(np.radians(40.0)):
+    if body.along_axes and float(np.abs(bone).max()) > _NEAR_AXIS:
         along = rotation.rotate(quarter_turns(), np.broadcast_to(bone, (24, 3))) @ wanted
-        options = quarter_turns()[along > along.max() - 0.05]
-        turned = max(options, key=lambda option: sum(each.score(option) for each in told))
+        options = quarter_turns()[along > along.max() - 0.05]  # the four twists
+        score = sum(weight * np.cos(rotation.angle(options, turned[None])) for weight, turned in told)
+        body.set_global(pose, joint, options[int(np.argmax(score))])
     else:
-        turned = _estimate(body, bone, wanted, told)
-    body.set_global(pose, joint, turned)
-
-
-def _estimate(body: Body, bone: np.ndarray, wanted: np.ndarray, told: list[Evidence]) -> np.ndarray:
-    """A rig along no axis: the heaviest evidence, with the bone swung to ``wanted``."""
-    best = max(told, key=lambda each: each.weight)
-    if best.turn is None:
-        assert best.axis is not None
-        assert best.to is not None
-        return frame(bone, best.axis, wanted, best.to)
-    arc = rotation.between(rotation.rotate(best.turn, bone), wanted)
-    return _exact(body, rotation.multiply(arc, best.turn))
+        _, turned = max(told, key=lambda each: each[0])
+        arc = rotation.between(rotation.rotate(turned, bone), wanted)
+        body.set_global(pose, joint, _exact(body, rotation.multiply(arc, turned)))
 
 
 def _seen(body: Body, pose: np.ndarray, typical: Typical, joint: int) -> np.ndarray:
@@ -179,12 +156,12 @@ def _trunk(body: Body, pose: np.ndarray, typical: Typical) -> None:
         if bone @ bone < 0.5:
             body.set_global(pose, joint, _exact(body, seen))
         else:
-            _place(body, pose, joint, bone, wanted, [Evidence(1.0, turn=seen)])
+            _place(body, pose, joint, bone, wanted, [(1.0, seen)])
     for joint in body.tail:
         pose[joint] = _exact(body, typical.local(joint))
     if len(body.tail) > 1:
         behind = rotation.rotate(typical.hips, body.bone(*body.tail[:2])) @ -FORWARD
-        if behind > _TURNED_ROUND:
+        if behind > _BEHIND:
             pose[body.tail] = rotation.identity(len(body.tail))
 
 
@@ -201,7 +178,7 @@ def _arm(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
     wanted = body.sideways(side)
     arm = body.joints(f"{side}_arm", f"{side}_forearm", f"{side}_hand")
     collar = body.joints(f"{side}_shoulder")
-    told = []
+    told: list[Evidence] = []
     if collar and len(arm) == 3:
         bone = body.bone(collar[0], arm[0])
         if body.quadruped:
@@ -210,9 +187,9 @@ def _arm(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
             seen = body.get_global(pose, collar[0])
         else:
             seen = _seen(body, pose, typical, collar[0])
-        _place(body, pose, collar[0], bone, wanted, [Evidence(1.0, turn=seen)])
+        _place(body, pose, collar[0], bone, wanted, [(1.0, seen)])
         if bone @ body.bone(arm[0], arm[1]) > _STRAIGHT:  # the arm rests in line with the collar bone
-            told = [Evidence(0.5, turn=body.get_global(pose, collar[0]))]
+            told = [(0.5, body.get_global(pose, collar[0]))]
     if len(arm) == 3:
         _limb(body, pose, typical, arm, wanted, hinge, told)
     for joint in body.joints(f"{side}_hand"):
@@ -221,7 +198,9 @@ def _arm(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
 
 
 def _rests_straight(body: Body, hand: int, side: str) -> bool:
-    """Whether the hand's fingers or tip rest in line with the forearm."""
+    """Whether the hand's fingers or tip rest in line with the forearm, in a rig where that means much."""
+    if not body.along_axes:
+        return False
     finger = next((body.joint[r] for r in (f"{side}_middle_1", f"{side}_index_1") if r in body.joint), None)
     bone = body.tip(hand, finger)
     return not bone.any() or float(bone @ body.bone(body.joint[f"{side}_forearm"], hand)) > _STRAIGHT
@@ -242,29 +221,31 @@ def _limb(
     """
     top, middle, end = joints
     upper, lower = body.bone(top, middle), body.bone(middle, end)
-    bend = rotation.multiply(rotation.conjugate(typical.globals[:, top]), typical.globals[:, middle])
-    axis = np.cross(upper, rotation.rotate(bend, np.broadcast_to(lower, (len(bend), 3)))).mean(axis=0)
+    bent, axis, below = _hinge(typical, top, middle, upper, lower)
     pose[top] = typical.local(top)
     body.swing_bone(pose, top, upper, wanted)
-    told = [*told, Evidence(0.3, turn=body.get_global(pose, top))]
-    bent = float(np.linalg.norm(axis))
+    told = [*told, (0.3, body.get_global(pose, top))]
     if bent > _ENOUGH_BEND:
-        weight = min(2.0, bent / _CLEAR_BEND)
-        told.append(Evidence(weight, axis=axis / bent, to=hinge))
+        told.append((min(2.0, bent / _CLEAR_BEND), frame(upper, axis, wanted, hinge)))
     _place(body, pose, top, upper, wanted, told)
     body.swing_bone(pose, top, upper, wanted)
-    if upper @ lower > _STRAIGHT:
+    if body.along_axes and upper @ lower > _STRAIGHT:
         pose[middle] = rotation.identity()
     elif bent > _ENOUGH_BEND:
-        below = rotation.rotate(rotation.conjugate(bend), np.broadcast_to(axis, (len(bend), 3))).mean(
-            axis=0
-        )
-        _place(
-            body, pose, middle, lower, wanted, [Evidence(1.0, axis=below / np.linalg.norm(below), to=hinge)]
-        )
+        _place(body, pose, middle, lower, wanted, [(1.0, frame(lower, below, wanted, hinge))])
     else:
         pose[middle] = typical.local(middle)
     body.swing_bone(pose, middle, lower, wanted)
+
+
+def _hinge(
+    typical: Typical, top: int, middle: int, upper: np.ndarray, lower: np.ndarray
+) -> tuple[float, np.ndarray, np.ndarray]:
+    """Mean sine of the bend between two bones, and its axis in the frame of either joint."""
+    bend = rotation.multiply(rotation.conjugate(typical.globals[:, top]), typical.globals[:, middle])
+    axis = np.cross(upper, rotation.rotate(bend, np.broadcast_to(lower, (len(bend), 3)))).mean(axis=0)
+    back = rotation.rotate(rotation.conjugate(bend), np.broadcast_to(axis, (len(bend), 3)))
+    return float(np.linalg.norm(axis)), axis, back.mean(axis=0)
 
 
 def _foot(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
@@ -278,7 +259,7 @@ def _foot(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
     line = rotation.rotate(turned, np.broadcast_to(body.bone(foot, toe), (len(turned), 3)))
     across = np.hypot(line[:, 0], line[:, 2])
     if np.median(across) < 0.3:  # points along the leg: nothing was learnt from the sample
-        body.swing(pose, foot, toe, _down(FORWARD, _FLAT_FOOT))
+        body.swing(pose, foot, toe, rotation.rotate(_pitch(_FLAT_FOOT), FORWARD))
     else:
         slope = float(np.median(np.arctan2(-line[:, 1], across)))
         heading = rotation.about(UP, -np.arctan2(line[:, 0], line[:, 2]))
@@ -318,7 +299,3 @@ def _stand(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
 def _pitch(angle: float) -> np.ndarray:
     """``(4,)`` a turn about LEFT: forward goes down, down goes back."""
     return rotation.about(LEFT, angle)
-
-
-def _down(line: np.ndarray, angle: float) -> np.ndarray:
-    return rotation.rotate(_pitch(angle), line)

@@ -271,3 +271,40 @@ def test_knees_and_elbows_bend_the_right_way_on_a_t_pose_body(real_data, file):
         bend = np.cross(np.broadcast_to(bone, line.shape), line) / (bone @ bone)
         assert (bend @ axis).mean() > 0.05, role
         assert (bend @ axis).mean() > 0.7 * np.linalg.norm(bend, axis=1).mean(), role
+
+
+# ------------------------------------------------------------------------------------------ odd bodies
+@settings(max_examples=150, deadline=None)
+@given(st.data())
+def test_no_body_is_so_odd_that_its_reference_pose_is_not_a_pose(data):
+    """Any tree of body joints with any offsets, zero ones and all along one line included."""
+    names = data.draw(st.lists(st.sampled_from(T_POSE.skeleton.names[1:]), unique=True, max_size=16))
+    parents = [-1, *(data.draw(st.integers(0, k)) for k in range(len(names)))]
+    number = st.sampled_from([0.0, 0.0, 1.0, -1.0, 0.3])
+    offsets = data.draw(
+        st.lists(st.tuples(number, number, number), min_size=len(parents), max_size=len(parents))
+    )
+    skeleton = Skeleton(("Hips", *names), np.array(parents), np.array(offsets))
+    sample = data.draw(st.none() | st.integers(0, 2**32 - 1))
+    if sample is not None:
+        draw = np.random.Generator(np.random.PCG64(sample))
+        sample = rotation.normalise(draw.normal(size=(5, len(parents), 4)))
+    body = Character.of("odd", skeleton, sample=sample)
+    np.testing.assert_allclose(np.linalg.norm(body.reference_pose, axis=-1), 1.0, atol=1e-9)
+    assert np.isfinite(list(vars(body.measures).values())).all()
+
+
+def test_a_rig_along_no_axis_is_placed_by_its_motion_alone():
+    """Every joint's frame turned at random: directions to a few degrees, hinges exactly."""
+    draw = np.random.Generator(np.random.PCG64(1))
+    framing = rotation.normalise(draw.normal(size=(len(T_POSE.skeleton), 4)))
+    skeleton = reframed(T_POSE.skeleton, framing)
+    rotations = rewritten(T_POSE.skeleton, MOVES, framing)
+    other = Character.of("random", skeleton, sample=rotations)
+    assert not Body(skeleton, other.roles).along_axes
+    apart = np.degrees(rotation.angle(other.reference_globals, framing))
+    by_role = {role: apart[joint] for role, joint in other.joint_of.items()}
+    for role in ("left_arm", "right_forearm", "left_up_leg", "right_leg"):
+        assert by_role[role] < 1e-3, role
+    for role in ("hips", "spine_1", "spine_2", "neck", "left_shoulder", "right_hand", "left_foot"):
+        assert by_role[role] < 15.0, role
