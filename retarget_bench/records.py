@@ -19,6 +19,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -284,6 +285,15 @@ def _read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
         if len(row) != len(fields):
             raise FileError(path, f"has {len(row)} cells instead of {len(fields)}", line)
     return rows
+
+
+def read_arrays(place: Place) -> dict[str, np.ndarray]:
+    """The values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, each one-dimensional."""
+    try:
+        with np.load(place.arrays) as file:
+            return {name: file[name] for name in file.files}
+    except (OSError, ValueError, EOFError, BadZipFile) as error:
+        raise FileError(place.arrays, f"cannot be read ({error}); run the method again") from error
 
 
 def find_results(root: Path) -> list[Place]:

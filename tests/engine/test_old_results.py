@@ -1,0 +1,26 @@
+"""Results written by earlier versions must load for ever. Each folder was written by that schema's code."""
+
+from pathlib import Path
+
+import pytest
+
+from retarget_bench import records, render, summary, table
+
+OLD = Path(__file__).parents[1] / "old_results"
+SCHEMAS = sorted(OLD.iterdir())
+
+
+@pytest.mark.parametrize("folder", SCHEMAS, ids=[folder.name for folder in SCHEMAS])
+def test_old_results_load_and_show_the_same_table(folder):
+    places = records.find_results(folder)
+    assert len(places) == 3
+    (made,) = table.tables(summary.sections(places), ["mpjpe_h.world", "fps"])
+    rows = {row.label: row for row in (*made.groups[0].ranked, *made.groups[0].unranked)}
+    assert rows["toy_method"].n == "6"
+    assert rows["toy_method"].cells[0].value == pytest.approx(
+        0.517024, rel=1e-4
+    )  # 1 cm over the two heights
+    assert rows["toy_method[does=picky]"].n == "3/6"
+    assert rows["toy_method[does=raise]"].cells[0].text == "failed"
+    assert "out of ideas" in render.text(made)
+    assert "mpjpe_h.joint:values" in records.read_arrays(places[0])
