@@ -212,6 +212,22 @@ def test_carried_limbs_agree_with_motionbuilder(real_data, source):
         assert np.degrees(twisted).mean() < 6.0, role
 
 
+def test_mixamo_characters_exchange_plain_local_rotations(real_data):
+    """Across characters and both structures, however bent their T-poses are."""
+    clips = {}
+    for name in ("Aj", "BigVegas", "Kaya", "Goblin_m", "Mousey_m"):
+        recording = bvh.read(real_data / f"mixamo_san/std_bvhs/{name}.bvh")
+        body = Character.of(name, recording.skeleton)
+        clips[name] = body.motion(recording.rotations, recording.root, recording.fps)
+    for source in clips.values():
+        for target in (clip.character for clip in clips.values()):
+            turned = from_relative(target, carry(relative(source), source.character, target))
+            for role, joint in target.joint_of.items():
+                if (mine := source.character.joint_of.get(role)) is not None:
+                    apart = rotation.angle(turned[:, joint], source.rotations[:, mine])
+                    assert np.degrees(apart).max() < 1e-4, (source.character.name, target.name, role)
+
+
 def test_lafans_reference_pose_is_the_t_pose_of_its_own_first_frame(real_data):
     """One file starts with the rig's T-pose, knees, elbows and back a little bent."""
     motion = load(real_data / "same_pairs/lafan1/aiming1_subject1_0.bvh").motion

@@ -1,0 +1,41 @@
+"""The same CMU takes on CMU's own T-pose skeleton and on a rig whose bones all lie along +Y."""
+
+from __future__ import annotations
+
+import asf_amc
+import numpy as np
+import pytest
+
+from retarget_bench.motion import bvh, rotation
+from retarget_bench.motion.alignment import from_relative, relative
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.correspondence import carry
+
+LIMITS = {
+    "hips": 2.0,
+    "head": 2.0,
+    **{f"{side}_{part}": 4.0 for side in ("left", "right") for part in ("arm", "forearm", "up_leg", "leg")},
+    **{f"{side}_foot": 12.0 for side in ("left", "right")},
+}
+"""Degrees, mean over time. Whoever made the copy gave it that rig's own back, collar bones and wrists."""
+
+
+@pytest.mark.parametrize("take", ["01", "02", "03"])
+def test_orientations_agree_between_the_rigs(real_data, take):
+    folder = real_data / "cmu_asfamc"
+    skeleton, turned, root = asf_amc.read(folder / "02.asf", folder / f"02_{take}.amc", 2)
+    cmu = Character.of("cmu", skeleton)
+    copy = bvh.read(real_data / f"cmu_iclone/002_{take}.bvh", scale=0.01)
+    iclone = Character.of("iclone", copy.skeleton, sample=copy.rotations)
+    count = min(len(turned), len(copy.rotations))
+    ours = relative(cmu.motion(turned[:count], root[:count], 60.0))
+    theirs = relative(iclone.motion(copy.rotations[:count], copy.root[:count], 60.0))
+    for role, limit in LIMITS.items():
+        apart = rotation.angle(ours[:, cmu.joint_of[role]], theirs[:, iclone.joint_of[role]])
+        assert np.degrees(apart).mean() < limit, role
+    carried = iclone.motion(from_relative(iclone, carry(ours, cmu, iclone)), copy.root[:count], 60.0)
+    again = iclone.motion(copy.rotations[:count], copy.root[:count], 60.0)
+    for role in ("left_arm", "right_leg"):
+        joint = iclone.joint_of[role]
+        apart = rotation.angle(carried.global_rotations[:, joint], again.global_rotations[:, joint])
+        assert np.degrees(apart).mean() < LIMITS[role], role
