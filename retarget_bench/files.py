@@ -29,7 +29,7 @@ def atomic(path: str | Path) -> Iterator[Path]:
         temporary = path.with_name(f".{secrets.token_hex(6)}.{path.name[-40:]}")
         try:
             yield temporary
-            os.replace(temporary, path)
+            temporary.replace(path)
         finally:
             temporary.unlink(missing_ok=True)
     except OSError as error:

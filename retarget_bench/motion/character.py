@@ -99,7 +99,7 @@ class Character:
         return chained
 
     def motion(self, rotations: np.ndarray, root: np.ndarray, fps: float) -> Motion:
-        """A motion of this character from local rotations ``(frames, joints, 4)`` and root ``(frames, 3)``."""
+        """A motion of this character: local rotations ``(frames, joints, 4)``, root ``(frames, 3)``."""
         return Motion(self, rotations, root, fps)
 
     def positions(self, positions: np.ndarray, fps: float) -> Positions:
