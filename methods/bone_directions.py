@@ -12,7 +12,7 @@ from retarget_bench.motion.roles import chain
 
 _STRAIGHT, _BENT = 0.15, 0.4
 """Sine of a knee's or elbow's bend: from where its plane says something of the twist, from where all."""
-_FROM_PARENT = 0.05
+_FROM_PARENT = 1e-4
 """Weight of the parent's orientation where several bones leave a joint: it decides if they are in line."""
 _LONG = ("arm", "forearm", "up_leg", "leg")
 """Bones that rest alike on all bodies in the reference pose. Others rest as their rig pleases."""

@@ -46,10 +46,7 @@ def give(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -
     a few times over.
     """
     offset = np.zeros((len(pose.root), 3))
-    legs = [
-        (plan.goal - pose.places[:, limb.upper], STRAIGHT * reach(pose, limb), plan.firm)
-        for limb, plan in zip(limbs, plans, strict=True)
-    ]
+    legs = [_room(pose, limb, plan) for limb, plan in zip(limbs, plans, strict=True)]
     for _ in range(_ROUNDS):
         wanted = offset
         for to_goal, whole, firm in legs * 2:
@@ -62,3 +59,13 @@ def give(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -
             break
         offset = offset + np.stack([smooth(step[:, axis], fps) for axis in range(3)], axis=1)
     return offset
+
+
+def _room(pose: Pose, limb: Limb, plan: Plan) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """From hip joint to goal ``(frames, 3)``, how far that may be ``(frames,)``, and when it matters.
+
+    A leg that was copied straighter than ``STRAIGHT`` may stay as straight.
+    """
+    hip = pose.places[:, limb.upper]
+    copied = np.linalg.norm(pose.places[:, limb.end] - hip, axis=1)
+    return plan.goal - hip, np.maximum(STRAIGHT * reach(pose, limb), copied), plan.firm

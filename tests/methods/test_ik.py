@@ -1,0 +1,189 @@
+"""ik: planted feet stay where they are, touching hands keep touching, nothing else is spoilt."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from method_bodies import about, body, dance, first, pose, squat
+from scipy.spatial.transform import Rotation
+
+from retarget_bench.api import Context
+from retarget_bench.methods.copy_rotations import plugin as CopyRotations
+from retarget_bench.methods.ik import plugin as InverseKinematics
+from retarget_bench.methods.ik.ease import smooth, spread
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.skeleton import Skeleton
+
+FEET = ("left_foot", "left_toe", "right_foot", "right_toe")
+
+
+def run(method, source: Motion, target: Character, **parameters) -> Motion:
+    return method(**parameters).retarget(source, target, context=Context())
+
+
+def wander(motion: Motion) -> float:
+    """Metres: the furthest that a contact joint gets from where it was at first."""
+    feet = motion.positions[:, motion.character.joints(FEET)]
+    return float(np.linalg.norm(feet - feet[0], axis=-1).max())
+
+
+OTHERS = {
+    "long thighs": body("long thighs", thigh=0.62, shin=0.40, hip=0.16),
+    "short": body("short", thigh=0.2, shin=0.26),
+    "small": body("small", scale=0.4, spines=4),
+}
+
+
+@pytest.mark.parametrize("name", OTHERS)
+def test_planted_feet_stay_in_place_on_the_floor(name):
+    source, target = squat(body()), OTHERS[name]
+    result = run(InverseKinematics, source, target)
+    assert wander(run(CopyRotations, source, target)) > 0.01 or name == "small"
+    assert wander(result) < 1e-4
+    heights = result.positions[:, target.joints(FEET), 1]
+    assert heights[:, 0] == pytest.approx(heights[0, 0], abs=1e-4)
+    np.testing.assert_allclose(heights[:, 1], 0.0, atol=1e-4)
+    # the stance is the target's own
+    across = result.positions[0, target.joint_of["left_foot"], 0]
+    assert across == pytest.approx(
+        abs(target.skeleton.offsets[target.joint_of["left_up_leg"], 0]), abs=1e-6
+    )
+
+
+def test_a_still_source_on_the_same_body_comes_back():
+    source = squat(body())
+    result = run(InverseKinematics, source, source.character)
+    np.testing.assert_allclose(result.positions, source.positions, atol=2e-3)
+    feet = source.character.joints(FEET)
+    np.testing.assert_allclose(result.positions[:, feet], source.positions[:, feet], atol=1e-6)
+
+
+def test_out_of_reach_the_hips_come_down():
+    """Feet planted wide apart on a body with short legs: copied feet would float or slide."""
+    source = squat(body(thigh=0.5, shin=0.5))
+    stride = np.zeros_like(source.root)
+    stride[:, 0] = 0.35 * np.sin(
+        np.linspace(0.0, 2.0 * np.pi, source.frames)
+    )  # the body sways over its feet
+    swaying = _over_fixed_feet(source, stride)
+    target = body("short", thigh=0.25, shin=0.3, hip=0.2)
+    result = run(InverseKinematics, swaying, target)
+    assert wander(result) < 5e-3
+    assert wander(run(CopyRotations, swaying, target)) > 0.03
+    assert (result.root[:, 1] <= run(CopyRotations, swaying, target).root[:, 1] + 0.05).all()
+
+
+def _over_fixed_feet(motion: Motion, stride: np.ndarray) -> Motion:
+    """The motion with its hips moved sideways and its straightened legs leaning after the feet."""
+    character = motion.character
+    height = motion.root[:, 1] - 0.1
+    lean = np.arctan2(stride[:, 0], height)
+    longer = np.hypot(stride[:, 0], height)
+    thigh = character.skeleton.bone_lengths[character.skeleton.index("LeftLeg")]
+    bend = np.arccos(np.clip(longer / 2.0 / thigh, -1.0, 1.0))
+    tilt = Rotation.from_rotvec(-lean[:, None] * [0.0, 0.0, 1.0])
+    fold = Rotation.from_rotvec(bend[:, None] * [1.0, 0.0, 0.0])
+    turns = {}
+    for side in ("Left", "Right"):
+        turns[f"{side}UpLeg"] = first(tilt * fold.inv())
+        turns[f"{side}Leg"] = first(fold * fold)
+        turns[f"{side}Foot"] = first((tilt * fold).inv())
+    return pose(character, motion.frames, turns, motion.root + stride)
+
+
+def test_the_helper_above_keeps_the_feet_still():
+    source = squat(body(thigh=0.5, shin=0.5))
+    stride = np.zeros_like(source.root)
+    stride[:, 0] = 0.1 * np.sin(np.linspace(0.0, 2.0 * np.pi, source.frames))
+    shallow = replace(source, root=np.minimum(source.root, 1.0))
+    assert wander(_over_fixed_feet(shallow, stride)) < 1e-9
+
+
+def test_palms_that_meet_keep_meeting():
+    source_body = body()
+    frames = 30
+    # fore-arms folded in front of the chest: the palms meet in the middle of the clip
+    fold = 40.0 + 30.0 * (0.5 - 0.5 * np.cos(np.linspace(0.0, 2.0 * np.pi, frames)))
+    turns = {
+        "LeftArm": about("Y", -fold),
+        "RightArm": about("Y", fold),
+        "LeftForeArm": about("Y", -np.full(frames, 74.0)),
+        "RightForeArm": about("Y", np.full(frames, 74.0)),
+    }
+    root = np.tile([0.0, source_body.measures.hip_height, 0.0], (frames, 1))
+    source = pose(source_body, frames, turns, root)
+    target = body("broad", shoulder=0.34)
+
+    def apart(motion: Motion) -> np.ndarray:
+        left, right = motion.character.joints(("left_hand", "right_hand"))
+        return motion.positions[:, left] - motion.positions[:, right]
+
+    nearest = int(np.argmin(np.linalg.norm(apart(source), axis=-1)))
+    wanted, copied, kept = (
+        np.linalg.norm(apart(each)[nearest])
+        for each in (source, run(CopyRotations, source, target), run(InverseKinematics, source, target))
+    )
+    assert abs(copied - wanted) > 0.1
+    assert kept == pytest.approx(wanted, abs=2e-3)
+    loose = run(InverseKinematics, source, target, hands=False)
+    np.testing.assert_allclose(np.linalg.norm(apart(loose)[nearest]), copied, atol=1e-9)
+
+
+def test_a_wild_motion_stays_finite_unit_and_continuous():
+    source = dance(body(), frames=80, seed=2)
+    for target in OTHERS.values():
+        result = run(InverseKinematics, source, target)
+        assert np.isfinite(result.root).all()
+        np.testing.assert_allclose(np.linalg.norm(result.rotations, axis=-1), 1.0, atol=1e-12)
+        assert np.einsum("fjc,fjc->fj", result.rotations[1:], result.rotations[:-1]).min() > 0.0
+
+
+def test_turning_the_source_turns_the_result():
+    source, target = squat(body()), OTHERS["long thighs"]
+    turn = Rotation.from_euler("Y", 130, degrees=True)
+    spun = np.array(source.rotations)
+    spun[:, 0] = first(turn * Rotation.from_quat(source.rotations[:, 0, [1, 2, 3, 0]]))
+    moved = source.character.motion(spun, turn.apply(source.root), source.fps)
+    straight, turned = (run(InverseKinematics, each, target) for each in (source, moved))
+    expected = turn.apply(straight.positions.reshape(-1, 3))
+    np.testing.assert_allclose(turned.positions.reshape(-1, 3), expected, atol=1e-8)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 3])
+def test_clips_of_a_frame_or_two(frames):
+    source = squat(body(), frames=max(frames, 2)).at(slice(0, frames))
+    result = run(InverseKinematics, source, OTHERS["short"])
+    assert result.frames == frames
+    assert np.isfinite(result.positions).all()
+
+
+def test_a_body_without_legs_is_refused_with_a_reason():
+    names = ("Hips", "Spine", "Neck", "Head")
+    offsets = np.array([[0, 1, 0], [0, 0.3, 0], [0, 0.3, 0], [0, 0.1, 0]])
+    bust = Character.of("bust", Skeleton(names, np.array([-1, 0, 1, 2]), offsets))
+    why = InverseKinematics(root_rule="height").supports(body(), bust)
+    assert why is not None
+    assert "bust has no two legs" in why
+
+
+def test_spread_keeps_what_is_known_and_eases_the_rest():
+    known = np.zeros(60, dtype=bool)
+    known[10:20] = known[25:30] = True
+    values = np.where(np.arange(60) < 22, 1.0, 3.0)[:, None]
+    out = spread(values, known, 30.0)[:, 0]
+    np.testing.assert_array_equal(out[known], values[known, 0])
+    assert (np.diff(out[19:26]) >= 0).all()  # from one correction straight to the next
+    assert out[0] == pytest.approx(0.0)
+    assert out[45:] == pytest.approx(0.0)
+    assert np.abs(np.diff(out)).max() < 0.5
+
+
+def test_smooth_keeps_constants_and_the_mean_of_what_lies_inside():
+    np.testing.assert_allclose(smooth(np.full(50, 2.5), 30.0), 2.5)
+    spike = np.zeros(50)
+    spike[25] = 1.0
+    assert smooth(spike, 30.0).sum() == pytest.approx(1.0)
+    assert smooth(spike, 30.0).argmax() == 25

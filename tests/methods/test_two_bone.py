@@ -1,0 +1,66 @@
+"""The closed-form limb against what a limb must do."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from retarget_bench.methods.ik.two_bone import solve
+from retarget_bench.motion import rotation
+
+FRAMES = 8
+vectors = arrays(np.float64, (FRAMES, 3), elements=st.floats(-1.0, 1.0))
+
+
+def lengths(v: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(v, axis=-1)
+
+
+@given(upper=vectors, lower=vectors, towards=vectors, axis=vectors, share=st.floats(0.05, 0.95))
+def test_reaches_whatever_is_in_reach(upper, lower, towards, axis, share):
+    usable = (lengths(upper) > 0.1) & (lengths(lower) > 0.1) & (lengths(towards) > 0.1)
+    usable &= lengths(axis) > 0.1
+    upper, lower, towards, axis = (v[usable] for v in (upper, lower, towards, axis))
+    axis = axis / lengths(axis)[:, None]
+    a, b = lengths(upper), lengths(lower)
+    # a limb also twisted out of its bend plane keeps that twist: stay clear of both limits
+    nearest, furthest = np.abs(a - b) + 0.2 * np.minimum(a, b), (a + b) * 0.9
+    far = nearest + share * np.maximum(furthest - nearest, 0.0)
+    goal = towards / lengths(towards)[:, None] * far[:, None]
+    first, second = solve(upper, lower, goal, np.cross(upper, lower) * 0.0 + axis * 0.0)
+    straight = lengths(np.cross(upper, lower)) < 1e-3 * a * b
+    end = rotation.rotate(first, upper) + rotation.rotate(second, lower)
+    np.testing.assert_allclose(end[~straight], goal[~straight], atol=1e-7)
+
+
+def test_out_of_reach_points_at_the_goal():
+    upper, lower = np.array([[0.0, -0.5, 0.1]]), np.array([[0.0, -0.4, -0.1]])
+    goal = np.array([[2.0, -1.0, 0.5]])
+    first, second = solve(upper, lower, goal, np.array([[1.0, 0.0, 0.0]]))
+    end = rotation.rotate(first, upper) + rotation.rotate(second, lower)
+    np.testing.assert_allclose(np.cross(end, goal), 0.0, atol=1e-9)
+    assert lengths(end)[0] == pytest.approx(lengths(upper)[0] + lengths(lower)[0], rel=1e-9)
+
+
+@pytest.mark.parametrize("lean", [0.0, -0.02, 0.02])
+def test_a_straight_leg_folds_with_its_knee_forward(lean):
+    """Also when it is a little overstretched, where the bend at hand points the wrong way."""
+    upper, lower = np.array([[0.0, -0.5, 0.0]]), np.array([[0.0, -0.5, lean]])
+    goal = np.array([[0.0, -0.8, 0.0]])
+    first, second = solve(upper, lower, goal, np.array([[1.0, 0.0, 0.0]]))
+    knee = rotation.rotate(first, upper)
+    assert knee[0, 2] > 0.2
+    np.testing.assert_allclose(knee + rotation.rotate(second, lower), goal, atol=1e-9)
+
+
+def test_a_limb_at_its_goal_is_left_alone():
+    random = np.random.default_rng(3)
+    upper, lower = random.normal(size=(2, 50, 3))
+    axis = np.cross(upper, lower)
+    first, second = solve(upper, lower, upper + lower, axis / lengths(axis)[:, None])
+    still = np.broadcast_to([1.0, 0.0, 0.0, 0.0], first.shape)
+    assert rotation.angle(first, still).max() < 1e-6
+    assert rotation.angle(second, still).max() < 1e-6

@@ -1,0 +1,70 @@
+"""Contact labels against plain loops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from retarget_bench.motion.contact import CONTACT_SPEED, planted, runs, tidy
+
+labels = st.lists(st.booleans(), min_size=1, max_size=40).map(np.array)
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0])
+def test_labels_follow_the_speed_rule(fps):
+    random = np.random.default_rng(0)
+    positions = np.cumsum(random.normal(scale=0.003, size=(50, 4, 3)), axis=0)
+    found, height = planted(positions, 1.7, fps), 1.7
+    for frame in range(1, 50):
+        for joint in range(4):
+            moved = np.linalg.norm(positions[frame, joint] - positions[frame - 1, joint])
+            assert found[frame, joint] == (moved / height < 0.003 * 30.0 / fps)
+    assert (found[0] == found[1]).all()
+    assert found.any()
+    assert not found.all()
+
+
+def test_the_limit_is_a_speed_whatever_the_rate():
+    t = np.arange(121) / 120.0
+    just_below = 0.99 * CONTACT_SPEED * 30.0 * 1.8
+    path = np.zeros((121, 1, 3))
+    path[:, 0, 0] = just_below * t
+    for step in (1, 2, 4):
+        assert planted(path[::step], 1.8, 120.0 / step).all()
+        assert not planted(path[::step] * 1.02, 1.8, 120.0 / step).any()
+
+
+def test_one_frame_has_no_speed():
+    assert planted(np.zeros((1, 4, 3)), 1.0, 30.0).tolist() == [[False] * 4]
+
+
+@given(label=labels)
+def test_runs_cover_exactly_what_is_true(label):
+    covered = np.zeros_like(label)
+    last = -1
+    for first, end in runs(label):
+        assert last < first < end
+        covered[first:end] = True
+        last = end
+    assert (covered == label).all()
+
+
+@given(label=labels, gap=st.integers(0, 4), shortest=st.integers(0, 5))
+def test_tidy_closes_gaps_then_drops_specks(label, gap, shortest):
+    expected = label.tolist()
+    n, frame = len(expected), 0
+    while frame < n:  # gaps between two contacts
+        end = frame
+        while end < n and not label[end]:
+            end += 1
+        if frame > 0 and end < n and 0 < end - frame <= gap:
+            expected[frame:end] = [True] * (end - frame)
+        frame = max(end, frame) + 1
+    closed = np.array(expected)
+    found = tidy(label, gap, shortest)
+    for first, end in runs(closed):
+        assert found[first:end].all() == (end - first >= shortest)
+        assert found[first:end].any() == (end - first >= shortest)
+    assert not found[~closed].any()
