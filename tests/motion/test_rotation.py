@@ -225,7 +225,8 @@ def test_impossible_orders_are_refused(order: str) -> None:
 # ------------------------------------------------------------------------- the same code for both kinds
 def cases() -> dict[str, tuple]:
     """Every function with inputs that include its special points, ``(n, ...)`` each."""
-    special = np.array([IDENTITY, tuple(-x for x in IDENTITY), *HALF_TURNS])
+    tiny = (1.0, 1e-21, 1e-21, 0.0)  # its square is not a normal number in single precision
+    special = np.array([IDENTITY, tuple(-x for x in IDENTITY), *HALF_TURNS, tiny])
     q = np.concatenate([special, random_quaternions(4, 14), rotation.from_euler(_locked(), "ZXY")])
     n = len(q)
     generator = np.random.default_rng(15)
