@@ -83,7 +83,7 @@ def read(path: str | Path, *, root: str = "auto", scale: float = 1.0, fold: bool
     fold: make the hips the root where the file's root only carries them.
 
     Joints below the root may have position channels if these are constant; where they move, the file is
-    refused. A joint name that occurs twice gets a number. Clips of one body share their ``Skeleton``.
+    refused. A joint name that occurs twice gets a number. Clips of one body may share their ``Skeleton``.
     Raises FileError for what cannot be read.
     """
     return record(Path(path), parse(path), root=root, scale=scale, fold=fold)

@@ -18,12 +18,16 @@ from retarget_bench.motion.skeleton import EndSite
 _MOTION = re.compile(rb"^[ \t]*MOTION[ \t\r]*$", re.IGNORECASE | re.MULTILINE)
 _FRAMES = re.compile(r"\s*Frames\s*:\s*(\S+)\s*", re.IGNORECASE)
 _FRAME_TIME = re.compile(r"\s*Frame\s+Time\s*:\s*(\S+)\s*", re.IGNORECASE)
+_BRACE = re.compile("([{}])")
 _CHANNELS = {name.lower(): name for name in (*POSITIONS, *ROTATIONS)}
 _END_SITE = -1
 _MOST_JOINTS = 10_000
 """More than any body has; it bounds the work on a damaged or hostile file."""
-_AFTER_MOTION = 4096
+_LONGEST = 1 << 22
+"""Bytes before the line MOTION: a hundred times those of a usual skeleton."""
 _REMEMBERED = 1 << 18
+_AFTER_MOTION = 4096
+_SHOWN = 60
 
 Offset = tuple[float, float, float]
 
@@ -34,13 +38,13 @@ def read_header(path: Path, data: bytes) -> tuple[Header, int, int]:
     Raises FileError with the line at fault.
     """
     motion = _find_motion(data)
-    head = data[:motion] if motion >= 0 else data
+    head = data[: motion if motion >= 0 else _LONGEST]
     try:
         # the clips of a character mostly share the text of the hierarchy
         hierarchy = _remembered_hierarchy(head) if len(head) < _REMEMBERED else _hierarchy(head)
         line = head.count(b"\n") + 1
         if motion < 0:
-            raise _Fault("ends before the line MOTION", line)
+            raise _Fault("the line MOTION is missing", line)
         _, motion, line = _next_line(data, motion, line)
         text, motion, line = _next_line(data, motion, line)
         frames = _frames(text, line - 1)
@@ -51,15 +55,14 @@ def read_header(path: Path, data: bytes) -> tuple[Header, int, int]:
 
 
 def reaches_the_numbers(data: bytes) -> bool:
-    """Whether the first bytes of a file hold all of its header."""
-    motion = _find_motion(data)
-    return 0 <= motion <= len(data) - _AFTER_MOTION
+    """Whether the first bytes of a file hold all of its header, or more than a header may have."""
+    return 0 <= _find_motion(data) <= len(data) - _AFTER_MOTION or len(data) > _LONGEST
 
 
 def _find_motion(data: bytes) -> int:
     """Where the line MOTION begins, or -1."""
-    usual = data.find(b"\nMOTION") + 1  # many times faster than the pattern
-    found = (_MOTION.match(data, usual) if usual else None) or _MOTION.search(data)
+    usual = data.find(b"\nMOTION", 0, _LONGEST) + 1  # many times faster than the pattern
+    found = (_MOTION.match(data, usual) if usual else None) or _MOTION.search(data, 0, _LONGEST)
     return found.start() if found else -1
 
 
@@ -78,7 +81,7 @@ def _next_line(data: bytes, start: int, line: int) -> tuple[str, int, int]:
 def _frames(text: str, line: int) -> int:
     found = _FRAMES.fullmatch(text)
     if not found or not re.fullmatch("[0-9]{1,15}", found[1]):
-        raise _Fault(f"expected 'Frames:' and a whole number, found {text.strip()[:60]!r}", line)
+        raise _Fault(f"expected 'Frames:' and a whole number, found {text.strip()[:_SHOWN]!r}", line)
     return int(found[1])
 
 
@@ -86,7 +89,7 @@ def _frame_time(text: str, line: int) -> float:
     found = _FRAME_TIME.fullmatch(text)
     seconds = _number(found[1]) if found else None
     if seconds is None or not 1e-6 <= seconds <= 1e4:
-        raise _Fault(f"expected 'Frame Time:' and seconds above 0, found {text.strip()[:60]!r}", line)
+        raise _Fault(f"expected 'Frame Time:' and seconds above 0, found {text.strip()[:_SHOWN]!r}", line)
     return seconds
 
 
@@ -136,6 +139,7 @@ class _Reader:
 
     def __init__(self) -> None:
         self.line = 0
+        self.begun = False
         self.names: list[str] = []
         self.parents: list[int] = []
         self.offsets: list[Offset] = []
@@ -166,20 +170,23 @@ class _Reader:
     # ------------------------------------------------------------------------------------- statements
     def _statements(self, text: str) -> None:
         """One line: mostly one statement, but braces may share it with others."""
-        while text:
-            if text[0] in "{}":
-                (self._open if text[0] == "{" else self._close)()
-                text = text[1:].lstrip()
-                continue
-            end = min((at for at in (text.find("{"), text.find("}")) if at >= 0), default=len(text))
-            self._statement(text[:end].rstrip())
-            text = text[end:]
+        if text == "{":
+            self._open()
+        elif text == "}":
+            self._close()
+        elif "{" not in text and "}" not in text:
+            self._statement(text)
+        else:
+            for part in _BRACE.split(text):
+                self._statements(part.strip())
 
     def _statement(self, text: str) -> None:
         words = text.split()
+        if not words:
+            return
         keyword = words[0].upper()
         if self.blocks and not self.blocks[-1].opened:
-            raise self._fault(f"expected '{{' after {self.blocks[-1].label}, found {text[:60]!r}")
+            raise self._fault(f"expected '{{' after {self.blocks[-1].label}, found {text[:_SHOWN]!r}")
         if keyword == "OFFSET":
             self._offset(words)
         elif keyword == "CHANNELS":
@@ -188,26 +195,25 @@ class _Reader:
             self._joint(keyword, text[len(keyword) :].strip())
         elif keyword == "END" and self.blocks:
             self._begin(_Block(_END_SITE, "End Site", self.blocks[-1].joint, self.line))
-        elif keyword != "HIERARCHY" or self.names:
-            raise self._fault(f"{text[:60]!r} is not a line of a BVH hierarchy")
+        elif keyword != "HIERARCHY" or self.begun:
+            raise self._fault(f"{text[:_SHOWN]!r} is not a line of a BVH hierarchy")
+        self.begun = True
 
     def _joint(self, keyword: str, name: str) -> None:
         if not name:
             raise self._fault(f"{keyword} without a name")
         if keyword == "ROOT" and self.names:
-            raise self._fault(
-                f"a second ROOT {name!r} after {self.names[0]!r}: save each skeleton in a file of its own"
-            )
+            raise self._fault(f"a second ROOT {name[:_SHOWN]!r}: save each skeleton in a file of its own")
         if keyword == "JOINT" and not self.blocks:
-            raise self._fault(f"JOINT {name!r} lies outside of the ROOT")
+            raise self._fault(f"JOINT {name[:_SHOWN]!r} lies outside of the ROOT")
         if name in self.open_names:
             raise self._fault(
-                f"joint {name!r} lies below a joint of the same name: the hierarchy is cyclic"
+                f"joint {name[:_SHOWN]!r} lies below a joint of the same name: the hierarchy is cyclic"
             )
         if len(self.names) == _MOST_JOINTS:
             raise self._fault(f"more than {_MOST_JOINTS} joints")
         parent = self.blocks[-1].joint if self.blocks else -1
-        self._begin(_Block(len(self.names), f"{keyword} {name!r}", parent, self.line))
+        self._begin(_Block(len(self.names), f"{keyword} {name[:_SHOWN]!r}", parent, self.line))
         self.open_names.add(name)
         self.names.append(name)
         self.parents.append(parent)
@@ -239,7 +245,7 @@ class _Reader:
         numbers = [_number(word) for word in words[1:]]
         x, y, z = numbers if len(numbers) == 3 else (None, None, None)
         if x is None or y is None or z is None:
-            raise self._fault(f"OFFSET needs three finite numbers, found {' '.join(words[1:])[:60]!r}")
+            raise self._fault(f"OFFSET needs three finite numbers, found {' '.join(words[1:])[:_SHOWN]!r}")
         if not self.blocks or self.blocks[-1].offset is not None:
             raise self._fault("OFFSET outside of a joint, or the second one of a joint")
         block = self.blocks[-1]
@@ -253,17 +259,16 @@ class _Reader:
             raise self._fault("CHANNELS outside of a joint, or the second one of a joint")
         given = words[2:]
         if len(words) < 2 or words[1] != str(len(given)):
-            raise self._fault(
-                f"CHANNELS says {words[1] if len(words) > 1 else 'nothing'}, but {len(given)} names follow"
-            )
+            says = words[1][:_SHOWN] if len(words) > 1 else "nothing"
+            raise self._fault(f"CHANNELS says {says}, but {len(given)} names follow")
         names = [_CHANNELS.get(word.lower()) for word in given]
         if None in names:
             raise self._fault(
-                f"channel {given[names.index(None)]!r} is not known; a joint has Xposition, Yposition, "
-                "Zposition, Xrotation, Yrotation, Zrotation or fewer"
+                f"channel {given[names.index(None)][:_SHOWN]!r} is not one of Xposition, Yposition, "
+                "Zposition, Xrotation, Yrotation and Zrotation"
             )
         if len(set(names)) < len(names):
-            raise self._fault(f"a channel is named twice: {' '.join(given)[:60]}")
+            raise self._fault(f"a channel is named twice: {' '.join(given)[:_SHOWN]}")
         self.channels[joint] = tuple(name for name in names if name)
 
     def _fault(self, problem: str) -> _Fault:

@@ -116,7 +116,7 @@ def _parse_checked(path: Path, block: bytes, frames: int, columns: int, line: in
         raise FileError(path, problem, line + used[frames])
     if len(used) < frames:
         problem = f"'Frames:' says {frames}, but only {len(used)} follow: the file is cut off"
-        raise FileError(path, problem, line + len(lines) - 1)
+        raise FileError(path, problem, line + (used[-1] if used else -1))
     return np.array(block.split(), dtype=np.float64).reshape(frames, columns)
 
 

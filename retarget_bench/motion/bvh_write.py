@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from retarget_bench.errors import FileError
-from retarget_bench.files import write_text
+from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.files import atomic
 from retarget_bench.motion import rotation
+from retarget_bench.motion.bvh_digits import number_text, table_text
 from retarget_bench.motion.bvh_document import POSITIONS, Document, Hierarchy
 from retarget_bench.motion.bvh_root import is_relative
 from retarget_bench.motion.skeleton import EndSite, Skeleton
@@ -18,9 +19,8 @@ from retarget_bench.motion.skeleton import EndSite, Skeleton
 if TYPE_CHECKING:
     from retarget_bench.motion.motion import Motion
 
-_DIGITS = (6, 8)
-_ROWS = 512
-"""Frames formatted at a time: enough to be fast, few enough to stay small."""
+_DECIMALS = 8
+"""Of the angles and places of motions: a hundredth of what a round trip may lose."""
 
 
 def write_document(path: str | Path, document: Document) -> None:
@@ -30,6 +30,8 @@ def write_document(path: str | Path, document: Document) -> None:
     text of a file that was written here does not change when it is read and written again.
     Raises FileError when a number is not finite or the file cannot be written.
     """
+    if not document.frames:
+        raise FileError(path, "not written: the motion has no frames")
     if not np.isfinite(document.values).all():
         frame = int(np.flatnonzero(~np.isfinite(document.values).all(axis=1))[0])
         raise FileError(path, f"not written: frame {frame + 1} of the motion holds NaN or infinity")
@@ -37,18 +39,23 @@ def write_document(path: str | Path, document: Document) -> None:
         f"{hierarchy_text(document.hierarchy)}MOTION\n"
         f"Frames: {document.frames}\nFrame Time: {number_text(document.frame_time)}\n"
     )
-    write_text(path, header + _values_text(document.values))
+    with atomic(path) as temporary:
+        temporary.write_bytes(header.encode() + table_text(document.values))
 
 
 def document_of(path: Path, motion: Motion, *, order: str, scale: float) -> Document:
     """What a file of this motion says; see ``bvh.write``."""
+    if sorted(order) != ["X", "Y", "Z"]:
+        raise NotSupported(f"order={order!r}: a BVH file turns about each of X, Y and Z once")
+    if not (np.isfinite(scale) and scale > 0):
+        raise NotSupported(f"scale must be positive, got {scale}")
     skeleton = motion.skeleton
     joints = _depth_first(skeleton)
     place_of = {joint: place for place, joint in enumerate(joints)}
     hierarchy = Hierarchy(
         names=tuple(_checked_name(path, skeleton.names[joint]) for joint in joints),
         parents=np.array([place_of.get(skeleton.parents[joint], -1) for joint in joints]),
-        offsets=_lengths(skeleton.offsets[joints], scale),
+        offsets=_lengths(_offsets(motion)[joints], scale),
         channels=tuple(_channels(order, joint == 0) for joint in joints),
         end_sites=tuple(
             EndSite(place_of[site.parent], tuple(_lengths(np.array(site.offset), scale).tolist()))
@@ -57,10 +64,15 @@ def document_of(path: Path, motion: Motion, *, order: str, scale: float) -> Docu
     )
     angles = np.degrees(rotation.to_euler(motion.rotations[:, joints], order))
     values = np.concatenate([motion.root * scale, angles.reshape(motion.frames, -1)], axis=1)
-    offset = hierarchy.offsets[0]
-    if is_relative(skeleton, motion.rotations, motion.root, motion.root + skeleton.offsets[0]):
-        offset[:] = 0.0
-    return Document(hierarchy, 1.0 / motion.fps, np.round(values, _DIGITS[-1]))
+    return Document(hierarchy, 1.0 / motion.fps, np.round(values, _DECIMALS))
+
+
+def _offsets(motion: Motion) -> np.ndarray:
+    """The skeleton's offsets, but 0 for the root where the motion would be taken for relative to it."""
+    skeleton, offsets = motion.skeleton, np.array(motion.skeleton.offsets)
+    if is_relative(skeleton, motion.rotations, motion.root, motion.root + offsets[0]):
+        offsets[0] = 0.0
+    return offsets
 
 
 def _depth_first(skeleton: Skeleton) -> list[int]:
@@ -83,7 +95,8 @@ def _lengths(metres: np.ndarray, scale: float) -> np.ndarray:
 
 def _checked_name(path: Path, name: str) -> str:
     """The name, if it comes back unchanged from a file."""
-    if name != name.strip() or any(sign in name for sign in "{}\n\r"):
+    hidden = any("\ud800" <= sign <= "\udfff" for sign in name)
+    if hidden or name != name.strip() or any(sign in name for sign in "{}\n\r"):
         raise FileError(path, f"not written: the joint name {name!r} cannot stand in a BVH file")
     return name
 
@@ -119,27 +132,5 @@ def hierarchy_text(hierarchy: Hierarchy) -> str:
     return "\n".join(lines) + "\n"
 
 
-def number_text(number: float) -> str:
-    """Six decimals where they are exact, else the shortest text that gives the same number back."""
-    short = f"{number:.6f}"
-    return short if float(short) == number else repr(float(number))
-
-
 def _offset_text(offset: Sequence[float]) -> str:
     return " ".join(map(number_text, offset))
-
-
-def _values_text(values: np.ndarray) -> str:
-    """Rows with as few decimals as give every number back exactly."""
-    columns = values.shape[1]
-    for digits in _DIGITS:
-        if np.array_equal(np.round(values, digits), values):
-            row = " ".join([f"%.{digits}f"] * columns) + "\n"
-            break
-    else:
-        row = " ".join(["%r"] * columns) + "\n"
-    parts = []
-    for start in range(0, len(values), _ROWS):
-        some = values[start : start + _ROWS]
-        parts.append((row * len(some)) % tuple(some.ravel().tolist()))
-    return "".join(parts)
