@@ -40,8 +40,9 @@ def spread(values: np.ndarray, known: np.ndarray, fps: float) -> np.ndarray:
     return out
 
 
-def smooth(curve: np.ndarray, fps: float) -> np.ndarray:
-    """``(frames,)`` a Hann average over a third of a second; the ends are held."""
-    half = max(1, round(FADE * fps / 2))
+def smooth(curves: np.ndarray, fps: float, seconds: float = FADE) -> np.ndarray:
+    """``(frames, n)`` a Hann average over so many seconds; the ends are held."""
+    half = max(1, round(seconds * fps / 2))
     window = np.hanning(2 * half + 3)[1:-1]
-    return np.convolve(np.pad(curve, half, mode="edge"), window / window.sum(), mode="valid")
+    padded = np.pad(curves, ((half, half), (0, 0)), mode="edge")
+    return np.stack([np.convolve(each, window / window.sum(), mode="valid") for each in padded.T], axis=1)

@@ -9,13 +9,15 @@ import numpy as np
 
 from retarget_bench.motion import rotation
 
-from .ease import smoothstep, spread
+from .ease import smooth, smoothstep, spread
 from .feet import Exchange, Point, held, planted, walked
 from .rig import Rig
 from .two_bone import Limb
 
 _TOUCH, _CLEAR = 0.09, 0.18
 """Arm lengths from palm to bone (3 and 6 % of a body height): a touch up to here, none from there."""
+_SETTLE = 1 / 6
+"""Seconds over which hand corrections are averaged: longer would wash out clapping."""
 _LOW = 0.08
 """Body heights above the floor up to which a resting hand leans on it."""
 _PALM = 0.35
@@ -71,7 +73,7 @@ def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.nd
     moved = after.palms + moves
     error = scale * apart - (moved[:, 1] - moved[:, 0])
     pull = 0.5 * _closeness(apart / arm)[:, None] * error
-    return [moves[:, 0] - pull, moves[:, 1] + pull]
+    return [smooth(move, source.fps, _SETTLE) for move in (moves[:, 0] - pull, moves[:, 1] + pull)]
 
 
 def lean(exchange: Exchange, theirs: Limb, ours: Limb, move: np.ndarray) -> np.ndarray:

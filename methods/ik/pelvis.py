@@ -34,7 +34,7 @@ def settle(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float)
     mean = (lift * firm).sum(axis=1) / np.maximum(count, 1)
     offset = np.zeros((len(mean), 3))
     if count.any():
-        offset[:, 1] = _SHARE * smooth(spread(mean[:, None], count > 0, fps)[:, 0], fps)
+        offset[:, 1:2] = _SHARE * smooth(spread(mean[:, None], count > 0, fps), fps)
     return offset
 
 
@@ -57,7 +57,7 @@ def give(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -
         step = wanted - offset
         if np.abs(step).max() < _NEAR:
             break
-        offset = offset + np.stack([smooth(step[:, axis], fps) for axis in range(3)], axis=1)
+        offset = offset + smooth(step, fps)
     return offset
 
 
