@@ -30,11 +30,7 @@ def write_document(path: str | Path, document: Document) -> None:
     text of a file that was written here does not change when it is read and written again.
     Raises FileError when a number is not finite or the file cannot be written.
     """
-    if not document.frames:
-        raise FileError(path, "not written: the motion has no frames")
-    if not np.isfinite(document.values).all():
-        frame = int(np.flatnonzero(~np.isfinite(document.values).all(axis=1))[0])
-        raise FileError(path, f"not written: frame {frame + 1} of the motion holds NaN or infinity")
+    _check_frames(path, document.values)
     header = (
         f"{hierarchy_text(document.hierarchy)}MOTION\n"
         f"Frames: {document.frames}\nFrame Time: {number_text(document.frame_time)}\n"
@@ -49,6 +45,8 @@ def document_of(path: Path, motion: Motion, *, order: str, scale: float) -> Docu
         raise NotSupported(f"order={order!r}: a BVH file turns about each of X, Y and Z once")
     if not (np.isfinite(scale) and scale > 0):
         raise NotSupported(f"scale must be positive, got {scale}")
+    _check_frames(path, motion.root)
+    _check_frames(path, motion.rotations)
     skeleton = motion.skeleton
     joints = _depth_first(skeleton)
     place_of = {joint: place for place, joint in enumerate(joints)}
@@ -65,6 +63,17 @@ def document_of(path: Path, motion: Motion, *, order: str, scale: float) -> Docu
     angles = np.degrees(rotation.to_euler(motion.rotations[:, joints], order))
     values = np.concatenate([motion.root * scale, angles.reshape(motion.frames, -1)], axis=1)
     return Document(hierarchy, 1.0 / motion.fps, np.round(values, _DECIMALS))
+
+
+def _check_frames(path: str | Path, numbers: np.ndarray) -> None:
+    """Refuse to write no frames ``(frames, ...)``, or frames that hold NaN or infinity."""
+    if not len(numbers):
+        raise FileError(path, "not written: the motion has no frames")
+    broken = ~np.isfinite(numbers).reshape(len(numbers), -1).all(axis=1)
+    if broken.any():
+        raise FileError(
+            path, f"not written: frame {np.argmax(broken) + 1} of the motion holds NaN or infinity"
+        )
 
 
 def _offsets(motion: Motion) -> np.ndarray:
