@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import rotation
+from retarget_bench.motion import kinematics
 from retarget_bench.motion.alignment import reference_pose
 from retarget_bench.motion.measures import Measures, measure
 from retarget_bench.motion.motion import Motion, Positions
@@ -92,11 +92,7 @@ class Character:
     @cached_property
     def reference_globals(self) -> np.ndarray:
         """``(joints, 4)`` world orientations of the joints in the reference pose."""
-        chained = np.array(self.reference_pose)
-        for joint, parent in enumerate(self.skeleton.parents.tolist()):
-            if parent >= 0:
-                chained[joint] = rotation.multiply(chained[parent], chained[joint])
-        return chained
+        return kinematics.forward(self.skeleton, self.reference_pose, np.zeros(3))[1]
 
     def motion(self, rotations: np.ndarray, root: np.ndarray, fps: float) -> Motion:
         """A motion of this character: local rotations ``(frames, joints, 4)``, root ``(frames, 3)``."""
