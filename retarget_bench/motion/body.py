@@ -80,7 +80,7 @@ class Body:
         legs = np.mean([self.line(*pair) for pair in pairs], axis=0)
         reach = np.mean([self.skeleton.bone_lengths[foot] for _, foot in pairs])
         size = float(np.linalg.norm(legs) * np.linalg.norm(self.trunk))
-        if np.linalg.norm(legs) < reach:  # mirrored sides cancel
+        if size == 0 or np.linalg.norm(legs) < reach:  # mirrored sides cancel
             return False
         cosine = float(legs @ self.trunk) / size
         return abs(cosine) < 0.6 if self.quadruped else cosine < -0.5

@@ -150,7 +150,7 @@ def _trunk(body: Body, pose: np.ndarray, typical: Typical) -> None:
     """Spine, neck and head along the trunk; a tail that rests behind the body stays as it is."""
     wanted = FORWARD if body.quadruped else UP
     line = [*body.spine, *body.neck, *body.joints("head")]
-    for joint, after in zip(line, [*line[1:], body.joint.get("head_top")], strict=True):
+    for joint, after in zip(line, [*line[1:], body.joint.get("head_top")], strict=False):
         bone = body.tip(joint, after)
         seen = _seen(body, pose, typical, joint)
         if bone @ bone < 0.5:
