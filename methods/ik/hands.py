@@ -16,6 +16,8 @@ from .two_bone import Limb
 
 _TOUCH, _CLEAR = 0.09, 0.18
 """Arm lengths from palm to bone (3 and 6 % of a body height): a touch up to here, none from there."""
+_FAR, _TOO_FAR = 0.4, 0.6
+"""Arm lengths that a hand is moved in full; from where a touch is given up, as it asks for another pose."""
 _SETTLE = 1 / 6
 """Seconds over which hand corrections are averaged: longer would wash out clapping."""
 _LOW = 0.08
@@ -73,7 +75,12 @@ def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.nd
     moved = after.palms + moves
     error = scale * apart - (moved[:, 1] - moved[:, 0])
     pull = 0.5 * _closeness(apart / arm)[:, None] * error
-    return [smooth(move, source.fps, _SETTLE) for move in (moves[:, 0] - pull, moves[:, 1] + pull)]
+    out = []
+    for move in (moves[:, 0] - pull, moves[:, 1] + pull):
+        far = np.linalg.norm(move, axis=1, keepdims=True) / (scale * arm)
+        kept = smoothstep((_TOO_FAR - far) / (_TOO_FAR - _FAR))
+        out.append(smooth(kept * move, source.fps, _SETTLE))
+    return out
 
 
 def lean(exchange: Exchange, theirs: Limb, ours: Limb, move: np.ndarray) -> np.ndarray:
