@@ -9,8 +9,9 @@ from __future__ import annotations
 import importlib
 import os
 import signal
+import threading
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
@@ -75,7 +76,8 @@ class _Worker:
             self.process: SpawnProcess = context.Process(
                 target=_serve, args=(theirs, self.function), daemon=True
             )
-            self.process.start()
+            with _deaf_to_interrupts():
+                self.process.start()
         finally:
             for name, value in before.items():
                 os.environ.pop(name) if value is None else os.environ.update({name: value})
@@ -106,6 +108,19 @@ class _Worker:
             self.process.terminate()
         self.pipe.close()  # an idle worker sees the end of its pipe and leaves
         self.process.join(timeout=5)
+
+
+@contextmanager
+def _deaf_to_interrupts() -> Iterator[None]:
+    """Processes that start in here never hear Ctrl-C, not even while they import: the parent decides."""
+    if threading.current_thread() is not threading.main_thread():
+        yield  # only the main thread may change what a signal does
+        return
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, before)
 
 
 def _serve(pipe: Connection, function: str) -> None:
