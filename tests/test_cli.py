@@ -309,3 +309,29 @@ def test_predictions_made_from_an_export_are_scored(bench, bows):
         case = data.load(info)
         off = abs(float(case.reference.root[0, 1]) - 0.5)
         assert hips[info.id] == pytest.approx(100 * off / case.target.height, rel=1e-5)
+
+
+# ------------------------------------------------------------------------------------------------ docs
+def documented() -> list[tuple[str, list[str]]]:
+    """(page, words) of every ``bench`` command line in the documents."""
+    found = []
+    for page in ("README.md", "CONTRIBUTING.md", "ARCHITECTURE.md"):
+        text = (ROOT / page).read_text(encoding="utf-8")
+        lines = re.findall(r"`(bench [^`]+)`|^(?: {4})?(bench [^#\n]+)", text, re.MULTILINE)
+        found += [(page, "".join(line).split()) for line in lines]
+    return found
+
+
+@pytest.mark.parametrize(("page", "words"), documented(), ids=lambda value: str(value))
+def test_every_documented_command_line_exists(page, words):
+    command = cli.LazyGroup("bench").get_command(None, words[1])
+    assert command is not None, f"{page} names bench {words[1]}"
+    known = {flag for parameter in command.params for flag in (*parameter.opts, *parameter.secondary_opts)}
+    assert {word.rstrip(",") for word in words[2:] if word.startswith("-")} <= known
+
+
+def test_the_documented_test_command_is_what_ci_runs():
+    readme, ci = ((ROOT / name).read_text() for name in ("README.md", ".ci/run"))
+    assert "```sh\nmake test\n```" in readme
+    assert re.search(r'^VENV="\$place/venv" make test$', ci, re.MULTILINE)
+    assert os.access(ROOT / ".ci/run", os.X_OK)
