@@ -48,15 +48,15 @@ def parse(path: str | Path, *, cache: bool = True) -> Document:
     path = Path(path)
     if not cache:
         return _parse(path, _read(path))
-    memory = bvh_cache.memory_of(path)
-    if (document := bvh_cache.recall(memory)) is not None:
+    known = bvh_cache.place_by_path(path)
+    if (document := bvh_cache.load(known)) is not None:
         return document
     data = _read(path)
-    place = bvh_cache.place_of(data)
+    place = bvh_cache.place_by_content(data)
     if (document := bvh_cache.load(place)) is None:
         document = _parse(path, data)
         bvh_cache.save(place, document)
-    bvh_cache.remember(memory, place)
+    bvh_cache.link(place, known)
     return document
 
 

@@ -1,10 +1,10 @@
 """Parsed files kept in binary, under the hash of their text.
 
 A kept document is one file: a line with the format and a checksum, a line of JSON with the joints, then
-the numbers as they lie in memory, so that reading it copies nothing. Beside these, small files remember the
-hash of a path as long as its size and times do not change, because hashing a file takes several times as
-long as reading what is kept of it. Nothing here ever fails: a cache that is damaged or cannot be written is
-as good as none.
+the numbers as they lie in memory, so that reading it copies nothing. A second name of that file stands for
+a path as long as its size and times do not change, because hashing a file takes several times as long as
+reading what is kept of it. Nothing here ever fails: a cache that is damaged or cannot be written is as good
+as none.
 """
 
 from __future__ import annotations
@@ -31,8 +31,8 @@ _SETTLED = 2.0
 """Seconds after a change before a file's times are trusted: two changes may bear the same time."""
 
 
-def memory_of(path: Path) -> Path | None:
-    """Where the hash of this path is remembered for its present size and times; None while it is young."""
+def place_by_path(path: Path) -> Path | None:
+    """Where the document of this path, with its present size and times, is kept; None while it is young."""
     try:
         stat = path.stat()
     except OSError:
@@ -41,47 +41,39 @@ def memory_of(path: Path) -> Path | None:
         return None
     facts = (str(path.absolute()), stat.st_size, stat.st_mtime_ns, stat.st_ctime_ns, stat.st_ino)
     name = hashlib.sha256(repr(facts).encode()).hexdigest()
-    return cache_folder() / "bvh" / "known" / name[:32]
+    return cache_folder() / "bvh" / "by_path" / f"{name}.bin"
 
 
-def recall(memory: Path | None) -> Document | None:
-    """The document of a remembered path, or None."""
-    if memory is None:
-        return None
-    try:
-        digest = memory.read_text(encoding="ascii")
-    except (OSError, ValueError):
-        return None
-    return load(_place(digest)) if digest.isalnum() else None
-
-
-def remember(memory: Path | None, place: Path) -> None:
-    """Remember that the path has the content whose document is kept in ``place``."""
-    if memory is not None:
-        _write(memory, place.stem.encode())
-
-
-def place_of(data: bytes) -> Path:
+def place_by_content(data: bytes) -> Path:
     """Where the document of a file with this content is kept."""
-    return _place(hashlib.sha256(data).hexdigest())
+    return cache_folder() / "bvh" / f"{hashlib.sha256(data).hexdigest()}.bin"
 
 
-def _place(digest: str) -> Path:
-    return cache_folder() / "bvh" / f"{digest}.bin"
-
-
-def load(place: Path) -> Document | None:
+def load(place: Path | None) -> Document | None:
     """The document kept there, or None when there is none or it is damaged."""
+    if place is None:
+        return None
     try:
         data = place.read_bytes()
     except OSError:
         return None
-    if len(data) % 8 or data[:_LINE] != _first_line(data[_LINE:]):
+    if len(data) % 8 or data[:_LINE] != _first_line(memoryview(data)[_LINE:]):
         return None
     end = data.index(b"\n", _LINE) + 1
     hierarchy, frame_time = _facts(data[_LINE:end])
     values = np.frombuffer(data, dtype="<f8", offset=end)
     return Document(hierarchy, frame_time, values.reshape(-1, hierarchy.columns))
+
+
+def link(place: Path, other: Path | None) -> None:
+    """Give a kept document another name. Where the file system has no links, it has one name only."""
+    if other is None:
+        return
+    try:
+        with atomic(other) as temporary:
+            temporary.hardlink_to(place)
+    except FileError:
+        return
 
 
 def save(place: Path, document: Document) -> None:
@@ -98,7 +90,11 @@ def save(place: Path, document: Document) -> None:
     second = json.dumps(facts, separators=(",", ":")).encode()
     second += b" " * (-(len(second) + 1) % _LINE) + b"\n"
     body = second + document.values.astype("<f8").tobytes()
-    _write(place, _first_line(body) + body)
+    try:
+        with atomic(place) as temporary:
+            temporary.write_bytes(_first_line(body) + body)
+    except FileError:
+        return
 
 
 def _first_line(body: bytes | memoryview) -> bytes:
@@ -119,11 +115,3 @@ def _facts(line: bytes) -> tuple[Hierarchy, float]:
         end_sites=tuple(EndSite(parent, (x, y, z)) for parent, x, y, z in facts["end_sites"]),
     )
     return hierarchy, facts["frame_time"]
-
-
-def _write(path: Path, data: bytes) -> None:
-    try:
-        with atomic(path) as temporary:
-            temporary.write_bytes(data)
-    except FileError:
-        return
