@@ -9,6 +9,7 @@ import pytest
 from retarget_bench import registry, testing
 from retarget_bench.commands.new import plugin_source
 from retarget_bench.errors import BenchError
+from retarget_bench.spec import Spec
 
 METHODS = [entry.name for entry in registry.names("methods") if entry.origin == registry.BUILT_IN]
 METRICS = [entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN]
@@ -262,3 +263,12 @@ def test_a_data_set_without_cases_is_an_error_of_the_data(tmp_path, bows):
     plant(tmp_path, "dataset", {"for clip in CLIPS\n": "for clip in ()\n"}, "empty")
     with pytest.raises(BenchError, match="'empty' has no case"):
         list(testing.check("metrics", "position", "empty"))
+
+
+@pytest.mark.parametrize(
+    ("name", "folder"), [("mixamo", "mixamo_san"), ("folder", "lafan1"), ("folder", "dog")]
+)
+def test_data_sets_of_files_keep_the_contract(real_data, name, folder):
+    if not (real_data / folder).is_dir():
+        pytest.skip(f"no {folder} among the real motion data")
+    testing.assert_contract("datasets", Spec(name, {"root": str(real_data / folder)}))
