@@ -288,7 +288,7 @@ def _read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
 
 
 def read_arrays(place: Place) -> dict[str, np.ndarray]:
-    """The values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, each one-dimensional."""
+    """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
     try:
         with np.load(place.arrays) as file:
             return {name: file[name] for name in file.files}

@@ -86,7 +86,9 @@ class Motion:
         low, share = _grid(self.frames, self.fps, fps)
         high = np.minimum(low + 1, self.frames - 1)
         turned = rotation.slerp(
-            self.rotations[low], self.rotations[high], share[:, None]  # share: (frames', 1)
+            self.rotations[low],
+            self.rotations[high],
+            share[:, None],  # share: (frames', 1)
         )
         root = self.root[low] + share[:, None] * (self.root[high] - self.root[low])
         return Motion(self.character, turned, root, fps)
