@@ -13,7 +13,7 @@ from retarget_bench.motion.motion import Motion
 from . import hands, pelvis
 from .feet import Exchange, Plan, plan
 from .rig import SIDES, rig_of
-from .two_bone import Limb, Pose, bend
+from .two_bone import Limb, Pose, bend, ease_reach
 
 
 class InverseKinematics:
@@ -104,7 +104,8 @@ def _touch(exchange: Exchange) -> None:
     for (theirs, ours), move in zip(arms, hands.touches(exchange, arms), strict=True):
         move = hands.lean(exchange, theirs, ours, move)
         if np.abs(move).max() > 1e-9:
-            bend(body, pose, ours, pose.places[:, ours.end] + move, pose.turned[:, ours.end])
+            goal = ease_reach(pose, ours, pose.places[:, ours.end] + move)
+            bend(body, pose, ours, goal, pose.turned[:, ours.end])
 
 
 plugin = InverseKinematics

@@ -14,12 +14,12 @@ from .feet import Exchange, Point, held, planted, walked
 from .rig import Rig
 from .two_bone import Limb
 
-_TOUCH, _CLEAR = 0.09, 0.18
-"""Arm lengths from palm to bone (3 and 6 % of a body height): a touch up to here, none from there."""
+_TOUCH, _CLEAR = 0.06, 0.21
+"""Arm lengths from palm to bone (2 and 7 % of a body height): a touch up to here, none from there."""
 _FAR, _TOO_FAR = 0.4, 0.6
 """Arm lengths that a hand is moved in full; from where a touch is given up, as it asks for another pose."""
-_SETTLE = 1 / 6
-"""Seconds over which hand corrections are averaged: longer would wash out clapping."""
+_SETTLE, _SETTLE_FAR = 1 / 6, 1.0
+"""Seconds over which hand corrections are averaged (longer would wash out clapping), and their size."""
 _LOW = 0.08
 """Body heights above the floor up to which a resting hand leans on it."""
 _PALM = 0.35
@@ -77,7 +77,7 @@ def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.nd
     pull = 0.5 * _closeness(apart / arm)[:, None] * error
     out = []
     for move in (moves[:, 0] - pull, moves[:, 1] + pull):
-        far = np.linalg.norm(move, axis=1, keepdims=True) / (scale * arm)
+        far = smooth(np.linalg.norm(move, axis=1, keepdims=True) / (scale * arm), source.fps, _SETTLE_FAR)
         kept = smoothstep((_TOO_FAR - far) / (_TOO_FAR - _FAR))
         out.append(smooth(kept * move, source.fps, _SETTLE))
     return out

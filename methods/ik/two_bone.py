@@ -9,6 +9,8 @@ import numpy as np
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 
+_SPAN, _EASY = (0.25, 0.98), (0.4, 0.9)
+"""Shares of its length that a limb is made to span at least and at most, and between which it is free."""
 _LEAN = 0.1
 """How strongly the anatomical hinge axis speaks against the bend at hand: it decides for straight limbs."""
 
@@ -47,6 +49,29 @@ def reach(pose: Pose, limb: Limb) -> float:
     """Metres: the length of the limb when it is straight."""
     upper, lower, end = (pose.places[0, joint] for joint in (limb.upper, limb.lower, limb.end))
     return float(np.linalg.norm(lower - upper) + np.linalg.norm(end - lower))
+
+
+def ease_reach(pose: Pose, limb: Limb, goal: np.ndarray) -> np.ndarray:
+    """``goal`` ``(frames, 3)`` drawn in smoothly where it asks for a nearly straight or wholly folded limb.
+
+    There a hair's breadth at the end of the limb swings its middle joint wildly. What the limb spans as it
+    was copied stays allowed.
+    """
+    first = pose.places[:, limb.upper]
+    copied = _norm(pose.places[:, limb.end] - first)
+    whole, far = reach(pose, limb), _norm(goal - first)
+    low, high = np.minimum(_SPAN[0] * whole, copied), np.maximum(_SPAN[1] * whole, copied)
+    soon, late = np.minimum(_EASY[0] * whole, copied), np.maximum(_EASY[1] * whole, copied)
+    folded = soon - _saturate(soon - far, soon - low)
+    stretched = late + _saturate(far - late, high - late)
+    out = np.where(far < soon, folded, np.where(far > late, stretched, far))
+    return first + (goal - first) * (out / np.maximum(far, 1e-9))
+
+
+def _saturate(over: np.ndarray, room: np.ndarray) -> np.ndarray:
+    """From 0 with slope 1 up to ``room``, which is reached at infinity."""
+    room = np.maximum(room, 1e-9)
+    return room * (1.0 - np.exp(-np.maximum(over, 0.0) / room))
 
 
 def solve(

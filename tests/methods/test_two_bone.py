@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from retarget_bench.methods.ik.two_bone import solve
+from retarget_bench.methods.ik.two_bone import Limb, Pose, ease_reach, solve
 from retarget_bench.motion import rotation
 
 FRAMES = 8
@@ -64,3 +64,28 @@ def test_a_limb_at_its_goal_is_left_alone():
     still = np.broadcast_to([1.0, 0.0, 0.0, 0.0], first.shape)
     assert rotation.angle(first, still).max() < 1e-6
     assert rotation.angle(second, still).max() < 1e-6
+
+
+def test_hands_are_not_made_to_lock_or_fold_an_arm():
+    """One arm of 1 m, bent by 90 degrees; goals straight out from the shoulder at growing distance."""
+    distance = np.linspace(0.01, 1.5, 200)
+    places = np.broadcast_to([[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.5, 0.0, 0.5]], (200, 3, 3))
+    pose = Pose(rotation.identity(200, 3), np.zeros((200, 3)), np.array(places), rotation.identity(200, 3))
+    limb = Limb(0, 1, 2, -1, np.array([0.0, -1.0, 0.0]))
+    goal = distance[:, None] * [0.6, 0.8, 0.0]
+    eased = ease_reach(pose, limb, goal)
+    far = lengths(eased)
+    np.testing.assert_allclose(np.cross(eased, goal), 0.0, atol=1e-12)
+    free = (distance > 0.4) & (distance < 0.9)
+    np.testing.assert_allclose(far[free], distance[free], atol=1e-12)
+    assert (np.diff(far) > 0.0).all()
+    assert np.abs(np.diff(far, 2)).max() < 2e-3  # no kink where easing begins
+    assert far.min() > 0.25
+    assert far.max() < 0.98
+
+
+def test_what_was_copied_stays_allowed():
+    places = np.array([[[0.0, 0.0, 0.0], [0.5, 0.0, 0.0], [0.999, 0.0, 0.02]]])
+    pose = Pose(rotation.identity(1, 3), np.zeros((1, 3)), places, rotation.identity(1, 3))
+    limb = Limb(0, 1, 2, -1, np.array([0.0, -1.0, 0.0]))
+    np.testing.assert_allclose(ease_reach(pose, limb, places[:, 2]), places[:, 2], atol=1e-12)
