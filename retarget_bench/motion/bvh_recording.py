@@ -15,8 +15,9 @@ from retarget_bench.motion.bvh_root import is_relative, reach
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 
 ROOT_READINGS = ("auto", "absolute", "relative")
-_STILL = 1e-3
-"""Share of the body's reach up to which a joint's place against its parent counts as constant."""
+_STILL, _SAME = 1e-3, 1e-5
+"""Shares of the body's reach up to which a joint's place in its parent's frame counts as constant (a skin
+moves more than that on its bone), and up to which it counts as its OFFSET (rounding in print)."""
 _DUMMY_NAMES = ("root", "reference", "armature", "world", "scene", "origin", "global", "master")
 _HIP_NAMES = ("hip", "pelvis")
 
@@ -137,8 +138,8 @@ def _is_dummy(hierarchy: Hierarchy, joint: int, stated: dict[int, np.ndarray], t
         return False
     if joint + 1 in stated:
         still = not np.any(stated.get(joint, 0.0)) and not np.any(turned[:, joint, 1:])
-        lengths = np.abs(hierarchy.offsets).sum()
-        return still or bool(np.ptp(stated[joint + 1], axis=0).max() > _STILL * lengths)
+        size = reach(_skeleton(hierarchy, joint + 1, (), 1.0))
+        return still or bool(np.ptp(stated[joint + 1], axis=0).max() > _STILL * size)
     name, below = hierarchy.names[joint].lower(), hierarchy.names[joint + 1].lower()
     return any(word in name for word in _DUMMY_NAMES) and any(word in below for word in _HIP_NAMES)
 
@@ -188,11 +189,11 @@ def _replaced_offsets(
     joints = [joint for joint in stated if joint > first]
     if not joints:
         return ()
-    limit = _STILL * np.abs(hierarchy.offsets).sum(axis=1).max()
+    size = reach(_skeleton(hierarchy, first, (), 1.0))
     lows = np.array([stated[joint].min(axis=0) for joint in joints])
     highs = np.array([stated[joint].max(axis=0) for joint in joints])
     middle, spread = (lows + highs) / 2, (highs - lows).max(axis=1)
-    if spread.max() > limit:
+    if spread.max() > _STILL * size:
         worst = hierarchy.names[joints[int(np.argmax(spread))]]
         raise FileError(
             path,
@@ -206,7 +207,7 @@ def _replaced_offsets(
     replaced = tuple(
         (joint, (x, y, z))
         for joint, (x, y, z), by in zip(joints, middle.tolist(), away, strict=True)
-        if by > limit
+        if by > _SAME * size
     )
     note = f"{len(joints)} joints below the root have position channels, constant within {spread.max():.2g}"
     if replaced:

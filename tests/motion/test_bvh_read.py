@@ -319,7 +319,7 @@ def test_a_dummy_root_is_known_by_name_too(tmp_path: Path) -> None:
     np.testing.assert_allclose(places[:, 1], bvh.read(path).root, atol=1e-12)
 
 
-@pytest.mark.parametrize("stated", ["0 10 0", "0 0 0", "0 10.0004 0"])
+@pytest.mark.parametrize("stated", ["0 10 0", "0 0 0", "0 10.00004 0"])
 def test_constant_position_channels_confirm_the_offset(tmp_path: Path, stated: str) -> None:
     rows = [f"0 0 {i} 0 0 0 {stated} 0 0 {i}" for i in range(3)]
     text = dummy(rows).replace("joint_Root", "Hips").replace("JOINT Hips", "JOINT Spine")
