@@ -18,6 +18,8 @@ from .two_bone import Limb
 
 SIDES = ("left", "right")
 _PARTS = {"leg": ("up_leg", "leg", "foot", "toe"), "arm": ("arm", "forearm", "hand", "")}
+_THICKEST = 0.05
+"""Body heights: a rest pose higher above y = 0 than any sole is thick does not stand on it."""
 _BENT = 0.2
 """Sine of the bend from which a four-legged body's own rest pose tells the hinge of a limb."""
 
@@ -53,7 +55,7 @@ def rig_of(character: Character) -> Rig:
     """The rig of a character, made once."""
     places, _ = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))
     hips = places[character.joint_of["hips"]]
-    rest = places - hips + [0.0, character.measures.hip_height, 0.0]
+    rest = places - hips + [0.0, character.measures.hip_height + _sole(character), 0.0]
     four_legged = is_quadruped(character.skeleton, character.roles)
     limbs = {}
     for side in SIDES:
@@ -64,6 +66,13 @@ def rig_of(character: Character) -> Rig:
                 limbs[side, kind] = Limb(upper, lower, end, tip, axis)
     chest = (chain(character.roles, "spine") or [-1])[-1]
     return Rig(character, rest, limbs, chest, four_legged)
+
+
+def _sole(character: Character) -> float:
+    """Metres from the floor to the lowest joint of the feet, where the file's rest pose stands on y = 0."""
+    sole = character.measures.root_offset - character.measures.hip_height
+    stands = character.joint_of["hips"] == 0 and 0.0 < sole < _THICKEST * character.height
+    return sole if stands else 0.0
 
 
 def _axis(places: np.ndarray, bent: bool, first: str) -> np.ndarray:
