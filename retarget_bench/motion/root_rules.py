@@ -1,7 +1,8 @@
 """How far a smaller or larger body travels: the ratio by which a source's root path is scaled.
 
 Height and path are scaled by the same ratio about the world's origin, so the floor (y = 0) stays the floor
-and turning the source about the vertical axis turns the result.
+and turning the source about the vertical axis turns the result. A source that stands on another height
+gives a target that stands on that height times the ratio: steps and boxes shrink with the body.
 """
 
 from __future__ import annotations
