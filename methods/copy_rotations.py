@@ -16,10 +16,10 @@ class CopyRotations:
     pose (T-pose) of both, so rest poses may differ; spines of different counts share the bend. Feet are
     not held and hands are not kept: this is the line that a retargeting method has to beat.
 
-    root_rule: one of ``root_rules.ROOT_RULES``. The default, ``hip_height``, needs nothing but the body,
-    puts the soles of a standing target on the floor, and is within a fifth of a per cent of height of the
-    best rule on Mixamo's and the puppets' pairs, or is the best. ``reference`` takes the right answer's own root path, an
-    upper bound that is marked privileged.
+    root_rule: one of ``root_rules.ROOT_RULES``. The default, ``hip_height``, needs nothing but the body and
+    puts the soles of a standing target on the floor; on Mixamo's and the puppets' pairs it is the best rule
+    or within a fifth of a per cent of height of it. ``reference`` takes the right answer's own root path,
+    an upper bound that is marked privileged.
     """
 
     def __init__(self, root_rule: root_rules.RootRule = "hip_height") -> None:
