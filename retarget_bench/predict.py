@@ -230,6 +230,8 @@ def _joint_order(path: Path, names: np.ndarray | None, target: Character) -> lis
 def _from_bvh(path: Path, target: Character) -> Prediction:
     """A BVH file as a motion of ``target``; its unit is the one in which its bones fit the target's."""
     recording = bvh.read(path)
+    if target.skeleton.names[0] not in recording.skeleton.names:
+        recording = bvh.read(path, fold=False)  # the target has a joint that only carries its hips
     order = _joint_order(path, np.array(recording.skeleton.names), target)
     bones = recording.skeleton.bone_lengths[order]
     scale = float(target.skeleton.bone_lengths.sum() / max(float(bones.sum()), 1e-12))

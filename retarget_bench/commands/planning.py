@@ -102,7 +102,7 @@ def make_plan(
         methods=tuple(map(Spec.parse, methods)) or _default_methods(),
         datasets=(options.dataset_spec(dataset, root),),
         splits=splits,
-        metrics=tuple(metric) or tuple(_working("metrics")),
+        metrics=tuple(metric) or _default_metrics(),
         root=out,
         jobs=jobs,
         seed=seed,
@@ -114,6 +114,26 @@ def _default_methods() -> tuple[Spec, ...]:
     """The methods whose card asks to be part of a plain run."""
     found = _working("methods")
     return tuple(Spec(name) for name, each in found.items() if getattr(each.card, "default", True))
+
+
+def _default_metrics() -> tuple[str, ...]:
+    """All metrics but those that declare a value which another one has already; built-in ones first."""
+    from retarget_bench.errors import BenchError
+    from retarget_bench.score import declared_values
+
+    kept: dict[str, Any] = {}
+    working = _working("metrics")
+    for name in sorted(
+        working, key=lambda name: registry.find("metrics", name).origin != registry.BUILT_IN
+    ):
+        each = working[name]
+        try:
+            declared_values([*kept.values(), each])
+        except BenchError as problem:
+            click.echo(f"bench: left out: {problem}", err=True)
+        else:
+            kept[name] = each
+    return tuple(kept)
 
 
 def _working(kind: registry.Kind) -> dict[str, Any]:

@@ -55,6 +55,21 @@ def test_references_as_npz_or_bvh_score_nothing(tmp_path, cases):
     assert all(entry.values["mpjpe_h.world"] < 1e-3 for entry in results.entries)
 
 
+def test_a_root_above_the_hips_is_folded_away(tmp_path, cases):
+    bvh.write(tmp_path / "plain.bvh", cases[0].reference, scale=100.0)
+    text = (tmp_path / "plain.bvh").read_text()
+    head, body = text.split("MOTION")
+    inner = head.removeprefix("HIERARCHY\n").replace("ROOT", "JOINT")
+    carried = "HIERARCHY\nROOT Carrier\n{\nOFFSET 0 0 0\nCHANNELS 0\n" + inner + "}\n"
+    (tmp_path / "carried.bvh").write_text(carried + "MOTION" + body)
+    plain, folded = (
+        predict.read_prediction(tmp_path / f"{name}.bvh", cases[0].target, 30.0)
+        for name in ("plain", "carried")
+    )
+    assert np.abs(plain.positions - cases[0].reference.positions).max() < 1e-5
+    assert np.abs(folded.positions - cases[0].reference.positions).max() < 1e-5
+
+
 def test_what_does_not_fit_is_named(tmp_path, cases):
     folder = tmp_path / "theirs"
     folder.mkdir()
