@@ -46,7 +46,7 @@ class BoneDirections:
     def supports(self, source: Character, target: Character) -> str | None:
         return transfer.reason(source, target) or root_rules.reason(self.root_rule, source, target)
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:  # noqa: ARG002
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         turned = _Pointing(source, target).orientations()
         local = alignment.from_relative(target, turned)
         return target.motion(local, transfer.scaled_root(source, target, local, self.root_rule), source.fps)

@@ -26,7 +26,7 @@ class OtherClip:
         stochastic=True,
     )
 
-    def supports(self, source: Character, target: Character) -> str | None:  # noqa: ARG002
+    def supports(self, source: Character, target: Character) -> str | None:
         return None
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:

@@ -19,10 +19,10 @@ class Reference:
         control=True,
     )
 
-    def supports(self, source: Character, target: Character) -> str | None:  # noqa: ARG002
+    def supports(self, source: Character, target: Character) -> str | None:
         return None
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:  # noqa: ARG002
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:
         if context.reference is None:
             raise NotSupported("this case has no reference motion to hand back")
         return context.reference

@@ -30,7 +30,7 @@ class RestPose:
     def supports(self, source: Character, target: Character) -> str | None:
         return transfer.reason(source, target) or root_rules.reason(_RULE, source, target)
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:  # noqa: ARG002
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         place = transfer.hips(source).mean(axis=0) * root_rules.ratio(_RULE, source.character, target)
         place[1] = target.measures.hip_height
         rotations = np.repeat(target.reference_pose[None], source.frames, axis=0)

@@ -59,7 +59,7 @@ class InverseKinematics:
                 return f"{body.name} has no two legs of upper leg, leg and foot to plant"
         return None
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:  # noqa: ARG002
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):
             raise NotSupported("ik needs a source with rotations, not positions only")
         copied = transfer.carry(source, target, self.root_rule)

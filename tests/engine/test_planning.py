@@ -1,0 +1,35 @@
+"""What takes part in a run when nothing is named."""
+
+from pathlib import Path
+
+import pytest
+
+from retarget_bench import registry
+from retarget_bench.commands import planning
+
+CLASHING = '''"""A metric that uses a built-in's value id."""
+
+from retarget_bench.api import MetricCard, Value
+
+
+class Clash:
+    card = MetricCard("clash", "clash", "1", (Value("mpjpe_h.world", "", "", "1", "lower", "", ""),))
+
+    def compute(self, comparison):
+        return {"mpjpe_h.world": 1.0}
+
+
+plugin = Clash
+'''
+
+
+def test_a_metric_that_takes_anothers_value_id_is_left_out(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
+    (tmp_path / "clash.py").write_text(CLASHING)
+    registry.add_file(tmp_path / "clash.py")
+    kept = planning._default_metrics()
+    assert "clash" not in kept
+    assert "position" in kept
+    assert "both declare 'mpjpe_h.world'" in capsys.readouterr().err
