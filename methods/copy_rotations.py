@@ -29,9 +29,8 @@ class CopyRotations:
             summary="Joint orientations copied relative to the T-pose, root path scaled by one ratio",
             version="1",
             needs=("reference",) if root_rule == "reference" else (),
-            parameters={
-                "root_rule": "length whose ratio scales the root path: " + ", ".join(root_rules.ROOT_RULES)
-            },
+            variants=({"root_rule": "none"}, {"root_rule": "reference"}),
+            parameters={"root_rule": "length whose ratio scales the root path"},
         )
 
     def supports(self, source: Character, target: Character) -> str | None:

@@ -151,7 +151,8 @@ class MethodCard:
                 a method are marked privileged and never ranked.
     control:    a row that bounds the scale (rest pose, reference): shown, never ranked.
     stochastic: the result depends on ``context.seed``.
-    default:    taken part in by a plain ``bench run`` (untrained, or weights are shipped).
+    default:    takes part in a plain ``bench run`` (untrained, or weights are shipped).
+    variants:   sets of parameters with which it takes part a further time.
     """
 
     name: str
@@ -164,6 +165,7 @@ class MethodCard:
     control: bool = False
     stochastic: bool = False
     default: bool = True
+    variants: tuple[Parameters, ...] = ()
     parameters: Mapping[str, str] = field(default_factory=dict)
     """Parameter name -> one line that says what it does and which values it takes."""
     reported: Mapping[str, float] = field(default_factory=dict)

@@ -111,9 +111,13 @@ def make_plan(
 
 
 def _default_methods() -> tuple[Spec, ...]:
-    """The methods whose card asks to be part of a plain run."""
-    found = _working("methods")
-    return tuple(Spec(name) for name, each in found.items() if getattr(each.card, "default", True))
+    """The methods whose card asks to be part of a plain run, with the variants that it names."""
+    specs = []
+    for name, each in _working("methods").items():
+        if getattr(each.card, "default", True):
+            variants = getattr(each.card, "variants", ())
+            specs += [Spec(name), *(Spec(name, changes) for changes in variants)]
+    return tuple(specs)
 
 
 def _default_metrics() -> tuple[str, ...]:

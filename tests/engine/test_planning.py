@@ -23,6 +23,13 @@ plugin = Clash
 '''
 
 
+def test_a_plain_run_has_the_variants_that_a_card_names() -> None:
+    specs = [str(spec) for spec in planning._default_methods()]
+    assert len(specs) == len(set(specs))
+    for wanted in ("", "[root_rule=none]", "[root_rule=reference]"):
+        assert f"copy_rotations{wanted}" in specs
+
+
 def test_a_metric_that_takes_anothers_value_id_is_left_out(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
