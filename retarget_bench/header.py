@@ -24,6 +24,7 @@ from retarget_bench.plan import (
     value_facts,
     without_location,
 )
+from retarget_bench.predict import declared
 from retarget_bench.records import SCHEMA, STATUSES, Entry
 
 PACKAGES = ("numpy", "scipy", "torch")
@@ -81,7 +82,7 @@ def _method(cell: Cell) -> dict[str, Any]:
         "origin": registry.find("methods", cell.method.name).origin,
         "version": str(getattr(card, "version", "")),
         "code": cell.prediction_facts["code"],
-        "privileged": list(getattr(card, "needs", ())),
+        "privileged": list(declared(method(cell.method), "needs")),
         "control": bool(getattr(card, "control", False)),
         "stochastic": bool(getattr(card, "stochastic", False)),
     }

@@ -18,6 +18,8 @@ from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 
+FARTHEST = 1e5
+"""Metres from the origin beyond which no prediction is taken seriously."""
 UNIT_TOLERANCE = 1e-3
 """How far from 1 the length of a predicted quaternion may be; it is then normalised."""
 
@@ -40,23 +42,30 @@ def predict(method: Method, case: Case, context: Context) -> Outcome:
     try:
         if reason := refusal(method, case):
             return Outcome("unsupported", reason)
-        answer = method.retarget(case.source, case.target, context=context)
-        return Outcome("ok", prediction=as_stored(verified(answer, case)))
+        # its own copy of the source: others are asked about the same case
+        answer = method.retarget(case.source.copy(), case.target, context=context)
+        return Outcome("ok", prediction=verified(answer, case))
     except NotSupported as error:
         return Outcome("unsupported", str(error))
     except Invalid as error:
         return Outcome("invalid", str(error))
-    except Exception as error:  # the method's own fault: it costs its row, never the run
+    except (Exception, KeyboardInterrupt) as error:  # the method's own fault: it costs its row
         return Outcome("failed", _one_line(error))
+
+
+def declared(method: Method, name: str) -> tuple[str, ...]:
+    """A list of words on a method's card; one word may stand there without brackets."""
+    words = getattr(method.card, name, ())
+    return (words,) if isinstance(words, str) else tuple(words)
 
 
 def refusal(method: Method, case: Case) -> str | None:
     """Why a method cannot be asked this case, or None."""
     kind = "motion" if isinstance(case.source, Motion) else "positions"
-    accepts = tuple(getattr(method.card, "accepts", ("motion",)))
+    accepts = declared(method, "accepts") or ("motion",)
     if kind not in accepts:
         return f"takes {' or '.join(accepts)} as source, but this source is known by {kind} only"
-    if "reference" in getattr(method.card, "needs", ()) and case.reference is None:
+    if "reference" in declared(method, "needs") and case.reference is None:
         return "needs the reference, and this case has none"
     return method.supports(case.source.character, case.target)
 
@@ -78,9 +87,11 @@ def verified(answer: object, case: Case) -> Prediction:
         raise Invalid(f"returned {answer.fps:g} frames per second; the source has {case.source.fps:g}")
     if isinstance(answer, Positions):
         _all_finite(answer.positions, "position")
+        _all_near(answer.positions)
         return replace(answer, character=case.target)
     _all_finite(answer.rotations, "rotation")
     _all_finite(answer.root, "root position")
+    _all_near(answer.root)
     lengths = np.linalg.norm(answer.rotations, axis=-1)
     if (worst := np.abs(lengths - 1).max(initial=0.0)) > UNIT_TOLERANCE:
         raise Invalid(f"returned quaternions that are not unit (length off by up to {worst:.3g})")
@@ -96,8 +107,17 @@ def _all_finite(values: np.ndarray, what: str) -> None:
         )
 
 
-def as_stored(prediction: Prediction) -> Prediction:
-    """The prediction as its file will hold it (single precision), so that both score the same."""
+def _all_near(places: np.ndarray) -> None:
+    farthest = np.abs(places).max(initial=0.0)
+    if farthest > FARTHEST:
+        raise Invalid(f"returned places up to {farthest:.3g} m away; lengths are in metres")
+
+
+def as_scored(prediction: Prediction) -> Prediction:
+    """The prediction as its file gives it back: single precision, then unit quaternions.
+
+    Scored right away or read from its file, it is the same to the last bit.
+    """
     if isinstance(prediction, Positions):
         return replace(prediction, positions=_single(prediction.positions))
     rotations = rotation.normalise(_single(prediction.rotations))
@@ -108,7 +128,7 @@ def _single(values: np.ndarray) -> np.ndarray:
     return values.astype(np.float32).astype(np.float64)
 
 
-def _one_line(error: Exception) -> str:
+def _one_line(error: BaseException) -> str:
     where = traceback.extract_tb(error.__traceback__)[-1]
     text = " ".join(str(error).split()) or "no message"
     return f"{type(error).__name__}: {text[:300]} ({Path(where.filename).name}:{where.lineno})"
@@ -135,7 +155,7 @@ class Clips(Sequence[Prediction]):
         reference = self._load(self._infos[index]).reference
         if reference is None:
             raise NotSupported("needs reference motions, and this data set has none")
-        return reference
+        return reference.copy()
 
     def __iter__(self) -> Iterator[Prediction]:
         return (self[index] for index in range(len(self)))
@@ -143,10 +163,10 @@ class Clips(Sequence[Prediction]):
 
 def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Context:
     """The context of a case, with only those privileged inputs that the method's card declares."""
-    needs = tuple(getattr(method.card, "needs", ()))
+    needs = declared(method, "needs")
     context = Context(seed=seed)
     if "reference" in needs:
-        context = replace(context, reference=case.reference)
+        context = replace(context, reference=case.reference and case.reference.copy())
     if "other_clips" in needs or "target_motions" in needs:
         own = _clips_of_target(dataset, case.info)
         others = [info for info in own if info.clip != case.info.clip]
@@ -205,14 +225,16 @@ def read_prediction(path: Path, target: Character, fps: float) -> Prediction:
             data = {name: file[name] for name in file.files}
     except (OSError, ValueError, EOFError, BadZipFile) as error:
         raise FileError(path, f"is not a readable .npz file ({error})") from error
-    fps = float(data.get("fps", fps))
+    try:
+        fps = float(data.get("fps", fps))
+    except (TypeError, ValueError):
+        raise FileError(path, f"fps is {data['fps']!r}; it must be one number") from None
     order = _joint_order(path, data.get("joints"), target)
     try:
         if "positions" in data:
             return target.positions(data["positions"][:, order], fps)
-        rotations = rotation.normalise(data["rotations"][:, order].astype(np.float64))
-        return target.motion(rotations, data["root"], fps)
-    except (KeyError, IndexError, BenchError) as error:
+        return target.motion(data["rotations"][:, order], data["root"], fps)
+    except (KeyError, IndexError, TypeError, ValueError, BenchError) as error:
         raise FileError(path, f"does not hold a motion of {target.name!r}: {error}") from error
 
 
@@ -220,7 +242,7 @@ def _joint_order(path: Path, names: np.ndarray | None, target: Character) -> lis
     """Where each joint of the target stands in the file."""
     if names is None:
         return slice(None)
-    given = {str(name): index for index, name in enumerate(names)}
+    given = {str(name): index for index, name in enumerate(np.atleast_1d(names))}
     missing = [name for name in target.skeleton.names if name not in given]
     if missing:
         raise FileError(path, f"lacks the joints {', '.join(missing[:5])} of {target.name!r}")

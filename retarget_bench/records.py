@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import csv
 import json
+import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -32,6 +33,7 @@ STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
 ROW_FIELDS = ("case", "value_id", "index", "value")
 CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
+HEADER_FIELDS = ("schema", "keys", "method", "dataset", "values", "counts", "problems")
 ARRAY_INDICES = ("joint", "frame")
 """Values with one of these indices are stored in the ``.npz``, not in rows."""
 
@@ -116,17 +118,20 @@ def case_seed(base: int, method: str, case_id: str) -> int:
 
 
 # --------------------------------------------------------------------------------------------- journal
-def open_journal(place: Place, keys: Mapping[str, str]) -> dict[str, Entry]:
+def open_journal(place: Place, keys: Mapping[str, str], *, anew: bool = False) -> dict[str, Entry]:
     """The finished cases of an interrupted run with the same keys; a stale journal is begun anew.
 
     The journal is left ending on a whole line, ready to be appended to.
     """
-    done, whole = _read_journal(place.journal, keys)
-    if not whole:
-        write_text(place.journal, json.dumps({"schema": SCHEMA, **keys}) + "\n")
-    elif whole < place.journal.stat().st_size:
-        with place.journal.open("r+b") as file:
-            file.truncate(whole)
+    try:
+        done, whole = ({}, 0) if anew else _read_journal(place.journal, keys)
+        if not whole:
+            write_text(place.journal, json.dumps({"schema": SCHEMA, **keys}) + "\n")
+        elif whole < place.journal.stat().st_size:
+            with place.journal.open("r+b") as file:
+                file.truncate(whole)
+    except OSError as error:
+        raise FileError(place.journal, f"cannot be continued ({error.strerror})") from error
     return done
 
 
@@ -141,12 +146,13 @@ def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, Entry]
     for number, line in enumerate(lines[:-1]):  # the last piece is torn, or empty
         try:
             record = json.loads(line)
-        except ValueError:
+            entry = Entry(**record) if number else None
+        except (ValueError, TypeError):
             break
-        if number == 0 and record != {"schema": SCHEMA, **keys}:
+        if entry is not None:
+            done[entry.case] = entry
+        elif record != {"schema": SCHEMA, **keys}:
             return done, 0
-        if number:
-            done[record["case"]] = Entry(**record)
         length += len(line) + 1
     return done, length
 
@@ -154,8 +160,11 @@ def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, Entry]
 def append_journal(place: Place, entry: Entry) -> None:
     """One line, written at once."""
     line = json.dumps(asdict(entry), allow_nan=False) + "\n"
-    with place.journal.open("ab", buffering=0) as file:
-        file.write(line.encode())
+    try:
+        with place.journal.open("ab", buffering=0) as file:
+            file.write(line.encode())
+    except OSError as error:
+        raise FileError(place.journal, f"cannot be written ({error.strerror})") from error
 
 
 # --------------------------------------------------------------------------------------------- writing
@@ -214,6 +223,8 @@ def read_header(path: Path) -> dict[str, Any]:
     try:
         header = json.loads(path.read_text(encoding="utf-8"))
         schema = header["schema"]
+        if missing := [name for name in HEADER_FIELDS if name not in header]:
+            raise KeyError(f"it lacks {', '.join(missing)}")
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(path, f"is not a result header ({error})") from error
     if not isinstance(schema, int) or schema > SCHEMA:
@@ -251,7 +262,9 @@ def _read_rows(path: Path) -> dict[str, Entry]:
         try:
             number = float(text)
         except ValueError:
-            raise FileError(path, f"{text!r} is not a number", line) from None
+            number = math.nan
+        if not math.isfinite(number):
+            raise FileError(path, f"{text!r} is not a number", line)
         values = entries.setdefault(case, Entry(case, "ok")).values
         if not index:
             values[value_id] = number

@@ -229,11 +229,16 @@ def create(kind: Kind, spec: Spec | str) -> Any:
     spec = canonical(kind, spec)
     factory = load(kind, spec.name)
     try:
-        return factory(**spec.parameters)
+        built = factory(**spec.parameters)
     except BenchError:
         raise
     except Exception as error:
         raise _broken(find(kind, spec.name), f"built as {spec}", error) from error
+    if not hasattr(built, "card"):
+        raise BenchError(
+            f"{find(kind, spec.name)} has no card; see retarget_bench/api.py for what it needs"
+        )
+    return built
 
 
 def working(kind: Kind) -> tuple[dict[str, Any], list[str]]:
@@ -247,10 +252,7 @@ def working(kind: Kind) -> tuple[dict[str, Any], list[str]]:
         try:
             factory = load(kind, entry.name)
             if not any(each.required for each in parameters.known(factory)[0]):
-                built = create(kind, entry.name)
-                if not hasattr(built, "card"):
-                    raise BenchError(f"{entry} has no card")
-                found[entry.name] = built
+                found[entry.name] = create(kind, entry.name)
         except BenchError as error:
             problems[str(error)] = None
     return found, list(problems)

@@ -6,11 +6,12 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 from retarget_bench import records
-from retarget_bench.errors import FileError
+from retarget_bench.errors import BenchError, FileError
 from retarget_bench.executor import Executor, LocalPool
 from retarget_bench.header import header_of
-from retarget_bench.plan import Cell, Plan, cells
+from retarget_bench.plan import Cell, Plan, cells, dataset
 from retarget_bench.records import Entry, Place
+from retarget_bench.work import Stop
 
 WORK = "retarget_bench.work:work"
 Progress = Callable[[int, int], None]
@@ -22,7 +23,7 @@ def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> lis
 
     Interrupted at any moment, it keeps what was finished; the next run goes on from there.
     """
-    wanted = cells(plan)
+    wanted = _with_cases(cells(plan))
     todo = {cell: cases for cell in wanted if (cases := _wanted_cases(cell))}
     keep = plan.stage != "predict"
     done = {cell: _begun(cell) if keep else {} for cell in todo}
@@ -54,15 +55,15 @@ def _wanted_cases(cell: Cell) -> list[str]:
     counts = header["counts"]
     if header["keys"] != cell.keys or counts["asked"] != len(wanted):
         return wanted
-    failed = any(counts[status] for status in ("failed", "invalid", "missing"))
-    return wanted if redo == "failed" and failed else []
+    if counts["missing"]:
+        return wanted
+    return wanted if redo == "failed" and counts["failed"] + counts["invalid"] else []
 
 
 def _begun(cell: Cell) -> dict[str, Entry]:
     """The entries that an interrupted run left, unless they are to be made anew."""
-    if cell.plan.redo != "missing":
-        cell.place.journal.unlink(missing_ok=True)
-    return records.open_journal(cell.place, cell.keys)
+    found = records.open_journal(cell.place, cell.keys, anew=cell.plan.redo != "missing")
+    return {case: entry for case, entry in found.items() if entry.status != "missing"}
 
 
 def _jobs(
@@ -100,10 +101,27 @@ def _answers(
             job = jobs[answer.job]
             again += [job | {"cells": [each]} for each in job["cells"]]
         else:
-            yield from answer.result
+            yield from _entries(answer.result)
         progress(count, len(jobs) + len(again))
     for count, answer in enumerate(pool.run(WORK, again), len(jobs) + 1):
         ((_, place, _),) = again[answer.job]["cells"]
         lost = Entry(again[answer.job]["case"], "failed", answer.error)
-        yield from [(place, lost)] if answer.error else answer.result
+        yield from [(place, lost)] if answer.error else _entries(answer.result)
         progress(count, len(jobs) + len(again))
+
+
+def _entries(result: list[tuple[Place, Entry]] | Stop) -> list[tuple[Place, Entry]]:
+    if isinstance(result, Stop):
+        raise BenchError(f"stopped: {result.reason}. What was finished is kept; run again to continue")
+    return result
+
+
+def _with_cases(found: list[Cell]) -> list[Cell]:
+    """The cells that have cases; raises BenchError with the data set's own notes where none has."""
+    filled = [cell for cell in found if cell.infos]
+    if not filled:
+        data = [dataset(spec) for spec in dict.fromkeys(cell.dataset for cell in found)]
+        notes = " ".join(f"{each.label}: {'; '.join(each.notes) or 'no notes'}." for each in data)
+        splits = ", ".join(dict.fromkeys(cell.split for cell in found)) or "any split asked for"
+        raise BenchError(f"there is no case in {splits}. {notes}")
+    return filled

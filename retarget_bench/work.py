@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
+from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 from typing import Any
@@ -22,7 +23,18 @@ from retarget_bench.spec import Spec
 MISSING = Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
 
 
-def work(job: dict[str, Any]) -> list[tuple[Place, Entry]]:
+class CannotStore(BenchError):
+    """The disk is full, or a folder of results cannot be written to."""
+
+
+@dataclass(frozen=True)
+class Stop:
+    """What a worker answers when nobody's prediction can be kept: the run must end and say why."""
+
+    reason: str
+
+
+def work(job: dict[str, Any]) -> list[tuple[Place, Entry]] | Stop:
     """One job of ``run._jobs``: an entry per method."""
     plan: Plan = job["plan"]
     know(plan.plugin_files)
@@ -31,16 +43,21 @@ def work(job: dict[str, Any]) -> list[tuple[Place, Entry]]:
         case = dataset(job["dataset"]).load(info)
     except BenchError as error:
         return [(place, Entry(job["case"], "failed", str(error))) for _, place, _ in job["cells"]]
-    return [
-        (place, _entry(plan, job["dataset"], spec, place, key, case)) for spec, place, key in job["cells"]
-    ]
+    try:
+        return [
+            (place, _entry(plan, job["dataset"], spec, place, key, case))
+            for spec, place, key in job["cells"]
+        ]
+    except CannotStore as error:
+        return Stop(str(error))
 
 
 def _entry(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Entry:
     outcome = _outcome(plan, data, spec, place, key, case)
     if outcome.prediction is None or plan.stage == "predict":
         return Entry(case.info.id, outcome.status, outcome.message)
-    return Entry(case.info.id, "ok", values=score(metrics(plan.metrics), case, outcome.prediction))
+    scored = stage_one.as_scored(outcome.prediction)
+    return Entry(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
 
 
 def _outcome(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Outcome:
@@ -66,16 +83,21 @@ def _predicted(plan: Plan, data: Spec, spec: Spec, case: Case) -> Outcome:
 
 # ------------------------------------------------------------------------------------- stored outcomes
 def _store(place: Place, key: str, case: Case, outcome: Outcome) -> None:
-    """A prediction as ``.npz``, a refusal or failure as ``.json``; never both."""
+    """A prediction as ``.npz``, a refusal or failure as ``.json``; never both. Raises CannotStore."""
     path = place.prediction(case.info.id)
     note = path.with_suffix(".json")
-    if outcome.prediction is not None:
-        stage_one.write_prediction(path, outcome.prediction, key)
-        note.unlink(missing_ok=True)
-    else:
-        facts = {"key": key, "status": outcome.status, "message": outcome.message}
-        write_text(note, json.dumps(facts, ensure_ascii=False) + "\n")
-        path.unlink(missing_ok=True)
+    facts = {"key": key, "status": outcome.status, "message": outcome.message}
+    try:
+        if outcome.prediction is not None:
+            stage_one.write_prediction(path, outcome.prediction, key)
+            note.unlink(missing_ok=True)
+        else:
+            write_text(note, json.dumps(facts, ensure_ascii=False) + "\n")
+            path.unlink(missing_ok=True)
+    except FileError as error:
+        raise CannotStore(str(error)) from error
+    except OSError as error:
+        raise CannotStore(f"{path}: cannot be replaced ({error.strerror})") from error
 
 
 def _stored(place: Place, key: str, case: Case) -> Outcome | None:
@@ -95,16 +117,16 @@ def _stored(place: Place, key: str, case: Case) -> Outcome | None:
 def _elsewhere(folder: Path, case: Case) -> Outcome:
     """A prediction made by somebody else, found by the case's file name."""
     stem = records.case_file(case.info.id)
-    for suffix in (".npz", ".bvh"):
-        if (path := folder / (stem + suffix)).exists():
-            return _checked(path, case)
-    return Outcome("missing", f"{folder} has no {stem}.npz or {stem}.bvh")
+    found = [path for suffix in (".npz", ".bvh") if (path := folder / (stem + suffix)).exists()]
+    if len(found) == 2:
+        return Outcome("invalid", f"{folder} has both {stem}.npz and {stem}.bvh; remove one")
+    return _checked(found[0], case) if found else Outcome("missing", f"{folder} has no {stem}.npz or .bvh")
 
 
 def _checked(path: Path, case: Case) -> Outcome:
     try:
         found: Prediction = stage_one.read_prediction(path, case.target, case.source.fps)
-        return Outcome("ok", prediction=stage_one.as_stored(stage_one.verified(found, case)))
+        return Outcome("ok", prediction=stage_one.verified(found, case))
     except (Invalid, FileError) as error:
         return Outcome("invalid", str(error))
 

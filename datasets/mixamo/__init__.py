@@ -80,6 +80,8 @@ class Mixamo:
             )
         if not 0 <= fold < protocols.FOLDS:
             raise BenchError(f"mixamo: fold={fold}, but folds are 0 to {protocols.FOLDS - 1}")
+        if fold and protocol != "folds":
+            raise BenchError(f"mixamo: fold={fold} means something with protocol=folds only")
         if unit not in METRES:
             raise BenchError(f"mixamo: unit={unit} is unknown; units are {', '.join(METRES)}")
         if protocol == "san" and (fps != protocols.SAN_FPS or structure != "native"):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import click
@@ -19,5 +20,11 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     plan = planning.make_plan(methods, stage="predict", **given)
     places = planning.carry_out(plan, "bench predict")
     for place in places:
-        count = sum(1 for _ in (place.folder / place.method).glob("*.npz"))
-        click.echo(f"{count} predictions in {place.folder / place.method}")
+        folder = place.folder / place.method
+        click.echo(f"{sum(1 for _ in folder.glob('*.npz'))} predictions in {folder}")
+        notes = sorted(folder.glob("*.json"))
+        if notes:
+            first = json.loads(notes[0].read_text(encoding="utf-8"))
+            click.echo(
+                f"  {len(notes)} cases without one; the first: {first['status']}, {first['message']}"
+            )

@@ -20,6 +20,7 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     only what is missing, and an interrupted one goes on where it stopped.
     """
     from retarget_bench import summary, table, timing
+    from retarget_bench.errors import BenchError
     from retarget_bench.render import text
 
     plan = planning.make_plan(methods, **given)
@@ -27,6 +28,8 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     if plan.redo != "never":
         timing.measure(plan)
     there = [place for place in places if place.header.exists()]
+    if not there:
+        raise BenchError(f"no results in {plan.root}, and --redo never makes none")
     for each in table.tables(summary.sections(there)):
         click.echo(text(each))
     click.echo(f"All values: bench table {plan.root} --all. Rows lie in {plan.root}/.")

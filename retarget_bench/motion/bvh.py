@@ -103,6 +103,8 @@ def write(path: str | Path, motion: Motion, *, order: str = "ZXY", scale: float 
 @contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
     try:
+        if path.exists() and not path.is_file():
+            raise FileError(path, "is a folder" if path.is_dir() else "is no ordinary file")
         with path.open("rb") as file:
             yield file
     except OSError as error:

@@ -14,7 +14,7 @@ from retarget_bench.motion.alignment import reference_pose
 from retarget_bench.motion.measures import Measures, measure
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.motion.roles import find as find_roles
-from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.skeleton import Skeleton, frozen
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,6 +41,7 @@ class Character:
     measures: Measures
 
     def __post_init__(self) -> None:
+        object.__setattr__(self, "reference_pose", frozen(self.reference_pose, np.float64))
         joints = len(self.skeleton)
         if len(self.roles) != joints or self.reference_pose.shape != (joints, 4):
             raise SkeletonError(
@@ -92,7 +93,8 @@ class Character:
     @cached_property
     def reference_globals(self) -> np.ndarray:
         """``(joints, 4)`` world orientations of the joints in the reference pose."""
-        return kinematics.forward(self.skeleton, self.reference_pose, np.zeros(3))[1]
+        turned = kinematics.forward(self.skeleton, self.reference_pose, np.zeros(3))[1]
+        return frozen(turned, np.float64)
 
     def motion(self, rotations: np.ndarray, root: np.ndarray, fps: float) -> Motion:
         """A motion of this character: local rotations ``(frames, joints, 4)``, root ``(frames, 3)``."""

@@ -72,6 +72,10 @@ class Motion:
         """``(frames, joints, 4)`` world orientations of the joints; computed once."""
         return self._world[1]
 
+    def copy(self) -> Motion:
+        """The same motion with arrays of its own."""
+        return replace(self, rotations=np.array(self.rotations), root=np.array(self.root))
+
     def at(self, frames: slice | np.ndarray) -> Motion:
         """The chosen frames, at the same rate."""
         return replace(self, rotations=self.rotations[frames], root=self.root[frames])
@@ -128,6 +132,10 @@ class Positions:
     def root(self) -> np.ndarray:
         """``(frames, 3)`` metres: the root joint."""
         return self.positions[:, 0]
+
+    def copy(self) -> Positions:
+        """The same motion with an array of its own."""
+        return replace(self, positions=np.array(self.positions))
 
     def at(self, frames: slice | np.ndarray) -> Positions:
         """The chosen frames, at the same rate."""

@@ -44,8 +44,8 @@ class Skeleton:
     def __post_init__(self) -> None:
         set_ = object.__setattr__
         set_(self, "names", tuple(self.names))
-        set_(self, "parents", _frozen(self.parents, np.int64))
-        set_(self, "offsets", _frozen(self.offsets, np.float64))
+        set_(self, "parents", frozen(self.parents, np.int64))
+        set_(self, "offsets", frozen(self.offsets, np.float64))
         set_(self, "end_sites", tuple(self.end_sites))
         self._validate()
 
@@ -105,7 +105,7 @@ class Skeleton:
         """``(joints,)`` metres; 0 for the root, which has no bone."""
         lengths = np.linalg.norm(self.offsets, axis=1)
         lengths[0] = 0.0
-        return _frozen(lengths, np.float64)
+        return frozen(lengths, np.float64)
 
     @cached_property
     def rest_positions(self) -> np.ndarray:
@@ -114,7 +114,7 @@ class Skeleton:
         for joint, parent in enumerate(self.parents.tolist()):
             if parent >= 0:
                 places[joint] += places[parent]
-        return _frozen(places, np.float64)
+        return frozen(places, np.float64)
 
     @cached_property
     def topology_id(self) -> str:
@@ -131,7 +131,7 @@ class Skeleton:
         )
 
 
-def _frozen(array: np.ndarray, dtype: type) -> np.ndarray:
+def frozen(array: np.ndarray, dtype: type) -> np.ndarray:
     """A read-only contiguous copy."""
     copy: np.ndarray = np.array(array, dtype=dtype, order="C")
     copy.setflags(write=False)

@@ -86,9 +86,12 @@ class _Trial:
 
     def input_untouched(self) -> str | None:
         for case in self.cases:
-            before = snapshot(source=case.source, target=case.target)
-            self._ask(case)
-            if problem := changed(before, source=case.source, target=case.target):
+            if predict.refusal(self.method, case) is not None:
+                continue
+            given = case.source.copy()  # the engine hands out copies: here the method's own is looked at
+            before = snapshot(source=given, target=case.target)
+            self.method.retarget(given, case.target, context=self._context(case))
+            if problem := changed(before, source=given, target=case.target):
                 return problem
         return None
 

@@ -92,6 +92,25 @@ def test_what_does_not_fit_is_named(tmp_path, cases):
         assert words in messages[case.info.id], messages[case.info.id]
 
 
+def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
+    folder = tmp_path / "theirs"
+    folder.mkdir()
+    paths = [folder / f"{records.case_file(case.info.id)}.npz" for case in cases]
+    rotations, root = cases[0].reference.rotations, cases[0].reference.root
+    np.savez(paths[0], rotations=2 * rotations, root=root)
+    np.savez(paths[1], rotations=0 * rotations, root=root)
+    np.savez(paths[2], rotations=rotations[..., :3], root=root)
+    np.savez(paths[3], rotations=rotations, root=root, fps="fast")
+    np.savez(paths[4], rotations=rotations, root=root, joints=7)
+    predict.write_prediction(paths[5], cases[5].reference, "")
+    bvh.write(paths[5].with_suffix(".bvh"), cases[5].reference)
+    messages = {entry.case: entry.message for entry in score(folder, tmp_path / "runs").entries}
+    wanted = ["not unit", "not unit", "(frames, 9, 4)", "fps is", "lacks the joints", "remove one"]
+    for case, path, words in zip(cases, paths, wanted, strict=True):
+        assert words in messages[case.info.id], messages[case.info.id]
+        assert "not unit" in words or path.name[:-4] in messages[case.info.id]
+
+
 def test_changed_files_are_scored_again(tmp_path, cases):
     from retarget_bench.plan import folder_hash
 

@@ -75,6 +75,8 @@ def test_rows_are_sorted_text_with_nine_digits(tmp_path):
         ("wrong_body", "invalid", "the target is"),
         ("nothing", "invalid", "NoneType"),
         ("raise", "failed", "RuntimeError: out of ideas (toy_method.py:"),
+        ("far", "invalid", "lengths are in metres"),
+        ("interrupt", "failed", "KeyboardInterrupt"),
         ("leak", "failed", "AttributeError"),
         ("die", "failed", "signal SIGKILL"),
     ],
@@ -158,9 +160,59 @@ def test_predict_then_score_is_run(tmp_path):
     assert apart.header["problems"] == both.header["problems"]
 
 
-def test_scoring_without_predictions_says_what_is_missing(tmp_path):
+def test_scored_from_files_or_at_once_the_same_bytes(tmp_path):
+    (both,) = carry_out(tmp_path / "a", "toy_method[does=shaken]")
+    run.run(plan(tmp_path / "b", "toy_method[does=shaken]", stage="predict"), lambda d, t: None)
+    (apart,) = carry_out(tmp_path / "b", "toy_method[does=shaken]", stage="score")
+    assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
+    assert apart.place.arrays.read_bytes() == both.place.arrays.read_bytes()
+
+
+def test_a_method_that_writes_to_its_input_changes_nobody_elses_rows(tmp_path):
+    (alone,) = carry_out(tmp_path / "a", "toy_method")
+    _, beside = carry_out(tmp_path / "b", "toy_method[does=overwrite]", "toy_method")
+    assert alone.place.rows.read_bytes() == beside.place.rows.read_bytes()
+
+
+def test_scoring_without_predictions_says_what_is_missing_and_spoils_nothing(tmp_path):
     (results,) = carry_out(tmp_path, "toy_method", stage="score")
     assert results.header["counts"]["missing"] == 6
+    (later,) = carry_out(tmp_path, "toy_method")
+    assert later.header["counts"]["ok"] == 6
+
+
+def test_what_cannot_be_stored_stops_the_run_and_blames_no_method(tmp_path):
+    (tmp_path / "toy_cases/retarget/intra").mkdir(parents=True)
+    blocked = tmp_path / "toy_cases/retarget/intra/toy_method"
+    blocked.write_text("a file where the predictions should go")
+    with pytest.raises(BenchError, match=r"stopped: .*cannot be written.*run again to continue"):
+        carry_out(tmp_path, "toy_method")
+    blocked.unlink()
+    (results,) = carry_out(tmp_path, "toy_method")
+    assert results.header["counts"]["ok"] == 6
+
+
+def test_results_where_no_folder_can_be(tmp_path):
+    (tmp_path / "file").write_text("")
+    with pytest.raises(BenchError, match="file"):
+        carry_out(tmp_path / "file", "toy_method")
+
+
+def test_no_case_at_all_is_an_error_with_the_data_sets_notes(tmp_path):
+    empty = replace(plan(tmp_path, "toy_method"), datasets=(Spec.parse("toy_cases[clips=0]"),))
+    with pytest.raises(BenchError, match=r"there is no case in intra\. toy_cases: "):
+        run.run(empty, lambda done, total: None)
+
+
+@pytest.mark.parametrize("line", ['{"foo": 1}', "5", '"text"', "[1, 2]"])
+def test_a_journal_that_somebody_edited_is_read_up_to_there(tmp_path, line):
+    (first,) = carry_out(tmp_path, "toy_method")
+    first.place.header.unlink()
+    records.open_journal(first.place, first.header["keys"])
+    records.append_journal(first.place, first.entries[0])
+    with first.place.journal.open("a") as file:
+        file.write(line + "\n")
+    assert list(records.open_journal(first.place, first.header["keys"])) == [first.entries[0].case]
 
 
 def test_redo(tmp_path):
@@ -215,7 +267,7 @@ def test_the_number_of_processes_changes_nothing(tmp_path):
 def test_killed_at_random_moments_gives_the_same_bytes(tmp_path):
     """SIGKILL to the whole run, twenty times, then one run to the end."""
     toys = [f"--plugin={file}" for file in sorted(TOYS.glob("*.py"))]
-    line = [sys.executable, "-m", "retarget_bench", "run", "toy_method", "toy_method[does=noise]"]
+    line = [sys.executable, "-m", "retarget_bench", "run", "toy_method", "toy_method[does=shaken]"]
     line += ["-d", "toy_cases[clips=40]", "-s", "intra", "-j", "2", *toys]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     start = time.monotonic()
@@ -264,6 +316,9 @@ def test_newer_and_damaged_headers_are_refused_with_a_sentence(tmp_path):
     header = json.loads(results.place.header.read_text())
     results.place.header.write_text(json.dumps(header | {"schema": 99}))
     with pytest.raises(FileError, match="schema 99"):
+        records.read_results(results.place)
+    results.place.header.write_text('{"schema": 1}')
+    with pytest.raises(FileError, match="it lacks keys, method"):
         records.read_results(results.place)
     results.place.header.write_text("{")
     with pytest.raises(FileError, match="not a result header"):

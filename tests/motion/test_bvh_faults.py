@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 import tracemalloc
 from pathlib import Path
@@ -79,7 +80,10 @@ def test_what_is_no_bvh_is_named(tmp_path: Path, data: bytes, words: str) -> Non
 def test_missing_file_and_folder(tmp_path: Path) -> None:
     with pytest.raises(FileError, match="No such file"):
         bvh.read(tmp_path / "none.bvh")
-    with pytest.raises(FileError, match="cannot be read"):
+    os.mkfifo(tmp_path / "pipe.bvh")
+    with pytest.raises(FileError, match="no ordinary file"):
+        bvh.read(tmp_path / "pipe.bvh")
+    with pytest.raises(FileError, match="is a folder"):
         bvh.read(tmp_path)
 
 
@@ -92,6 +96,8 @@ def test_missing_file_and_folder(tmp_path: Path) -> None:
         (b"JOINT Spine", b"BONE Spine", 6, "'BONE Spine' is not a line"),
         (b"ROOT Hips", b"JOINT Hips", 2, "outside of the ROOT"),
         (b"OFFSET 0 10 0", b"OFFSET 0 10", 8, "three finite numbers"),
+        (b"OFFSET 0 10 0", b"OFFSET 0 1e308 0", 8, "no body is that long"),
+        (b"JOINT Spine", b"JOINT Sp\0ine", 6, "cannot be printed"),
         (b"OFFSET 0 10 0", b"OFFSET 0 10 nan", 8, "three finite numbers"),
         (b"OFFSET 0 10 0", b"OFFSET 0 1_0 0", 8, "three finite numbers"),
         (b"\t\tOFFSET 0 10 0\n", b"", 13, "JOINT 'Spine', begun in line 6, has no OFFSET"),

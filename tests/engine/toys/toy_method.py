@@ -47,6 +47,23 @@ class ToyMethod:
         assert context.reference is None
         return replace(context.other_clips[0], fps=source.fps)
 
+    def _overwrite(self, source, target, context):
+        source.rotations[...] = [1.0, 0.0, 0.0, 0.0]
+        source.root[...] = 0.0
+        return target.motion(source.rotations, source.root, source.fps)
+
+    def _shaken(self, source, target, context):
+        noise = np.random.default_rng(context.seed).normal(size=source.rotations.shape)
+        turned = source.rotations + 0.3 * noise
+        turned /= np.linalg.norm(turned, axis=-1, keepdims=True)
+        return target.motion(turned, source.root + 1e-4 * noise[:, 0, :3], source.fps)
+
+    def _far(self, source, target, context):
+        return target.motion(source.rotations, 1e30 * source.root, source.fps)
+
+    def _interrupt(self, source, target, context):
+        raise KeyboardInterrupt
+
     def _leak(self, source, target, context):
         return target.motion(source.rotations, context.reference.root, source.fps)
 
