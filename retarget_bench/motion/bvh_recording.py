@@ -18,6 +18,8 @@ ROOT_READINGS = ("auto", "absolute", "relative")
 _STILL, _SAME = 1e-3, 1e-5
 """Shares of the body's reach up to which a joint's place in its parent's frame counts as constant (a skin
 moves more than that on its bone), and up to which it counts as its OFFSET (rounding in print)."""
+_MOST_JOINTS, _LONGEST = 2_000, 1e9
+"""No body has more joints, or is longer in any unit."""
 _DUMMY_NAMES = ("root", "reference", "armature", "world", "scene", "origin", "global", "master")
 _HIP_NAMES = ("hip", "pelvis")
 
@@ -47,6 +49,10 @@ def record(path: Path, document: Document, *, root: str, scale: float, fold: boo
     if not (np.isfinite(scale) and scale > 0):
         raise NotSupported(f"scale must be positive, got {scale}")
     hierarchy, notes = document.hierarchy, list[str]()
+    if len(hierarchy) > _MOST_JOINTS:
+        raise FileError(path, f"has {len(hierarchy)} joints; bodies of up to {_MOST_JOINTS} are read")
+    if np.abs(hierarchy.offsets).max() > _LONGEST or np.abs(document.values).max() > _LONGEST:
+        raise FileError(path, f"holds numbers above {_LONGEST:g}: no body is that long in any unit")
     names = _unique_names(hierarchy.names)
     notes += [
         f"a second joint {old!r} is called {new!r}"
