@@ -36,6 +36,7 @@ class Plant:
     strike_pitch: of the sole at first touch: below 0 the heel lands, from 0 on the toe.
     off_pitch: how far the heel has risen when the toe leaves.
     lift_height: clearance of the swing that follows, leg lengths.
+    level: height of the floor there over the floor's zero, leg lengths.
     """
 
     place: tuple[float, float]
@@ -49,15 +50,34 @@ class Plant:
     strike_pitch: float = -0.3
     off_pitch: float = 0.9
     lift_height: float = 0.05
+    level: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Air:
+    """A foot on a way of its own between two plants, as in a kick.
+
+    reach:  ``(frames, 3)`` (out, up, forward) from the hip joint to the ankle, leg lengths; the axes stay
+            upright and turn with the pelvis.
+    weight: ``(frames,)`` 1 where the foot goes there; exactly 0 from a touch of the floor to the last one.
+    swivel: ``(frames,)`` turns the knee outward about the line from hip to ankle.
+    point:  ``(frames,)`` how far the toes point away from the shin's square, radians.
+    """
+
+    reach: np.ndarray
+    weight: np.ndarray
+    swivel: np.ndarray
+    point: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Foot:
     """plants: in time order, the first striking before frame 0. heel: ``(frames,)`` how far the heel is
-    raised about the toe while the foot stays planted; exactly 0 elsewhere."""
+    raised about the toe while the foot stays planted; exactly 0 elsewhere. air: a way through the air."""
 
     plants: tuple[Plant, ...]
     heel: np.ndarray
+    air: Air | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +119,32 @@ class Trunk:
     pelvis: np.ndarray
     chest: np.ndarray
     gaze: np.ndarray
-    follow: float = 0.2
+    follow: float | np.ndarray = 0.2
+
+
+@dataclass(frozen=True)
+class Act:
+    """A stretch of a performance: what is done from frame ``first`` to before ``end``."""
+
+    kind: str
+    first: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Stairs:
+    """Equal steps in a flat floor: the one under ``edge`` is ``level`` high, all lengths in leg lengths.
+
+    edge:   (x, z) of a point on the first riser. heading: of travel over it, a multiple of a right angle.
+    tread, rise: length and height of a step; a negative rise goes down. count: how many risers.
+    """
+
+    edge: tuple[float, float]
+    heading: float
+    tread: float
+    rise: float
+    count: int
+    level: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +158,8 @@ class Score:
              whose feet would not reach the floor.
     balance: 1: the centre of mass is brought over the feet, wherever ``path`` and ``sway`` put it;
              ``support`` says over which: share of the left foot.
+    acts:    what is done when, in order and without gaps; empty where it is one kind throughout.
+    phase:   ``(frames,)`` how far along: 0 to 1 within an act, or turns of a cycle; nothing: even progress.
     """
 
     kind: str
@@ -126,7 +173,23 @@ class Score:
     feet: Mapping[str, Foot]
     hands: Mapping[str, Hand]
     parameters: Mapping[str, float | str] = field(default_factory=dict)
+    flights: tuple[tuple[int, int], ...] = ()
+    impacts: tuple[int, ...] = ()
+    stairs: Stairs | None = None
+    acts: tuple[Act, ...] = ()
+    phase: np.ndarray | None = None
 
     @property
     def frames(self) -> int:
         return len(self.heading)
+
+    def stretches(self) -> tuple[Act, ...]:
+        """What is done when: ``acts``, or the whole as one."""
+        return self.acts or (Act(self.kind, 0, self.frames),)
+
+    def phases(self) -> np.ndarray:
+        """``(frames,)`` how far along its act each frame is."""
+        if self.phase is not None:
+            return self.phase
+        parts = [np.arange(act.end - act.first) / max(act.end - act.first, 1) for act in self.stretches()]
+        return np.concatenate(parts)
