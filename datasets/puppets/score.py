@@ -158,6 +158,10 @@ class Score:
              whose feet would not reach the floor.
     balance: 1: the centre of mass is brought over the feet, wherever ``path`` and ``sway`` put it;
              ``support`` says over which: share of the left foot.
+    flights: (last frame with a foot down, first frame with one down again). Between the two the centre
+             of mass is thrown: ``height`` is a parabola there.
+    impacts: frames at which velocities may jump: landings, and feet that leave at speed.
+    stairs:  in the floor, or None where it is flat.
     acts:    what is done when, in order and without gaps; empty where it is one kind throughout.
     phase:   ``(frames,)`` how far along: 0 to 1 within an act, or turns of a cycle; nothing: even progress.
     """
