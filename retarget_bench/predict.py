@@ -56,8 +56,11 @@ def refusal(method: Method, case: Case) -> str | None:
     accepts = tuple(getattr(method.card, "accepts", ("motion",)))
     if kind not in accepts:
         return f"takes {' or '.join(accepts)} as source, but this source is known by {kind} only"
-    if "reference" in getattr(method.card, "needs", ()) and case.reference is None:
+    needs = tuple(getattr(method.card, "needs", ()))
+    if "reference" in needs and case.reference is None:
         return "needs the reference, and this case has none"
+    if "second_reference" in needs and case.alternative is None:
+        return "needs a second right answer, and this data set knows of none"
     return method.supports(case.source.character, case.target)
 
 
@@ -147,6 +150,8 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
     context = Context(seed=seed)
     if "reference" in needs:
         context = replace(context, reference=case.reference)
+    if "second_reference" in needs:
+        context = replace(context, second_reference=case.alternative)
     if "other_clips" in needs or "target_motions" in needs:
         own = _clips_of_target(dataset, case.info)
         others = [info for info in own if info.clip != case.info.clip]
