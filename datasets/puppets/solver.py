@@ -13,12 +13,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import anatomy
+from . import aloft, anatomy, flight
 from .bodies import Body
 from .curves import lower_envelope, smooth, soft_min
 from .feet import FootPath, foot_path
 from .limbs import about, bend, from_vector, part_way
-from .places import place, resting
+from .places import LOW, OF_ARM, place, resting
 from .scaling import hand_reach, pelvis_place
 from .score import SIDES, Hand, Score, sign
 
@@ -54,7 +54,7 @@ def solve(score: Score, body: Body, manner: Manner = Manner()) -> Solution:
     feet = {side: foot_path(score.feet[side], side, body, score.frames) for side in SIDES}
     touching = any(hand.touches for hand in score.hands.values())
     state = _State.start(score.frames)
-    for _ in range(4 if touching or score.balance.any() else 1):
+    for _ in range(4 if touching or score.balance.any() or score.flights else 1):
         pose = _pose(score, body, manner, feet, state)
         state = _adjusted(score, body, state, pose)
     planted = np.stack([row for side in SIDES for row in (feet[side].flat, feet[side].on_toe)], axis=-1)
@@ -105,7 +105,7 @@ class _Pose:
 def _pose(score: Score, body: Body, manner: Manner, feet: dict[str, FootPath], state: _State) -> _Pose:
     joints = len(body.structure.parts)
     frames = score.frames
-    pose = _Pose(body, np.empty((frames, joints, 3, 3)), np.empty((frames, joints, 3)), np.zeros(frames))
+    pose = _Pose(body, np.zeros((frames, joints, 3, 3)), np.zeros((frames, joints, 3)), np.zeros(frames))
     _set_pelvis(pose, score, feet, state)
     _set_spine(pose, score, manner, state)
     for side in SIDES:
@@ -116,9 +116,14 @@ def _pose(score: Score, body: Body, manner: Manner, feet: dict[str, FootPath], s
 
 
 def _order(score: Score) -> tuple[str, ...]:
-    """A hand that rests on the other one comes after it."""
-    on_right = any(touch.place == "right_palm" for touch in score.hands["left"].touches)
-    return SIDES[::-1] if on_right else SIDES
+    """A hand that rests on the other arm comes after it; where each does at its own time, one comes twice."""
+    left_first, right_first = (
+        any(touch.place in OF_ARM[other] for touch in score.hands[side].touches)
+        for side, other in (("right", "left"), ("left", "right"))
+    )
+    if left_first and right_first:
+        return ("right", "left", "right")
+    return SIDES[::-1] if right_first else SIDES
 
 
 # --------------------------------------------------------------------------------------- trunk
@@ -137,10 +142,12 @@ def _set_pelvis(pose: _Pose, score: Score, feet: dict[str, FootPath], state: _St
         flat = ((hip - feet[side].ankle)[:, [0, 2]] ** 2).sum(axis=-1)
         length = limb.exact * limb.longest
         rise = np.sqrt(np.maximum(length * length - flat, 0.01 * length * length))
-        caps.append(feet[side].ankle[:, 1] + rise - (hip - middle)[:, 1])
+        free = flight.unbound(score, side, feet[side], body)
+        caps.append(feet[side].ankle[:, 1] + rise - (hip - middle)[:, 1] + free)
     leg = body.proportions.leg
     cap = lower_envelope(np.minimum(caps[0], caps[1]), 2)
-    middle[:, 1] = soft_min(middle[:, 1], cap, 0.008 * leg)
+    reached = soft_min(middle[:, 1], cap, 0.008 * leg)
+    middle[:, 1] = flight.bridged(score, middle[:, 1], reached) + state.thrown
     pose.places[:, 0] = middle - from_middle
     pose.set("hips", turn)
 
@@ -169,14 +176,15 @@ def _set_leg(pose: _Pose, side: str, score: Score, manner: Manner, foot: FootPat
     thigh, shank = bend(
         anatomy.leg(pose.body),
         pose.at(f"{side}_up_leg"),
-        foot.ankle,
+        aloft.ankle(score, side, pose.at(f"{side}_up_leg"), foot, pose.body),
         pose.of("hips"),
-        manner.knees * turned_in,
+        aloft.swivel(score, side, manner.knees * turned_in),
     )
+    sole, toes = aloft.sole(score, side, shank, foot)
     pose.set(f"{side}_up_leg", thigh)
     pose.set(f"{side}_leg", shank)
-    pose.set(f"{side}_foot", foot.sole)
-    pose.set(f"{side}_toe", foot.toes)
+    pose.set(f"{side}_foot", sole)
+    pose.set(f"{side}_toe", toes)
 
 
 def _set_arm(pose: _Pose, side: str, score: Score, manner: Manner) -> None:
@@ -187,7 +195,7 @@ def _set_arm(pose: _Pose, side: str, score: Score, manner: Manner) -> None:
     pose.set(f"{side}_shoulder", chest @ _collar(pose, side, goal, limb.longest, manner.collar))
     start = pose.at(f"{side}_arm")
     far = np.sqrt(((goal - start) ** 2).sum(axis=-1)) - 0.99 * limb.exact * limb.longest
-    pose.missing = np.maximum(pose.missing, weight * np.maximum(far, 0.0))
+    pose.missing = np.maximum(pose.missing, _helped_by_leaning(hand, body) * np.maximum(far, 0.0))
     swivel = sign(side) * (hand.swivel + manner.elbows)
     upper, lower = bend(limb, start, goal, chest, swivel)
     free = lower @ _wrist(hand, side)
@@ -198,6 +206,12 @@ def _set_arm(pose: _Pose, side: str, score: Score, manner: Manner) -> None:
     pose.set(f"{side}_arm", upper)
     pose.set(f"{side}_forearm", lower @ about(0, 0.6 * twist))
     pose.set(f"{side}_hand", turned)
+
+
+def _helped_by_leaning(hand: Hand, body: Body) -> np.ndarray:
+    """``(frames,)`` how far a hand is put on something that bending forward brings nearer."""
+    low = [touch.weight for touch in hand.touches if place(touch.place, body).part in LOW]
+    return sum(low, start=np.zeros(len(hand.swivel)))
 
 
 def _goal(pose: _Pose, side: str, score: Score) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -215,7 +229,7 @@ def _goal(pose: _Pose, side: str, score: Score) -> tuple[np.ndarray, np.ndarray,
     goal = goal + hand.upright[:, None] * (standing - leaning)
     rest, weight = chest, np.zeros(score.frames)
     for touch in hand.touches:
-        spot = place(touch.place, body.proportions)
+        spot = place(touch.place, body)
         turn, wrist = resting(spot, side, body.proportions)
         there = pose.at(spot.part) + _apply(pose.of(spot.part), np.broadcast_to(wrist, goal.shape))
         goal = goal + touch.weight[:, None] * (there - goal)
@@ -245,6 +259,10 @@ def _apply(turn: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 # ------------------------------------------------------------------------------------- passes
+_MOST_LEAN = 0.4
+"""How far the spine bends, radians, for hands that would not reach otherwise."""
+
+
 def _adjusted(score: Score, body: Body, state: _State, pose: _Pose) -> _State:
     """The next pass' shift and lean, from what this pass lacked."""
     centre = anatomy.centre_of_mass(body, pose.places)[:, [0, 2]]
@@ -257,5 +275,5 @@ def _adjusted(score: Score, body: Body, state: _State, pose: _Pose) -> _State:
     free = centre if state.unbalanced is None else state.unbalanced
     shift = state.shift + free + score.balance[:, None] * (under - free) - centre
     lever = 0.6 * body.proportions.trunk
-    need = state.lean + pose.missing / lever
-    return _State(shift, -lower_envelope(-need, 4), free)
+    need = -lower_envelope(-state.lean - pose.missing / lever, 4)
+    return _State(shift, _MOST_LEAN * np.tanh(need / _MOST_LEAN), free)

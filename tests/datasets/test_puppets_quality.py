@@ -17,7 +17,7 @@ from retarget_bench.datasets.puppets.anatomy import centre_of_mass
 from retarget_bench.datasets.puppets.bodies import Body
 from retarget_bench.datasets.puppets.characters import BODIES
 from retarget_bench.datasets.puppets.clips import clips
-from retarget_bench.datasets.puppets.places import palm, place
+from retarget_bench.datasets.puppets.places import place, touching
 from retarget_bench.datasets.puppets.score import SIDES, Score, sign
 from retarget_bench.motion import rotation
 from retarget_bench.motion.alignment import relative
@@ -154,8 +154,8 @@ def test_touches_touch(takes: list[Take]) -> None:
     for take in takes:
         for side in SIDES:
             for touch in take.score.hands[side].touches:
-                spot, full = place(touch.place, take.body.proportions), touch.weight == 1.0
-                hand = take.point(f"{side}_hand", palm(side, take.body.proportions))
+                spot, full = place(touch.place, take.body), touch.weight == 1.0
+                hand = take.point(f"{side}_hand", touching(spot, side, take.body.proportions))
                 gap = np.linalg.norm(hand - take.point(spot.part, spot.at), axis=-1)[full]
                 assert gap.max(initial=0.0) < 0.01, (take.name, side, touch.place)
                 held[touch.place] = held.get(touch.place, 0) + len(gap)

@@ -1,0 +1,38 @@
+"""Feet that leave the floor for a way of their own, as in a kick: seen from the hip, not from the floor."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .bodies import Body
+from .feet import FootPath
+from .limbs import about, part_way
+from .score import Score, sign
+
+
+def ankle(score: Score, side: str, hip: np.ndarray, foot: FootPath, body: Body) -> np.ndarray:
+    """``(frames, 3)`` metres: where the ankle goes; the floor's path where the foot is not aloft."""
+    air = score.feet[side].air
+    if air is None:
+        return foot.ankle
+    reach = air.reach * (body.proportions.leg * np.array([sign(side), 1.0, 1.0]))
+    yaw = about(1, score.heading + score.trunk.pelvis[:, 0])
+    there = hip + (yaw @ reach[..., None])[..., 0]
+    return foot.ankle + air.weight[:, None] * (there - foot.ankle)
+
+
+def swivel(score: Score, side: str, grounded: np.ndarray) -> np.ndarray:
+    """``(frames,)`` how the knee is turned about the line from hip to ankle."""
+    air = score.feet[side].air
+    if air is None:
+        return grounded
+    return grounded + air.weight * (sign(side) * air.swivel - grounded)
+
+
+def sole(score: Score, side: str, shank: np.ndarray, foot: FootPath) -> tuple[np.ndarray, np.ndarray]:
+    """Orientations ``(frames, 3, 3)`` of foot and toes: with the shin where aloft."""
+    air = score.feet[side].air
+    if air is None:
+        return foot.sole, foot.toes
+    pointed = shank @ about(0, air.point)
+    return part_way(foot.sole, pointed, air.weight), part_way(foot.toes, pointed, air.weight)
