@@ -21,7 +21,8 @@ from .score import Foot, Plant
 @dataclass(frozen=True, eq=False)
 class FootPath:
     """ankle: ``(frames, 3)`` metres. yaw: ``(frames,)``. sole, toes: ``(frames, 3, 3)`` world orientations.
-    flat, on_toe: ``(frames,)`` bool, whether ankle and toe joint rest since the frame before."""
+    flat, on_toe: ``(frames,)`` bool, whether ankle and toe joint rest since the frame before.
+    swinging: ``(frames,)`` bool, whether nothing of the foot touches the floor."""
 
     ankle: np.ndarray
     yaw: np.ndarray
@@ -29,6 +30,7 @@ class FootPath:
     toes: np.ndarray
     flat: np.ndarray
     on_toe: np.ndarray
+    swinging: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,10 +80,20 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
     pivot = np.where(raised[:, None], toe_place, pivot)
     up, ahead = np.where(raised, sole.toe[0], up), np.where(raised, sole.toe[1], ahead)
     ankle = pivot - _turned(up, ahead, pitch, yaw)
-    ankle[:, 1] += np.where(swinging, _clearing(ankle[:, 1], pitch, bent, sole), 0.0)
+    over = ankle[:, 1] - _floor(foot, t) * body.proportions.leg
+    ankle[:, 1] += np.where(swinging, _clearing(over, pitch, bent, sole), 0.0)
     flat, on_toe = _contacts(foot, t)
     turn = about(1, yaw)
-    return FootPath(ankle, yaw, turn @ about(0, pitch), turn @ about(0, bent), flat, on_toe)
+    return FootPath(ankle, yaw, turn @ about(0, pitch), turn @ about(0, bent), flat, on_toe, swinging)
+
+
+def _floor(foot: Foot, t: np.ndarray) -> np.ndarray:
+    """Level under the foot ``(frames,)``, leg lengths; in a swing the lower one of its two ends."""
+    level = np.full(len(t), foot.plants[0].level)
+    for plant, after in zip(foot.plants[:-1], foot.plants[1:], strict=True):
+        level = np.where(t > plant.off, min(plant.level, after.level), level)
+        level = np.where(t >= after.strike, after.level, level)
+    return level
 
 
 def _fitted(foot: Foot, body: Body) -> Foot:
@@ -91,7 +103,7 @@ def _fitted(foot: Foot, body: Body) -> Foot:
         replace(plant, strike_pitch=share * plant.strike_pitch, off_pitch=share * plant.off_pitch)
         for plant in foot.plants
     )
-    return Foot(plants, share * foot.heel)
+    return replace(foot, plants=plants, heel=share * foot.heel)
 
 
 def foot_toe(
@@ -153,8 +165,12 @@ def _resting(plant: Plant, side: str, body: Body, sole: _Sole) -> tuple[np.ndarr
     """Where heel and toe joint of a planted foot lie on the floor."""
     x, z = foot_place(plant, side, body)
     ahead = np.array([np.sin(_yaw(plant, side)), 0.0, np.cos(_yaw(plant, side))])
-    under = np.array([x, 0.0, z])
+    under = np.array([x, plant.level * body.proportions.leg, z])
     return under + sole.heel[1] * ahead, under + sole.toe[1] * ahead + [0.0, sole.ball_height, 0.0]
+
+
+_EDGE = 1.7
+"""How much sooner a foot is up a step, or later down one, than it has come forward."""
 
 
 def _swing_pivot(
@@ -167,6 +183,8 @@ def _swing_pivot(
     lands, point = (heel, sole.heel) if on_heel else (toe, sole.toe)
     w = share * share * (3.0 - 2.0 * share)
     place = leaves + w[:, None] * (lands - leaves)
+    climb = (after.level - plant.level) * body.proportions.leg
+    place[:, 1] += climb * (smooth(_EDGE * share if climb > 0.0 else 1.0 - _EDGE * (1.0 - share)) - w)
     place[:, 1] += plant.lift_height * body.proportions.leg * bump(share)
     return place, sole.toe[0] + w * (point[0] - sole.toe[0]), sole.toe[1] + w * (point[1] - sole.toe[1])
 

@@ -12,6 +12,8 @@
 | turning, leaning, gaze | radians | the same |
 | balance | share of each foot | kept: its own centre of mass over its own feet |
 | time | frames | the same |
+| gravity | leg lengths per square second | times its leg: a leap as long, as high and as wide in leg lengths |
+| stairs | leg lengths | treads and rises times its leg; the sole as far on a tread as it fits |
 """
 
 from __future__ import annotations

@@ -64,15 +64,17 @@ def solve(score: Score, body: Body, manner: Manner = Manner()) -> Solution:
 @dataclass(frozen=True, eq=False)
 class _State:
     """What the passes agree on: the pelvis' shift ``(frames, 2)`` for balance, metres, the trunk's
-    additional lean ``(frames,)``, radians, and where the centre of mass was before any shift."""
+    additional lean ``(frames,)``, radians, how far the pelvis is off its height ``(frames,)``, metres, for
+    the centre of mass to fall freely, and where the centre of mass was before any shift."""
 
     shift: np.ndarray
     lean: np.ndarray
+    thrown: np.ndarray
     unbalanced: np.ndarray | None = None
 
     @classmethod
     def start(cls, frames: int) -> _State:
-        return cls(np.zeros((frames, 2)), np.zeros(frames))
+        return cls(np.zeros((frames, 2)), np.zeros(frames), np.zeros(frames))
 
 
 @dataclass(eq=False)
@@ -276,4 +278,5 @@ def _adjusted(score: Score, body: Body, state: _State, pose: _Pose) -> _State:
     shift = state.shift + free + score.balance[:, None] * (under - free) - centre
     lever = 0.6 * body.proportions.trunk
     need = -lower_envelope(-state.lean - pose.missing / lever, 4)
-    return _State(shift, _MOST_LEAN * np.tanh(need / _MOST_LEAN), free)
+    lean = _MOST_LEAN * np.tanh(need / _MOST_LEAN)
+    return _State(shift, lean, flight.fall(score, body, pose.places), free)
