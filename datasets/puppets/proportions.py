@@ -59,6 +59,8 @@ class Proportions:
     """Half the breadth of the body over the hip bones, for hands that rest there."""
     girth: float
     """Radius of the thigh over the knee, and the measure of all other thickness."""
+    hunch: float = 0.0
+    """How far a hunched back brings the base of the neck forward."""
 
     @property
     def leg(self) -> float:

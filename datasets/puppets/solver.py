@@ -135,7 +135,7 @@ def _set_pelvis(pose: _Pose, score: Score, feet: dict[str, FootPath], state: _St
     turn = turn @ about(0, trunk.pelvis[:, 1]) @ about(2, -trunk.pelvis[:, 2])
     middle = pelvis_place(score, body)
     middle[:, [0, 2]] += state.shift
-    offsets = {side: turn @ body.offset(f"{side}_up_leg") for side in SIDES}
+    offsets = {side: turn @ body.reach(f"{side}_up_leg", "hips") for side in SIDES}
     from_middle = 0.5 * (offsets["left"] + offsets["right"])
     caps = []
     for side in SIDES:
@@ -194,7 +194,8 @@ def _set_arm(pose: _Pose, side: str, score: Score, manner: Manner) -> None:
     chest = pose.of(body.structure.chest)
     goal, rest, weight = _goal(pose, side, score)
     pose.set(f"{side}_shoulder", chest)
-    pose.set(f"{side}_shoulder", chest @ _collar(pose, side, goal, limb.longest, manner.collar))
+    if body.structure.collars:
+        pose.set(f"{side}_shoulder", chest @ _collar(pose, side, goal, limb.longest, manner.collar))
     start = pose.at(f"{side}_arm")
     far = np.sqrt(((goal - start) ** 2).sum(axis=-1)) - 0.99 * limb.exact * limb.longest
     pose.missing = np.maximum(pose.missing, _helped_by_leaning(hand, body) * np.maximum(far, 0.0))
@@ -276,7 +277,7 @@ def _adjusted(score: Score, body: Body, state: _State, pose: _Pose) -> _State:
         under += share[:, None] * (ankle + along[:, None] * (toe - ankle))[:, [0, 2]]
     free = centre if state.unbalanced is None else state.unbalanced
     shift = state.shift + free + score.balance[:, None] * (under - free) - centre
-    lever = 0.6 * body.proportions.trunk
+    lever = body.structure.lever * body.proportions.trunk
     need = -lower_envelope(-state.lean - pose.missing / lever, 4)
     lean = _MOST_LEAN * np.tanh(need / _MOST_LEAN)
     return _State(shift, lean, flight.fall(score, body, pose.places), free)
