@@ -7,6 +7,8 @@ hands over to the point that will touch next, which makes take-off and landing s
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -15,14 +17,15 @@ from .bodies import Body
 from .curves import bump, hermite, smooth
 from .limbs import about
 from .scaling import foot_pitch, foot_place
-from .score import Foot, Plant
+from .score import SIDES, Foot, Plant
 
 
 @dataclass(frozen=True, eq=False)
 class FootPath:
     """ankle: ``(frames, 3)`` metres. yaw: ``(frames,)``. sole, toes: ``(frames, 3, 3)`` world orientations.
     flat, on_toe: ``(frames,)`` bool, whether ankle and toe joint rest since the frame before.
-    swinging: ``(frames,)`` bool, whether nothing of the foot touches the floor."""
+    swinging: ``(frames,)`` bool, whether nothing of the foot touches the floor. floor: ``(frames,)`` height
+    of the floor under it, metres."""
 
     ankle: np.ndarray
     yaw: np.ndarray
@@ -31,6 +34,7 @@ class FootPath:
     flat: np.ndarray
     on_toe: np.ndarray
     swinging: np.ndarray
+    floor: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,11 +84,12 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
     pivot = np.where(raised[:, None], toe_place, pivot)
     up, ahead = np.where(raised, sole.toe[0], up), np.where(raised, sole.toe[1], ahead)
     ankle = pivot - _turned(up, ahead, pitch, yaw)
-    over = ankle[:, 1] - _floor(foot, t) * body.proportions.leg
-    ankle[:, 1] += np.where(swinging, _clearing(over, pitch, bent, sole), 0.0)
+    floor = _floor(foot, t) * body.proportions.leg
+    ankle[:, 1] += np.where(swinging, _clearing(ankle[:, 1] - floor, pitch, bent, sole), 0.0)
     flat, on_toe = _contacts(foot, t)
     turn = about(1, yaw)
-    return FootPath(ankle, yaw, turn @ about(0, pitch), turn @ about(0, bent), flat, on_toe, swinging)
+    turns = (turn @ about(0, pitch), turn @ about(0, bent))
+    return FootPath(ankle, yaw, *turns, flat, on_toe, swinging, floor)
 
 
 def _floor(foot: Foot, t: np.ndarray) -> np.ndarray:
@@ -191,14 +196,19 @@ def _swing_pivot(
 
 def _clearing(ankle: np.ndarray, pitch: np.ndarray, bent: np.ndarray, sole: _Sole) -> np.ndarray:
     """How much a swinging foot must rise so that neither heel, ball nor toes go through the floor."""
-    slack = 0.1 * sole.ball_height
     c, s = np.cos(pitch), np.sin(pitch)
     toe = ankle + sole.toe[0] * c - sole.toe[1] * s
     heel = ankle + sole.heel[0] * c - sole.heel[1] * s
     ball = toe - sole.ball_height
     tip = ball - sole.toes * np.sin(bent)
-    deep = sum(np.maximum(-point, 0.0) ** 4 for point in (heel, ball, tip))
-    return np.asarray((deep + slack**4) ** 0.25 - slack)
+    return lifted((heel, ball, tip), 0.1 * sole.ball_height)
+
+
+def lifted(heights: Iterable[np.ndarray], slack: float) -> np.ndarray:
+    """How much ``(frames,)`` points at ``heights`` over the floor must rise, smoothly, for none to be deeper
+    than ``slack``."""
+    deep = sum((np.maximum(-height, 0.0) ** 4 for height in heights), start=np.array(slack**4))
+    return np.asarray(deep**0.25 - slack)
 
 
 def _contacts(foot: Foot, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -218,3 +228,11 @@ def _contacts(foot: Foot, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 def _since_before(label: np.ndarray) -> np.ndarray:
     """Where a label is set in a frame and in the one before; the first frame has only itself."""
     return label & np.concatenate([label[:1], label[:-1]])
+
+
+def labels(feet: Mapping[str, FootPath]) -> tuple[np.ndarray, np.ndarray]:
+    """``(frames, 4)`` each, of ankle and toe joint, left and right: which rest, and which turn about a
+    point of the sole that rests."""
+    planted = np.stack([row for side in SIDES for row in (feet[side].flat, feet[side].on_toe)], axis=-1)
+    down = np.stack([_since_before(~feet[side].swinging) for side in SIDES for _ in range(2)], axis=-1)
+    return planted, down & ~planted

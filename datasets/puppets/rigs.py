@@ -22,7 +22,6 @@ from .limbs import about, unit
 from .score import FPS, SIDES, sign
 from .solver import Solution
 
-
 RESTS = ("t_pose", "a_pose", "arms_down", "z_up", "along_x")
 _DROP = {"a_pose": np.radians(45.0), "arms_down": np.radians(80.0)}
 """How far below the horizontal the arms are drawn."""

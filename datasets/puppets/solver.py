@@ -16,7 +16,7 @@ import numpy as np
 from . import aloft, anatomy, flight
 from .bodies import Body
 from .curves import lower_envelope, smooth, soft_min
-from .feet import FootPath, foot_path
+from .feet import FootPath, foot_path, labels
 from .limbs import about, bend, from_vector, part_way
 from .places import LOW, OF_ARM, place, resting
 from .scaling import hand_reach, pelvis_place
@@ -42,11 +42,13 @@ class Manner:
 @dataclass(frozen=True, eq=False)
 class Solution:
     """turned: ``(frames, joints, 3, 3)`` world orientations against the T-pose. root: ``(frames, 3)``.
-    planted: ``(frames, 4)`` bool: left ankle, left toe joint, right ankle, right toe joint."""
+    planted: ``(frames, 4)`` bool: left ankle, left toe joint, right ankle, right toe joint. pivoting:
+    likewise, which of them turn about a resting point of the foot; nothing: none does."""
 
     turned: np.ndarray
     root: np.ndarray
     planted: np.ndarray
+    pivoting: np.ndarray | None = None
 
 
 def solve(score: Score, body: Body, manner: Manner = Manner()) -> Solution:
@@ -57,8 +59,7 @@ def solve(score: Score, body: Body, manner: Manner = Manner()) -> Solution:
     for _ in range(4 if touching or score.balance.any() or score.flights else 1):
         pose = _pose(score, body, manner, feet, state)
         state = _adjusted(score, body, state, pose)
-    planted = np.stack([row for side in SIDES for row in (feet[side].flat, feet[side].on_toe)], axis=-1)
-    return Solution(pose.turned, pose.places[:, 0], planted)
+    return Solution(pose.turned, pose.places[:, 0], *labels(feet))
 
 
 @dataclass(frozen=True, eq=False)

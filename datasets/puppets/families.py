@@ -1,0 +1,48 @@
+"""Who performs what: bodies that share their kinds of performance and a solver."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from functools import cache
+from typing import Any
+
+from .bodies import Body
+from .characters import BODIES
+from .performances import KINDS
+from .randomness import Stream
+from .reach import out_of_reach
+from .score import Score
+from .solver import Manner, Solution, solve
+
+SECOND = Manner(knees=0.4, elbows=0.35, lower_back=0.15, collar=0.6)
+"""The manner of the second answer: other planes of knees and elbows, another share of the spine, other
+collar bones."""
+
+
+@dataclass(frozen=True, eq=False)
+class Family:
+    """kinds: kind -> what draws a performance of so many frames. solve: a score on a body, in the usual
+    manner or in ``second``. short_of: what of a score a body cannot reach, and by how many metres."""
+
+    name: str
+    bodies: Mapping[str, Body]
+    kinds: Mapping[str, Callable[[Stream, int], Score]]
+    solve: Callable[..., Solution]
+    second: Any
+    short_of: Callable[[Score, Body, Solution], Mapping[str, float]]
+    sequence: str = "sequence"
+    """The kind that strings several others together, of which the long clips are."""
+    weights: Mapping[str, int] = field(default_factory=dict)
+
+
+@cache
+def families() -> tuple[Family, ...]:
+    """People first."""
+    return (Family("people", BODIES, KINDS, solve, SECOND, out_of_reach),)
+
+
+@cache
+def family_of(kind: str) -> Family:
+    """The family that performs a kind."""
+    return next(each for each in families() if kind in each.kinds)
