@@ -18,9 +18,10 @@ LONG = 60.0
 @dataclass(frozen=True)
 class Size:
     """seconds: shortest and longest ordinary clip. test: clips of the test; 0: of each kind one, or more
-    while there is a case of each split for every clip. long: how many of them last a minute. cases, validation: the most cases of each split. troupe: how many bodies
-    of a family perform one clip; 0: any. training: clips of each body. numbers: the first of test,
-    validation and training, so that a name stands for one clip only."""
+    while there is a case of each split for every clip. long: how many of them last a minute. cases,
+    validation: the most cases of each split. troupe: how many bodies of a family perform one clip; 0: any.
+    training: clips of each body. numbers: the first of test, validation and training, so that a name
+    stands for one clip only."""
 
     seconds: tuple[float, float]
     training_seconds: tuple[float, float]

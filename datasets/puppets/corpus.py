@@ -69,14 +69,14 @@ class Puppets:
     def notes(self) -> Sequence[str]:
         listed, left_out = self._clips.values(), self.exclusions()
         names = {name for short in left_out.values() for name in short}
-        kinds = {clip.kind for clip in listed}
-        made = f"puppets are generated: {len(self._studio.families)} bodies, {len(kinds)} kinds of performance."
+        bodies, kinds = len(self._studio.families), len({clip.kind for clip in listed})
+        made = f"puppets are generated: {bodies} bodies, {kinds} kinds of performance."
         if not left_out:
             return (made,)
         return (
             made,
-            f"Left out: {sum(map(len, left_out.values()))} performances of {len(left_out)} of {len(listed)} "
-            f"clips, in which one of {len(names)} bodies cannot reach what it would have to touch.",
+            f"Left out: {sum(map(len, left_out.values()))} performances of {len(left_out)} of the "
+            f"{len(listed)} clips, in which one of {len(names)} bodies cannot reach what it has to touch.",
         )
 
     def characters(self) -> Mapping[str, Character]:
