@@ -151,6 +151,13 @@ class Puppets:
         }
         return {name: short for name, short in found.items() if short}
 
+    def parts(self) -> Mapping[str, Puppets]:
+        """The same corpus, part by part."""
+        return {
+            "test": Puppets(self.size, "test", self.seed),
+            "validation": Puppets(self.size, "validation", self.seed),
+        }
+
     def training(self) -> training.Training:
         """Structure -> character -> its clips: unpaired, since no two characters perform the same clip."""
         return training.training(self._studio, self.size, self.seed)

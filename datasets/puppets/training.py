@@ -39,6 +39,10 @@ class Clips(Sequence[Motion]):
         return (self[index] for index in range(len(self)))
 
     @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(clip.name for clip in self.clips)
+
+    @property
     def frames(self) -> int:
         """Of all clips together, known without solving any."""
         return sum(clip.frames for clip in self.clips)
