@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from .bodies import Body
-from .feet import FootPath
+from .feet import FootPath, lifted
 from .limbs import about, part_way
 from .score import Score, sign
 
@@ -36,3 +36,18 @@ def sole(score: Score, side: str, shank: np.ndarray, foot: FootPath) -> tuple[np
         return foot.sole, foot.toes
     pointed = shank @ about(0, air.point)
     return part_way(foot.sole, pointed, air.weight), part_way(foot.toes, pointed, air.weight)
+
+
+def clear(
+    ankle: np.ndarray, sole: np.ndarray, toes: np.ndarray, foot: FootPath, body: Body
+) -> np.ndarray:
+    """The ankle's places ``(frames, 3)``, higher where a foot of these orientations would be in the floor."""
+    p = body.proportions
+    ball = ankle + sole @ np.array([0.0, p.ball_height - p.ankle, p.ball])
+    points = (
+        ankle + sole @ np.array([0.0, -p.ankle, -p.heel]),
+        ball - np.array([0.0, p.ball_height, 0.0]),
+        ball + toes @ np.array([0.0, -p.ball_height, p.toes]),
+    )
+    up = lifted([point[:, 1] - foot.floor for point in points], 0.1 * p.ball_height)
+    return ankle + up[:, None] * np.array([0.0, 1.0, 0.0])

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from .anthropometry import human
 from .bodies import Body
 from .limbs import Limb, unit
-from .proportions import human
 from .score import SIDES, sign
 
 X, Y, Z = np.eye(3)
@@ -21,7 +21,7 @@ def leg(body: Body) -> Limb:
 def arm(side: str, body: Body) -> Limb:
     """Upper arm and forearm: easy reach is forward, down and a little outward, elbow behind and below."""
     p, out = body.proportions, sign(side)
-    ease = unit(np.array([0.35 * out, -0.6, 0.7]))
+    ease = unit(np.array([0.45 * out, -0.25, 0.85]))
     elbow = np.array([0.25 * out, -0.7, -0.65])
     elbow = unit(elbow - ease * float(elbow @ ease))
     return Limb(

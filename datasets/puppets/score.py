@@ -97,6 +97,8 @@ class Hand:
     middle:  ``(frames,)`` 0: measured from the own shoulder; 1: from the point between both shoulders.
     swivel:  ``(frames,)`` turns the elbow outward and up about the line from shoulder to wrist.
     wrist:   ``(frames, 3)`` bend towards the palm, bend towards the thumb, palm turned up (supination).
+    aim:     ``(frames, 6)`` where palm and fingers point (out, up, forward), in axes that stay upright and
+             turn with the chest; followed in so far as ``aimed`` ``(frames,)`` is 1.
     """
 
     reach: np.ndarray
@@ -105,6 +107,8 @@ class Hand:
     swivel: np.ndarray
     wrist: np.ndarray
     touches: tuple[Touch, ...] = ()
+    aim: np.ndarray | None = None
+    aimed: np.ndarray | float = 0.0
 
 
 @dataclass(frozen=True, eq=False)

@@ -13,14 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import aloft, anatomy, flight
+from . import aloft, anatomy, flight, hands
 from .bodies import Body
 from .curves import lower_envelope, smooth, soft_min
 from .feet import FootPath, foot_path, labels
 from .limbs import about, bend, from_vector, part_way
-from .places import LOW, OF_ARM, place, resting
-from .scaling import hand_reach, pelvis_place
-from .score import SIDES, Hand, Score, sign
+from .scaling import pelvis_place
+from .score import SIDES, Score
 
 
 @dataclass(frozen=True)
@@ -79,7 +78,7 @@ class _State:
 
 
 @dataclass(eq=False)
-class _Pose:
+class Pose:
     """A pose in the making: orientations and places are filled in from the root outward.
     missing: ``(frames,)`` metres by which a touching hand falls short."""
 
@@ -105,32 +104,21 @@ class _Pose:
         return self.turned[:, self.body.part[part]]
 
 
-def _pose(score: Score, body: Body, manner: Manner, feet: dict[str, FootPath], state: _State) -> _Pose:
+def _pose(score: Score, body: Body, manner: Manner, feet: dict[str, FootPath], state: _State) -> Pose:
     joints = len(body.structure.parts)
     frames = score.frames
-    pose = _Pose(body, np.zeros((frames, joints, 3, 3)), np.zeros((frames, joints, 3)), np.zeros(frames))
+    pose = Pose(body, np.zeros((frames, joints, 3, 3)), np.zeros((frames, joints, 3)), np.zeros(frames))
     _set_pelvis(pose, score, feet, state)
     _set_spine(pose, score, manner, state)
     for side in SIDES:
         _set_leg(pose, side, score, manner, feet[side])
-    for side in _order(score):
-        _set_arm(pose, side, score, manner)
+    for side in hands.order(score):
+        hands.set_arm(pose, side, score, manner)
     return pose
 
 
-def _order(score: Score) -> tuple[str, ...]:
-    """A hand that rests on the other arm comes after it; where each does at its own time, one comes twice."""
-    left_first, right_first = (
-        any(touch.place in OF_ARM[other] for touch in score.hands[side].touches)
-        for side, other in (("right", "left"), ("left", "right"))
-    )
-    if left_first and right_first:
-        return ("right", "left", "right")
-    return SIDES[::-1] if right_first else SIDES
-
-
 # --------------------------------------------------------------------------------------- trunk
-def _set_pelvis(pose: _Pose, score: Score, feet: dict[str, FootPath], state: _State) -> None:
+def _set_pelvis(pose: Pose, score: Score, feet: dict[str, FootPath], state: _State) -> None:
     body, trunk = pose.body, score.trunk
     turn = about(1, score.heading + trunk.pelvis[:, 0])
     turn = turn @ about(0, trunk.pelvis[:, 1]) @ about(2, -trunk.pelvis[:, 2])
@@ -155,7 +143,7 @@ def _set_pelvis(pose: _Pose, score: Score, feet: dict[str, FootPath], state: _St
     pose.set("hips", turn)
 
 
-def _set_spine(pose: _Pose, score: Score, manner: Manner, state: _State) -> None:
+def _set_spine(pose: Pose, score: Score, manner: Manner, state: _State) -> None:
     structure, trunk = pose.body.structure, score.trunk
     turn, lean, left = trunk.chest[:, 0], trunk.chest[:, 1] + state.lean, trunk.chest[:, 2]
     whole = np.stack([lean, turn, -left], axis=-1)
@@ -174,15 +162,15 @@ def _set_spine(pose: _Pose, score: Score, manner: Manner, state: _State) -> None
 
 
 # --------------------------------------------------------------------------------------- limbs
-def _set_leg(pose: _Pose, side: str, score: Score, manner: Manner, foot: FootPath) -> None:
+def _set_leg(pose: Pose, side: str, score: Score, manner: Manner, foot: FootPath) -> None:
+    hip, hips = pose.at(f"{side}_up_leg"), pose.of("hips")
     turned_in = score.heading + score.trunk.pelvis[:, 0] - foot.yaw
-    thigh, shank = bend(
-        anatomy.leg(pose.body),
-        pose.at(f"{side}_up_leg"),
-        aloft.ankle(score, side, pose.at(f"{side}_up_leg"), foot, pose.body),
-        pose.of("hips"),
-        aloft.swivel(score, side, manner.knees * turned_in),
-    )
+    swivel = aloft.swivel(score, side, manner.knees * turned_in)
+    limb, goal = anatomy.leg(pose.body), aloft.ankle(score, side, hip, foot, pose.body)
+    thigh, shank = bend(limb, hip, goal, hips, swivel)
+    for _ in range(0 if score.feet[side].air is None else 2):
+        goal = aloft.clear(goal, *aloft.sole(score, side, shank, foot), foot, pose.body)
+        thigh, shank = bend(limb, hip, goal, hips, swivel)
     sole, toes = aloft.sole(score, side, shank, foot)
     pose.set(f"{side}_up_leg", thigh)
     pose.set(f"{side}_leg", shank)
@@ -190,84 +178,12 @@ def _set_leg(pose: _Pose, side: str, score: Score, manner: Manner, foot: FootPat
     pose.set(f"{side}_toe", toes)
 
 
-def _set_arm(pose: _Pose, side: str, score: Score, manner: Manner) -> None:
-    body, hand, limb = pose.body, score.hands[side], anatomy.arm(side, pose.body)
-    chest = pose.of(body.structure.chest)
-    goal, rest, weight = _goal(pose, side, score)
-    pose.set(f"{side}_shoulder", chest)
-    if body.structure.collars:
-        pose.set(f"{side}_shoulder", chest @ _collar(pose, side, goal, limb.longest, manner.collar))
-    start = pose.at(f"{side}_arm")
-    far = np.sqrt(((goal - start) ** 2).sum(axis=-1)) - 0.99 * limb.exact * limb.longest
-    pose.missing = np.maximum(pose.missing, _helped_by_leaning(hand, body) * np.maximum(far, 0.0))
-    swivel = sign(side) * (hand.swivel + manner.elbows)
-    upper, lower = bend(limb, start, goal, chest, swivel)
-    free = lower @ _wrist(hand, side)
-    turned = part_way(free, rest, weight) if weight.any() else free
-    # most of the hand's twist happens along the forearm
-    relative = np.swapaxes(lower, -1, -2) @ turned
-    twist = np.arctan2(relative[:, 2, 1] - relative[:, 1, 2], relative[:, 1, 1] + relative[:, 2, 2])
-    pose.set(f"{side}_arm", upper)
-    pose.set(f"{side}_forearm", lower @ about(0, 0.6 * twist))
-    pose.set(f"{side}_hand", turned)
-
-
-def _helped_by_leaning(hand: Hand, body: Body) -> np.ndarray:
-    """``(frames,)`` how far a hand is put on something that bending forward brings nearer."""
-    low = [touch.weight for touch in hand.touches if place(touch.place, body).part in LOW]
-    return sum(low, start=np.zeros(len(hand.swivel)))
-
-
-def _goal(pose: _Pose, side: str, score: Score) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where the wrist goes, and how far ``(frames,)`` the hand is turned to rest on a place, and how."""
-    body, hand, trunk = pose.body, score.hands[side], score.trunk
-    chest_part = body.structure.chest
-    chest = pose.of(chest_part)
-    shoulder = body.reach(f"{side}_arm", chest_part)
-    middle = shoulder * np.array([0.0, 1.0, 1.0])
-    base = shoulder + hand.middle[:, None] * (middle - shoulder)
-    reach = hand_reach(hand, side, body)
-    yaw = about(1, score.heading + trunk.pelvis[:, 0] + trunk.chest[:, 0])
-    leaning, standing = _apply(chest, reach), _apply(yaw, reach)
-    goal = pose.at(chest_part) + _apply(chest, base) + leaning
-    goal = goal + hand.upright[:, None] * (standing - leaning)
-    rest, weight = chest, np.zeros(score.frames)
-    for touch in hand.touches:
-        spot = place(touch.place, body)
-        turn, wrist = resting(spot, side, body.proportions)
-        there = pose.at(spot.part) + _apply(pose.of(spot.part), np.broadcast_to(wrist, goal.shape))
-        goal = goal + touch.weight[:, None] * (there - goal)
-        rest, weight = pose.of(spot.part) @ turn, weight + touch.weight
-    return goal, rest, weight
-
-
-def _collar(pose: _Pose, side: str, goal: np.ndarray, arm: float, ease: float) -> np.ndarray:
-    """Turns of a collar bone ``(frames, 3, 3)``: up to 20 degrees up and 15 forward, after the arm."""
-    chest = pose.of(pose.body.structure.chest)
-    line = _apply(np.swapaxes(chest, -1, -2), goal - pose.at(f"{side}_arm")) / arm
-    up = np.radians(22.0) * ease * smooth((line[:, 1] + 0.6) / 1.8)
-    ahead = np.radians(20.0) * ease * (smooth((line[:, 2] + 0.9) / 1.9) - smooth(0.9 / 1.9))
-    return about(1, -sign(side) * ahead) @ about(2, sign(side) * up)
-
-
-def _wrist(hand: Hand, side: str) -> np.ndarray:
-    """A free hand's orientation against its forearm."""
-    s = sign(side)
-    bent, sideways, up = hand.wrist[:, 0], hand.wrist[:, 1], hand.wrist[:, 2]
-    return about(0, -up) @ about(1, -s * sideways) @ about(2, -s * bent)
-
-
-def _apply(turn: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Vectors ``(frames, 3)`` turned by matrices ``(frames, 3, 3)``."""
-    return (turn @ v[..., None])[..., 0]
-
-
 # ------------------------------------------------------------------------------------- passes
-_MOST_LEAN = 0.4
+_MOST_LEAN = 0.35
 """How far the spine bends, radians, for hands that would not reach otherwise."""
 
 
-def _adjusted(score: Score, body: Body, state: _State, pose: _Pose) -> _State:
+def _adjusted(score: Score, body: Body, state: _State, pose: Pose) -> _State:
     """The next pass' shift and lean, from what this pass lacked."""
     centre = anatomy.centre_of_mass(body, pose.places)[:, [0, 2]]
     under = np.zeros_like(centre)
