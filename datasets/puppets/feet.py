@@ -7,8 +7,7 @@ hands over to the point that will touch next, which makes take-off and landing s
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
