@@ -204,7 +204,7 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
             if motion is not None:
                 target.add(files[key], lambda path, motion=motion: _write(path, motion))  # type: ignore[misc]
         if known := _labels(data, info, case.contacts):
-            text = json.dumps(known, indent=1) + "\n"
+            text = json.dumps(known) + "\n"
             target.add(files["labels_file"], lambda path: write_text(path, text))
     present = {key: file for key, file in files.items() if file in target.done}
     row = {**asdict(info), **present}

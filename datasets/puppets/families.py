@@ -15,9 +15,9 @@ from .reach import out_of_reach
 from .score import Score
 from .solver import Manner, Solution, solve
 
-SECOND = Manner(knees=0.4, elbows=0.35, lower_back=0.15, collar=0.6)
-"""The manner of the second answer: other planes of knees and elbows, another share of the spine, other
-collar bones."""
+SECOND = Manner(knees=0.4, elbows=0.35, lower_back=0.15, collar=0.6, pelvis=0.3, ahead=0.2)
+"""The manner of the second answer: other planes of knees and elbows, other shares of pelvis, spine and
+collar bones in what the trunk does, and balance kept farther forward."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,7 +9,7 @@ near equals, so results do not depend on a machine's last digits.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -19,7 +19,7 @@ from .curves import lower_envelope, smooth, soft_min
 from .feet import FootPath, foot_path, labels
 from .limbs import about, bend, from_vector, part_way
 from .scaling import pelvis_place
-from .score import SIDES, Score
+from .score import SIDES, Score, Trunk
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,21 @@ class Manner:
     elbows: turns both elbows outward and up, radians.
     lower_back: share of the trunk's bend moved from the upper to the lower spine.
     collar: how readily the collar bones follow the arms.
+    pelvis: share of the pelvis' own turns that the spine makes in its stead; the chest stays as it is.
+    ahead: how much farther forward on the soles the balance is kept, from ankle (0) to toe joint (1).
     """
 
     knees: float = 0.7
     elbows: float = 0.0
     lower_back: float = 0.0
     collar: float = 1.0
+    pelvis: float = 0.0
+    ahead: float = 0.0
+
+    def led(self, trunk: Trunk) -> Trunk:
+        """The trunk's angles with the pelvis' share handed to the spine."""
+        handed = self.pelvis * trunk.pelvis
+        return replace(trunk, pelvis=trunk.pelvis - handed, chest=trunk.chest + handed)
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,12 +61,13 @@ class Solution:
 
 def solve(score: Score, body: Body, manner: Manner = Manner()) -> Solution:
     """The performance of ``score`` by ``body``."""
+    score = replace(score, trunk=manner.led(score.trunk))
     feet = {side: foot_path(score.feet[side], side, body, score.frames) for side in SIDES}
     touching = any(hand.touches for hand in score.hands.values())
     state = _State.start(score.frames)
     for _ in range(4 if touching or score.balance.any() or score.flights else 1):
         pose = _pose(score, body, manner, feet, state)
-        state = _adjusted(score, body, state, pose)
+        state = _adjusted(score, body, manner, state, pose)
     return Solution(pose.turned, pose.places[:, 0], *labels(feet))
 
 
@@ -183,14 +193,15 @@ _MOST_LEAN = 0.35
 """How far the spine bends, radians, for hands that would not reach otherwise."""
 
 
-def _adjusted(score: Score, body: Body, state: _State, pose: Pose) -> _State:
+def _adjusted(score: Score, body: Body, manner: Manner, state: _State, pose: Pose) -> _State:
     """The next pass' shift and lean, from what this pass lacked."""
     centre = anatomy.centre_of_mass(body, pose.places)[:, [0, 2]]
     under = np.zeros_like(centre)
     for side, share in zip(SIDES, (score.support, 1.0 - score.support), strict=True):
         ankle, toe = pose.at(f"{side}_foot"), pose.at(f"{side}_toe")
         # the middle of the sole; the toes where the heel is off the floor
-        along = 0.4 + 0.55 * smooth(score.feet[side].heel / 0.25)
+        on_toes = smooth(score.feet[side].heel / 0.25)
+        along = 0.4 + manner.ahead + (0.55 - manner.ahead) * on_toes
         under += share[:, None] * (ankle + along[:, None] * (toe - ankle))[:, [0, 2]]
     free = centre if state.unbalanced is None else state.unbalanced
     shift = state.shift + free + score.balance[:, None] * (under - free) - centre
