@@ -62,7 +62,7 @@ def _leaving(body: Body, part: str) -> np.ndarray:
 
 
 def character(body: Body) -> Character:
-    """The body as a character; its roles and reference pose are known, and not guessed from the rest pose."""
+    """The body as a character; its roles and reference pose are known, not guessed from names and rest."""
     own, structure = axes(body), body.structure
     joints = structure.joints
     parents = np.array(structure.parents[:joints])
@@ -92,6 +92,5 @@ def motion(local: np.ndarray, root: np.ndarray, of: Character) -> Motion:
 
 
 def contact_roles(body: Body) -> tuple[str, ...]:
-    """The roles of the joints whose contacts are labelled."""
-    del body
-    return CONTACT_ROLES
+    """The roles of the joints whose contacts are labelled: columns ``structure.contacts`` of a solution's."""
+    return tuple(CONTACT_ROLES[column] for column in body.structure.contacts)

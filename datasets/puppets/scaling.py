@@ -35,8 +35,8 @@ def foot_place(plant: Plant, side: str, body: Body) -> tuple[float, float]:
     )
 
 
-USUAL_FOOT = 0.131
-"""From ankle to toe joint, leg lengths: a man's by the table of ``proportions.py``."""
+USUAL_FOOT = 0.141
+"""From ankle to toe joint, leg lengths: a man's by the tables of ``anthropometry.py``."""
 
 
 def foot_pitch(body: Body) -> float:

@@ -69,9 +69,11 @@ class Studio:
         body: Body = family.bodies[name]
         manners = {USUAL: (), SECOND: (family.second,)}
         solution = family.solve(clip.score(), body, *manners[manner])
+        pivoting = np.zeros_like(solution.planted) if solution.pivoting is None else solution.pivoting
+        columns = list(body.structure.contacts)
         return {
             "rotations": rigs.rotations(solution, body, self.cast[name]).astype(np.float32),
             "root": solution.root,
-            "planted": solution.planted,
-            "pivoting": np.zeros_like(solution.planted) if solution.pivoting is None else solution.pivoting,
+            "planted": solution.planted[:, columns],
+            "pivoting": pivoting[:, columns],
         }

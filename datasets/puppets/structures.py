@@ -275,7 +275,7 @@ H36M17 = _structure(
         ),
         ("spine", "spine_1", "hips"),
         ("thorax", "spine_3", "spine_1"),
-        # the joint called neck lies at the base of the skull and carries it; the one called head is the crown
+        # the joint called neck lies at the base of the skull, the one called head at the crown
         ("neck", "head", "spine_3"),
         ("head", "head_top", "head"),
         *_both(
