@@ -92,5 +92,5 @@ def motion(local: np.ndarray, root: np.ndarray, of: Character) -> Motion:
 
 
 def contact_roles(body: Body) -> tuple[str, ...]:
-    """The roles of the joints whose contacts are labelled: columns ``structure.contacts`` of a solution's."""
+    """The roles of the joints whose contacts are labelled; ``structure.contacts`` are their columns."""
     return tuple(CONTACT_ROLES[column] for column in body.structure.contacts)

@@ -1,4 +1,4 @@
-"""Who the puppets are: proportions, joint sets, rest poses, against publications and the engine's own eyes."""
+"""Who the puppets are: proportions, joint sets and rest poses, against publications and the engine."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ everybody = pytest.mark.parametrize("body", CAST, ids=lambda body: body.name)
 
 # --------------------------------------------------------------------------------------- proportions
 def test_mean_people_are_the_published_ones() -> None:
-    """Arms: de Leva (1996), table 4, millimetres at statures of 1.735 m (women) and 1.741 m (men). Legs: heights
-    of trochanterion, lateral femoral epicondyle and lateral malleolus in ANSUR II, shares of stature."""
+    """Arms: de Leva (1996), table 4, millimetres at statures of 1.735 m (women) and 1.741 m (men). Legs:
+    heights of trochanterion and lateral femoral epicondyle in ANSUR II, shares of stature."""
     woman, man = human("woman", 1.735), human("man", 1.741)
     arms = [round(1000 * x, 1) for p in (woman, man) for x in (p.upper_arm, p.forearm)]
     assert arms == [275.1, 264.3, 281.7, 268.9]
