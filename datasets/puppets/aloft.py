@@ -5,8 +5,10 @@ from __future__ import annotations
 import numpy as np
 
 from .bodies import Body
+from .curves import soft_min
 from .feet import FootPath, lifted
 from .limbs import about, part_way
+from .scaling import air_reach
 from .score import Score, sign
 
 
@@ -15,10 +17,24 @@ def ankle(score: Score, side: str, hip: np.ndarray, foot: FootPath, body: Body) 
     air = score.feet[side].air
     if air is None:
         return foot.ankle
-    reach = air.reach * (body.proportions.leg * np.array([sign(side), 1.0, 1.0]))
+    reach = air_reach(air, side, body)
     yaw = about(1, score.heading + score.trunk.pelvis[:, 0])
     there = hip + (yaw @ reach[..., None])[..., 0]
-    return foot.ankle + air.weight[:, None] * (there - foot.ankle)
+    goal = foot.ankle + air.weight[:, None] * (there - foot.ankle)
+    return _slack(hip, goal, foot, body) if score.flights else goal
+
+
+_STRETCHED = 0.965
+"""Share of its length to which a leg stretches while its foot is thrown along with the body."""
+
+
+def _slack(hip: np.ndarray, goal: np.ndarray, foot: FootPath, body: Body) -> np.ndarray:
+    """The goal ``(frames, 3)``, drawn towards the hip where a swinging leg would have to be straight."""
+    line = goal - hip
+    distance = np.sqrt((line * line).sum(axis=-1))
+    limb = body.proportions.thigh + body.proportions.shank
+    share = np.where(foot.swinging, soft_min(distance, _STRETCHED * limb, 0.03 * limb) / distance, 1.0)
+    return hip + share[:, None] * line
 
 
 def swivel(score: Score, side: str, grounded: np.ndarray) -> np.ndarray:
@@ -35,7 +51,9 @@ def sole(score: Score, side: str, shank: np.ndarray, foot: FootPath) -> tuple[np
     if air is None:
         return foot.sole, foot.toes
     pointed = shank @ about(0, air.point)
-    return part_way(foot.sole, pointed, air.weight), part_way(foot.toes, pointed, air.weight)
+    # the ankle gives way early, so that it is not bent by a shin that already hangs from a raised knee
+    share = 1.0 - (1.0 - air.weight) ** 2
+    return part_way(foot.sole, pointed, share), part_way(foot.toes, pointed, share)
 
 
 def clear(

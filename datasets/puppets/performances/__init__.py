@@ -18,6 +18,7 @@ from .gestures import (
     touch_toe,
 )
 from .squatting import squat
+from .striking import catch, kick_front, kick_side, pull, punch, push, throw
 from .walking import walk
 from .waving import wave
 
@@ -34,5 +35,12 @@ KINDS: Mapping[str, Callable[[Stream, int], Score]] = {
     "touch_toe": touch_toe,
     "salute": salute,
     "bow": bow,
+    "kick_front": kick_front,
+    "kick_side": kick_side,
+    "punch": punch,
+    "throw": throw,
+    "catch": catch,
+    "push": push,
+    "pull": pull,
 }
 """Kind -> the function that draws one performance of so many frames."""

@@ -10,7 +10,7 @@ from ..curves import plateau
 from ..randomness import Stream
 from ..score import FPS, SIDES, Air, Score
 from .arms import Move, Shape, Triple, moving
-from .standing import Stance, lift_heel, shifting, small_step, stance, turn
+from .standing import STEP, Stance, lift_heel, shifting, small_step, stance, turn
 from .style import Style, seconds, trunk
 
 _NONE = (0.0, 0.0, 0.0)
@@ -51,6 +51,10 @@ class Scene:
         away = self.held(start, top, fall, end)
         self.feet = replace(self.feet, support=self.feet.support + away * (on_left - self.feet.support))
 
+    def shift_weight(self, share: np.ndarray, on_left: np.ndarray) -> None:
+        """The weight goes, so far as ``share`` says, to a course of shares of the left foot."""
+        self.feet = replace(self.feet, support=self.feet.support + share * (on_left - self.feet.support))
+
     def arm(
         self, side: str, start: float, end: float, to: Shape | None = None, arc: Triple = _NONE
     ) -> None:
@@ -65,12 +69,27 @@ class Scene:
         self.arm(side, end - 0.7 * up, end, None, (0.10, 0.0, 0.10))
 
     def step(
-        self, side: str, start: float, ahead: float = 0.0, wider: float = 0.0, turned: float = 0.0
+        self,
+        side: str,
+        start: float,
+        ahead: float = 0.0,
+        wider: float = 0.0,
+        turned: float = 0.0,
+        lasting: int = STEP,
     ) -> None:
-        self.feet = small_step(self.feet, side, round(start), ahead, wider, turned)
+        self.feet = small_step(self.feet, side, round(start), ahead, wider, turned, lasting)
 
     def air(self, side: str, air: Air) -> None:
-        foot = self.feet.feet[side]
+        """A foot's way through the air, after those it already has."""
+        foot, before = self.feet.feet[side], self.feet.feet[side].air
+        if before is not None:
+            mine = air.weight > 0.0
+            air = Air(
+                np.where(mine[:, None], air.reach, before.reach),
+                np.where(mine, air.weight, before.weight),
+                np.where(mine, air.swivel, before.swivel),
+                np.where(mine, air.point, before.point),
+            )
         self.feet = self.feet.moved(side, replace(foot, air=air), self.feet.support)
 
     def fidget(self) -> None:

@@ -75,17 +75,23 @@ STEP = 18
 
 
 def small_step(
-    feet: Stance, side: str, start: int, ahead: float = 0.0, wider: float = 0.0, turned: float = 0.0
+    feet: Stance,
+    side: str,
+    start: int,
+    ahead: float = 0.0,
+    wider: float = 0.0,
+    turned: float = 0.0,
+    lasting: int = STEP,
 ) -> Stance:
     """One foot is lifted, toe last, and set down elsewhere, toe first, while the other bears the weight.
 
     ahead: leg lengths. wider: half hip widths outward. turned: radians, of the foot and of its place
-    around the body.
+    around the body. lasting: frames from lifting the heel to the sole's being flat again.
     """
     foot = feet.feet[side]
     last = foot.plants[-1]
-    off, strike, flat = start + 5, start + 14, start + STEP
-    leaving = replace(last, lift=start, off=off, off_pitch=0.45, lift_height=0.06)
+    off, strike, flat = start + 5, start + lasting - 4, start + lasting
+    leaving = replace(last, lift=start, off=off, off_pitch=0.45 * STEP / lasting, lift_height=0.06)
     heading = last.heading + turned
     x, z = last.place
     landing = replace(
