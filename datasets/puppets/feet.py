@@ -173,6 +173,14 @@ def _resting(plant: Plant, side: str, body: Body, sole: _Sole) -> tuple[np.ndarr
     return under + sole.heel[1] * ahead, under + sole.toe[1] * ahead + [0.0, sole.ball_height, 0.0]
 
 
+def _glide(share: np.ndarray, ease: float) -> np.ndarray:
+    """From 0 to 1 at an even speed that is gained and lost, by cubics, within ``ease`` at both ends."""
+    x = 0.5 - np.abs(share - 0.5)
+    u = np.minimum(x / ease, 1.0)
+    half = (ease * (u * u * u - 0.5 * u**4) + np.maximum(x - ease, 0.0)) / (1.0 - ease)
+    return np.where(share < 0.5, half, 1.0 - half)
+
+
 _EDGE = 1.7
 """How much sooner a foot is up a step, or later down one, than it has come forward."""
 
@@ -186,6 +194,7 @@ def _swing_pivot(
     on_heel = after.strike_pitch < 0.0
     lands, point = (heel, sole.heel) if on_heel else (toe, sole.toe)
     w = share * share * (3.0 - 2.0 * share)
+    w = w + plant.hurry * (_glide(share, 0.2) - w)
     place = leaves + w[:, None] * (lands - leaves)
     climb = (after.level - plant.level) * body.proportions.leg
     place[:, 1] += climb * (smooth(_EDGE * share if climb > 0.0 else 1.0 - _EDGE * (1.0 - share)) - w)

@@ -6,6 +6,7 @@
 | stance width | half hip widths | times half the distance of its hip joints |
 | pitch of the sole | radians of a usual foot | less on a foot that is long for its leg |
 | height of the hip joints | leg lengths | times its leg, lowered where a foot would not reach the floor |
+| feet carried in the air | leg lengths from the hip joint | times its leg to the ankle, against a usual one |
 | foot contacts | schedule | kept: the same frames, its own sole |
 | hands in the air | arm lengths | times its arm (shoulder joint to wrist), from its own shoulder |
 | hands on the body | places | kept: its own hip, knee, other palm |
@@ -21,7 +22,7 @@ from __future__ import annotations
 import numpy as np
 
 from .bodies import Body
-from .score import Hand, Plant, Score, sign
+from .score import Air, Hand, Plant, Score, sign
 
 
 def foot_place(plant: Plant, side: str, body: Body) -> tuple[float, float]:
@@ -52,6 +53,16 @@ def pelvis_place(score: Score, body: Body) -> np.ndarray:
     x = score.path[:, 0] + left * c + ahead * s
     z = score.path[:, 1] - left * s + ahead * c
     return np.stack([x, score.height, z], axis=-1) * body.proportions.leg
+
+
+USUAL_LIMB = 0.923
+"""From hip joint to ankle, leg lengths: of the same man."""
+
+
+def air_reach(air: Air, side: str, body: Body) -> np.ndarray:
+    """``(frames, 3)`` metres (left, up, forward) from the hip joint to the ankle of a carried foot."""
+    limb = (body.proportions.thigh + body.proportions.shank) / USUAL_LIMB
+    return air.reach * (limb * np.array([sign(side), 1.0, 1.0]))
 
 
 def hand_reach(hand: Hand, side: str, body: Body) -> np.ndarray:

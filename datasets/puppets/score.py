@@ -37,6 +37,7 @@ class Plant:
     off_pitch: how far the heel has risen when the toe leaves.
     lift_height: clearance of the swing that follows, leg lengths.
     level: height of the floor there over the floor's zero, leg lengths.
+    hurry: of the swing that follows: 0 gains speed up to its middle, 1 within its first fifth.
     """
 
     place: tuple[float, float]
@@ -51,6 +52,7 @@ class Plant:
     off_pitch: float = 0.9
     lift_height: float = 0.05
     level: float = 0.0
+    hurry: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
