@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from retarget_bench.datasets.puppets import anatomy, rigs
+from retarget_bench.datasets.puppets.abilities import able, reach_of
 from retarget_bench.datasets.puppets.anthropometry import ADULT, STATURE, correlation, drawn, human
 from retarget_bench.datasets.puppets.bodies import Body
 from retarget_bench.datasets.puppets.characters import BODIES, CAST
@@ -219,3 +220,21 @@ def test_structures_are_those_of_the_papers() -> None:
 def test_contacts_are_of_joints_that_there_are() -> None:
     assert rigs.contact_roles(BODIES["hugo"]) == ("left_foot", "right_foot")
     assert len(rigs.contact_roles(BODIES["ada"])) == 4
+
+
+# --------------------------------------------------------------------------------------------- reach
+OWN = ("left_hip", "left_knee", "left_toe", "left_head", "left_brow")
+OTHER = ("right_palm", "right_upper_arm", "right_elbow", "right_shoulder", "right_chest", "right_ribs")
+
+
+@pytest.mark.parametrize("name", ["ada", "emil", "gus", "kira", "leo", "quinn", "hugo"])
+def test_people_reach_everywhere(name: str) -> None:
+    assert [place for place in OWN + OTHER if not able(BODIES[name], place, "left")] == []
+
+
+def test_some_caricatures_do_not() -> None:
+    """Forearms so long that the hand cannot come near the head; both sides agree."""
+    gibbon = BODIES["gibbon"]
+    assert reach_of(gibbon, "left_head", "left") > 0.03
+    assert abs(reach_of(gibbon, "left_head", "left") - reach_of(gibbon, "right_head", "right")) < 1e-6
+    assert able(gibbon, "left_knee", "left")
