@@ -33,6 +33,11 @@ def fall(score: Score, body: Body, places: np.ndarray) -> np.ndarray:
     return _chords(score.flights, above, above) - above
 
 
+def carried_over(score: Score, under: np.ndarray) -> np.ndarray:
+    """Places ``(frames, 2)`` under which the body is borne, in flights on the straight line between."""
+    return np.stack([_chords(score.flights, row, row) for row in under.T], axis=-1)
+
+
 def unbound(score: Score, side: str, foot: FootPath, body: Body) -> np.ndarray:
     """How much higher ``(frames,)`` than this foot's place allows the pelvis may go, metres: a foot that is
     thrown along with the body, or carried, holds nothing down."""

@@ -203,6 +203,7 @@ def _adjusted(score: Score, body: Body, manner: Manner, state: _State, pose: Pos
         on_toes = smooth(score.feet[side].heel / 0.25)
         along = 0.4 + manner.ahead + (0.55 - manner.ahead) * on_toes
         under += share[:, None] * (ankle + along[:, None] * (toe - ankle))[:, [0, 2]]
+    under = flight.carried_over(score, under)
     free = centre if state.unbalanced is None else state.unbalanced
     shift = state.shift + free + score.balance[:, None] * (under - free) - centre
     lever = body.structure.lever * body.proportions.trunk
