@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
 from .anthropometry import human
@@ -12,12 +14,14 @@ from .score import SIDES, sign
 X, Y, Z = np.eye(3)
 
 
+@cache
 def leg(body: Body) -> Limb:
     """Thigh and shank of either side: both knees bend forward."""
     p = body.proportions
     return Limb(-Y, X, p.thigh, p.shank, ease=-Y, natural=X, tightest=np.radians(28.0), exact=0.996)
 
 
+@cache
 def arm(side: str, body: Body) -> Limb:
     """Upper arm and forearm: easy reach is forward, down and a little outward, elbow behind and below."""
     p, out = body.proportions, sign(side)
@@ -50,12 +54,18 @@ _SEGMENTS = (
 
 
 def centre_of_mass(body: Body, places: np.ndarray) -> np.ndarray:
-    """``(frames, 3)`` from joint positions ``(frames, joints, 3)``."""
-    weights = np.zeros(places.shape[1])
+    """``(frames, 3)`` from places ``(frames, parts, 3)``."""
+    return np.einsum("fjc,j->fc", places, _weights(body))
+
+
+@cache
+def _weights(body: Body) -> np.ndarray:
+    """``(joints,)`` shares of the mass."""
+    weights = np.zeros(len(body.structure.parts))
     for (near, far, _, at), mass in zip(_SEGMENTS, _masses(body), strict=True):
         weights[body.part[near]] += mass * (1.0 - at)
         weights[body.part[far]] += mass * at
-    return np.einsum("fjc,j->fc", places, weights)
+    return weights
 
 
 def _masses(body: Body) -> np.ndarray:
