@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import cache, lru_cache
+from functools import cache
 
 from .families import Family, families, family_of
 from .parts import Part, bodies, kinds
@@ -89,12 +89,7 @@ class Clip:
         return self.frames >= LONG * FPS
 
     def score(self) -> Score:
-        return _score(self)
-
-
-@lru_cache(maxsize=16)
-def _score(clip: Clip) -> Score:
-    return clip.family.kinds[clip.kind](Stream("puppets", clip.seed, clip.name), clip.frames)
+        return self.family.kinds[self.kind](Stream("puppets", self.seed, self.name), self.frames)
 
 
 @cache

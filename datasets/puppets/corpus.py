@@ -116,7 +116,7 @@ class Puppets:
             target=self._studio.cast[info.target],
             reference=self._studio.motion(clip, info.target),
             contacts=self._studio.contacts(clip, info.target),
-            ground=grounds.ground(clip.score(), clip.family.bodies[info.target]),
+            ground=grounds.ground(self._studio.score(clip), clip.family.bodies[info.target]),
             alternative=self._studio.motion(clip, info.target, SECOND),
         )
 
@@ -130,7 +130,7 @@ class Puppets:
     def labels(self, info: CaseInfo) -> labels.Labels:
         """Kind, phase, contacts and self-touches of every frame of the case's reference."""
         clip = self._clip(info)
-        return labels.labels(clip.score(), self._studio.contacts(clip, info.target))
+        return labels.labels(self._studio.score(clip), self._studio.contacts(clip, info.target))
 
     def unseen(self, info: CaseInfo) -> frozenset[str]:
         """Out of ``source``, ``target`` and ``kind``: what no training part has. Empty: all is seen."""

@@ -2,7 +2,7 @@
 
 A body is too short in the arm, or too thick, to put a hand where a performance wants it. That is found by
 solving, which takes too long for merely listing cases; so what was found for the published corpus is kept
-in ``exclusions.json``, which ``python -m retarget_bench.datasets.puppets.exclusions`` writes anew.
+in ``exclusions.json``. Whoever changes the generator calls ``write`` (two minutes).
 """
 
 from __future__ import annotations
@@ -60,7 +60,8 @@ def asked() -> Iterator[tuple[Clip, tuple[str, ...]]]:
                     yield clip, (body,)
 
 
-def _write() -> None:
+def write() -> None:
+    """Find out anew who cannot do what in the published corpus."""
     table = {clip.name: dict(short) for clip, names in asked() if (short := found(clip, names))}
     rounded = {
         clip: {name: round(gap, 3) for name, gap in sorted(short.items())}
@@ -68,7 +69,3 @@ def _write() -> None:
     }
     rows = ",\n".join(f"  {json.dumps(clip)}: {json.dumps(short)}" for clip, short in rounded.items())
     FILE.write_text(f"{{\n{rows}\n}}\n" if rows else "{}\n", encoding="utf-8")
-
-
-if __name__ == "__main__":
-    _write()

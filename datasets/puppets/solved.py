@@ -33,6 +33,7 @@ class Studio:
     def __init__(self, identity: str) -> None:
         self.identity = identity
         self._arrays = lru_cache(maxsize=_HELD)(self._kept)
+        self.score = lru_cache(maxsize=8)(Clip.score)
 
     @cached_property
     def families(self) -> Mapping[str, Family]:
@@ -68,7 +69,7 @@ class Studio:
         family = self.families[name]
         body: Body = family.bodies[name]
         manners = {USUAL: (), SECOND: (family.second,)}
-        solution = family.solve(clip.score(), body, *manners[manner])
+        solution = family.solve(self.score(clip), body, *manners[manner])
         pivoting = np.zeros_like(solution.planted) if solution.pivoting is None else solution.pivoting
         columns = list(body.structure.contacts)
         return {
