@@ -1,6 +1,6 @@
 """How people are built: means, spreads and correlations of segment lengths, and people drawn from them.
 
-All lengths are shares of stature. README.md says what was checked against what.
+All lengths are shares of stature. BODIES.md says what was checked against what.
 
 - Legs, feet, hands, breadths, statures of women and men: ANSUR II (Gordon et al. 2014, NATICK/TR-15/007),
   ratios of means of its 1986 women and 4082 men; legs are differences of the heights of trochanterion,

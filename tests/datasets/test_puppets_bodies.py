@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import fields
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import anatomy, rigs
+from retarget_bench.datasets.puppets import anatomy, rigs, structures
 from retarget_bench.datasets.puppets.abilities import able, reach_of
 from retarget_bench.datasets.puppets.anthropometry import ADULT, STATURE, correlation, drawn, human
 from retarget_bench.datasets.puppets.bodies import Body
@@ -98,6 +99,21 @@ def test_the_cast_is_large_enough_and_part_of_it_held_out() -> None:
         held = sum(body.held_out for body in mine)
         assert held == len(mine) if structure == "h36m17" else 0.25 <= held / len(mine) <= 0.5
         assert {body.rest for body in mine} == set(rigs.RESTS)
+
+
+def test_the_page_about_the_bodies_says_who_there_is() -> None:
+    page = Path(structures.__file__).with_name("BODIES.md").read_text()
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
+    told = {row[0]: row for row in rows if len(row) == 8 and row[0] in BODIES}
+    assert list(told) == list(BODIES)
+    for body in CAST:
+        _, structure, _, _, stature, legs, arms, held = told[body.name]
+        p = body.proportions
+        assert structure == body.structure.name
+        assert stature == f"{crown(p):.2f}"
+        assert legs == f"{100 * p.leg / crown(p):.0f}"
+        assert arms == f"{p.arm / p.leg:.2f}"
+        assert (held == "yes") == body.held_out
 
 
 def test_no_two_bodies_are_alike() -> None:
