@@ -9,10 +9,11 @@ from typing import Literal
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
 
 from . import casting, exclusions, grounds, labels, parts, training
 from .clips import SIZES, Clip, clips
-from .solved import SECOND, Studio
+from .solved import SECOND, USUAL, Studio
 
 VERSION = "2"
 """Of the generator: moves when any motion or list does."""
@@ -142,6 +143,10 @@ class Puppets:
             "kind": clip.kind in parts.HELD_OUT_KINDS,
         }
         return frozenset(name for name, new in marks.items() if new)
+
+    def motion(self, clip: str, name: str, manner: str = USUAL) -> Motion:
+        """What a body does in a clip of this part, in the usual manner or the second one."""
+        return self._studio.motion(self._clips[clip], name, manner)
 
     def exclusions(self) -> Mapping[str, Mapping[str, float]]:
         """Clip -> body -> metres by which it falls short of what it would have to touch."""
