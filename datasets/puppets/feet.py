@@ -181,8 +181,15 @@ def _glide(share: np.ndarray, ease: float) -> np.ndarray:
     return np.where(share < 0.5, half, 1.0 - half)
 
 
-_EDGE = 1.7
-"""How much sooner a foot is up a step, or later down one, than it has come forward."""
+_EDGE = 1.6
+"""How much sooner than its swing ends a foot is up a step, or later than it begins starts to go down."""
+
+
+def _round_the_edge(share: np.ndarray, climb: float) -> np.ndarray:
+    """The share of a swing's time by which a foot goes forward: late up a step, soon down one."""
+    if climb > 0.0:
+        return share**1.8
+    return 1.0 - (1.0 - share) ** 1.8 if climb < 0.0 else share
 
 
 def _swing_pivot(
@@ -193,11 +200,13 @@ def _swing_pivot(
     heel, toe = _resting(after, side, body, sole)
     on_heel = after.strike_pitch < 0.0
     lands, point = (heel, sole.heel) if on_heel else (toe, sole.toe)
-    w = share * share * (3.0 - 2.0 * share)
-    w = w + plant.hurry * (_glide(share, 0.2) - w)
-    place = leaves + w[:, None] * (lands - leaves)
     climb = (after.level - plant.level) * body.proportions.leg
-    place[:, 1] += climb * (smooth(_EDGE * share if climb > 0.0 else 1.0 - _EDGE * (1.0 - share)) - w)
+    way = _round_the_edge(share, climb)
+    w = way * way * (3.0 - 2.0 * way)
+    w = w + plant.hurry * (_glide(way, 0.2) - w)
+    place = leaves + w[:, None] * (lands - leaves)
+    risen = smooth(_EDGE * share) if climb > 0.0 else 1.0 - smooth(_EDGE * (1.0 - share))
+    place[:, 1] += climb * (risen - w)
     place[:, 1] += plant.lift_height * body.proportions.leg * bump(share)
     return place, sole.toe[0] + w * (point[0] - sole.toe[0]), sole.toe[1] + w * (point[1] - sole.toe[1])
 

@@ -28,12 +28,24 @@ from .score import Air, Hand, Plant, Score, sign
 def foot_place(plant: Plant, side: str, body: Body) -> tuple[float, float]:
     """(x, z) in metres of the ankle's place on the floor while the foot is flat."""
     sizes = body.proportions
-    out = sign(side) * plant.width * sizes.hip_half
-    left = (np.cos(plant.heading), -np.sin(plant.heading))
-    return (
-        float(plant.place[0] * sizes.leg + out * left[0]),
-        float(plant.place[1] * sizes.leg + out * left[1]),
-    )
+    out, ahead = sign(side) * plant.width * sizes.hip_half, _fit(plant, body)
+    c, s = np.cos(plant.heading), np.sin(plant.heading)
+    x, z = plant.place
+    return float(x * sizes.leg + out * c + ahead * s), float(z * sizes.leg - out * s + ahead * c)
+
+
+_GAP = 0.02
+"""Between a sole and the riser before or behind it, leg lengths."""
+
+
+def _fit(plant: Plant, body: Body) -> float:
+    """How far ahead of its place a foot must stand not to touch a riser, metres. What does not fit on the
+    tread hangs over its free edge."""
+    sizes = body.proportions
+    room = (abs(plant.riser) - _GAP) * sizes.leg
+    if plant.riser > 0.0:
+        return min(0.0, room - sizes.ball - sizes.toes)
+    return max(0.0, sizes.heel - room) if plant.riser < 0.0 else 0.0
 
 
 USUAL_FOOT = 0.141

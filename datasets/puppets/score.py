@@ -37,6 +37,8 @@ class Plant:
     off_pitch: how far the heel has risen when the toe leaves.
     lift_height: clearance of the swing that follows, leg lengths.
     level: height of the floor there over the floor's zero, leg lengths.
+    riser: on stairs, how far before ``place`` the next riser stands, or (below 0) behind it the last one;
+           0: none is near. The foot stands as near to ``place`` as it fits.
     hurry: of the swing that follows: 0 gains speed up to its middle, 1 within its first fifth.
     """
 
@@ -53,6 +55,7 @@ class Plant:
     lift_height: float = 0.05
     level: float = 0.0
     hurry: float = 0.0
+    riser: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
