@@ -80,7 +80,7 @@ def _goal(pose: Pose, side: str, score: Score) -> tuple[np.ndarray, Holds]:
         goal[:, 1] = _over_floor(goal[:, 1], body)
     holds: Holds = []
     if hand.aim is not None:
-        holds.append((yaw @ _aimed(hand.aim, side), hand.aimed))
+        holds.append((yaw @ _aimed(hand.aim, side), np.zeros(score.frames) + hand.aimed))
     for touch in hand.touches:
         spot = place(touch.place, body)
         turn, wrist = resting(spot, side, body.proportions)

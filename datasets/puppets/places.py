@@ -122,7 +122,7 @@ def _shoulder(side: str, body: Body) -> Place:
     p, out = body.proportions, sign(side)
     return Place(
         f"{side}_shoulder",
-        np.array([out * (0.92 * p.shoulder_half - p.clavicle), 0.75 * p.girth, 0.45 * p.girth]),
+        np.array([out * (0.80 * p.shoulder_half - p.clavicle), 0.75 * p.girth, 0.45 * p.girth]),
         unit(np.array([0.15 * out, 0.75, 0.65])),
         np.array([0.75 * out, 0.3, -0.6]),
     )

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 from ..randomness import Stream
 from ..score import Score
+from .dancing import dance_line, dance_steps
 from .gestures import (
     arms_crossed,
     bow,
@@ -17,10 +19,14 @@ from .gestures import (
     touch_head,
     touch_toe,
 )
+from .jumping import hop, jump, leap
+from .running import jog, run
 from .sequencing import strung
+from .sidling import turn, walk_sideways
 from .squatting import squat
+from .stairs import stairs_down, stairs_up
 from .striking import catch, kick_front, kick_side, pull, punch, push, throw
-from .walking import walk
+from .walking import arc, limp, march, sneak, walk, walk_backwards
 from .waving import wave
 
 
@@ -32,12 +38,42 @@ def sequence(
 
     Raises ValueError where a kind does not stand where it is joined (``sequencing.py`` tells how to).
     """
-    offered = [name for name in KINDS if name not in NOT_STRUNG] if among is None else list(among)
-    return strung(stream, frames, {name: KINDS[name] for name in (*offered, *kinds)}, kinds)
+    offered = STRUNG if among is None else among
+    whole = {name: FROM_STAND_TO_STAND.get(name, KINDS[name]) for name in (*offered, *kinds)}
+    return strung(stream, frames, whole, kinds)
 
 
-NOT_STRUNG = ("walk", "sequence")
-"""Kinds that sequences do not draw on their own: not every performance of theirs begins and ends standing."""
+STRUNG = (
+    "wave",
+    "squat",
+    "stand",
+    "point",
+    "clap",
+    "hands_on_hips",
+    "arms_crossed",
+    "touch_head",
+    "touch_toe",
+    "salute",
+    "bow",
+    "kick_front",
+    "kick_side",
+    "punch",
+    "throw",
+    "catch",
+    "push",
+    "pull",
+    "dance_steps",
+    "dance_line",
+)
+"""Kinds that sequences draw on their own: their performances begin and end standing, or often enough do."""
+
+FROM_STAND_TO_STAND: Mapping[str, Callable[[Stream, int], Score]] = {
+    "walk": partial(walk, mode="there"),
+    "walk_backwards": partial(walk_backwards, mode="there"),
+    "walk_sideways": partial(walk_sideways, mode="there"),
+    "turn": partial(turn, mode="there"),
+}
+"""How kinds that need not stand at either end are drawn for sequences."""
 
 KINDS: Mapping[str, Callable[[Stream, int], Score]] = {
     "walk": walk,
@@ -59,6 +95,22 @@ KINDS: Mapping[str, Callable[[Stream, int], Score]] = {
     "catch": catch,
     "push": push,
     "pull": pull,
+    "arc": arc,
+    "walk_backwards": walk_backwards,
+    "walk_sideways": walk_sideways,
+    "turn": turn,
+    "sneak": sneak,
+    "march": march,
+    "limp": limp,
+    "jog": jog,
+    "run": run,
+    "stairs_up": stairs_up,
+    "stairs_down": stairs_down,
+    "jump": jump,
+    "leap": leap,
+    "hop": hop,
+    "dance_steps": dance_steps,
+    "dance_line": dance_line,
     "sequence": sequence,
 }
 """Kind -> the function that draws one performance of so many frames."""

@@ -173,6 +173,7 @@ def _joined_foot(a: Score, b: Score, side: str, steps: bool) -> Foot:
     before = one.plants[: one.plants.index(last)]
     after = tuple(_later(plant, start) for plant in two.plants[two.plants.index(first) + 1 :])
     first = _later(first, start)
+    stays: tuple[Plant, ...]
     if steps:
         lift = a.frames + 8
         leaving = replace(last, lift=lift, off=lift + 5, off_pitch=0.45, lift_height=0.06)

@@ -107,6 +107,19 @@ def small_step(
     return feet.moved(side, replace(foot, plants=plants), _relieved(feet, side, start, flat, 0.95))
 
 
+def step_to(
+    feet: Stance, side: str, start: int, place: tuple[float, float], heading: float, lasting: int
+) -> Stance:
+    """One foot goes within so many frames to its place beside a middle (leg lengths), toe first, as in a
+    dance. The weight is left to the caller."""
+    foot = feet.feet[side]
+    last = foot.plants[-1]
+    off, flat = start + max(round(0.28 * lasting), 3), start + lasting - 1
+    leaving = replace(last, lift=start, off=off, off_pitch=0.40, lift_height=0.05)
+    landing = replace(last, place=place, heading=heading, strike=flat - 3, flat=flat, strike_pitch=0.16)
+    return feet.moved(side, replace(foot, plants=(*foot.plants[:-1], leaving, landing)), feet.support)
+
+
 def turn(feet: Stance, start: int, angle: float) -> Stance:
     """Two small steps turn the body on the spot; the foot on the inside goes first."""
     first, second = SIDES if angle > 0.0 else SIDES[::-1]
