@@ -33,13 +33,22 @@ def axes(body: Body) -> np.ndarray:
     """``(joints, 3, 3)``: each joint's own axes in the world while the body stands in the T-pose."""
     joints = body.structure.joints
     if body.rest == "along_x":
-        return np.stack([_along_bone(body, part) for part in body.structure.parts[:joints]])
+        return _along_bones(body)
     turned = np.tile(_Z_UP if body.rest == "z_up" else np.eye(3), (joints, 1, 1))
     if body.rest in _DROP:
         for side in SIDES:
             raised = about(2, np.array(sign(side) * _DROP[body.rest]))
             for part in ("arm", "forearm", "hand"):
                 turned[body.part[f"{side}_{part}"]] = raised
+    return turned
+
+
+def _along_bones(body: Body) -> np.ndarray:
+    """Joints that never turn have their parent's axes, so that their rotation is the identity for good."""
+    structure, turned = body.structure, np.empty((body.structure.joints, 3, 3))
+    for joint, part in enumerate(structure.parts[: structure.joints]):
+        silent = part in structure.silent
+        turned[joint] = turned[structure.parents[joint]] if silent else _along_bone(body, part)
     return turned
 
 

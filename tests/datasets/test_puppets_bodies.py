@@ -14,7 +14,10 @@ from retarget_bench.datasets.puppets.abilities import able, reach_of
 from retarget_bench.datasets.puppets.anthropometry import ADULT, STATURE, correlation, drawn, human
 from retarget_bench.datasets.puppets.bodies import Body
 from retarget_bench.datasets.puppets.characters import BODIES, CAST
+from retarget_bench.datasets.puppets.performances import KINDS
 from retarget_bench.datasets.puppets.proportions import Proportions
+from retarget_bench.datasets.puppets.randomness import Stream
+from retarget_bench.datasets.puppets.solver import solve
 from retarget_bench.datasets.puppets.structures import BODY22, H36M17, STRUCTURES, Structure
 from retarget_bench.motion import rotation
 from retarget_bench.motion.alignment import reference_pose
@@ -205,6 +208,35 @@ def test_measures_are_those_of_the_proportions(body: Body) -> None:
     assert abs(sizes.root_offset - p.leg - p.pelvis) < 1e-9
     assert abs(sizes.hip_height - p.leg - p.pelvis) < 0.03 * crown(p)
     assert 0.9 * crown(p) < sizes.h4 < 1.02 * crown(p)
+
+
+@pytest.mark.parametrize("name", [body.name for body in CAST if body.rest == "along_x"])
+def test_the_engine_finds_limbs_along_one_axis_from_a_sample(name: str) -> None:
+    """Of bones along X the rest pose tells nothing; a few seconds of motion do. The slope of the spine is
+    each rig's own affair."""
+    body = BODIES[name]
+    who = rigs.character(body)
+    solutions = [
+        solve(KINDS[kind](Stream("sample", kind), 150), body) for kind in ("walk", "wave", "squat")
+    ]
+    sample = np.concatenate([rigs.rotations(each, body, who) for each in solutions])
+    told = Character.of(name, who.skeleton, roles=who.roles, sample=sample)
+    apart = np.degrees(rotation.angle(told.reference_globals, who.reference_globals))
+    limbs = [
+        j for role, j in who.joint_of.items() if not role.startswith(("spine", "neck", "head", "hips"))
+    ]
+    assert apart[limbs].max() < 3.0
+    assert apart.max() < 20.0
+    assert abs(told.measures.hip_height - who.measures.hip_height) < 0.005
+
+
+def test_joints_that_never_turn_have_no_rotation() -> None:
+    for name in ("clara", "leo", "quinn", "rosa"):
+        body = BODIES[name]
+        who = rigs.character(body)
+        local = rigs.rotations(solve(KINDS["squat"](Stream("still"), 60), body), body, who)
+        silent = [body.part[part] for part in body.structure.silent]
+        np.testing.assert_allclose(np.abs(local[:, silent, 0]), 1.0, atol=1e-9)
 
 
 def test_rest_poses_differ() -> None:
