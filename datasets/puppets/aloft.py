@@ -56,10 +56,8 @@ def sole(score: Score, side: str, shank: np.ndarray, foot: FootPath) -> tuple[np
     return part_way(foot.sole, pointed, share), part_way(foot.toes, pointed, share)
 
 
-def clear(
-    ankle: np.ndarray, sole: np.ndarray, toes: np.ndarray, foot: FootPath, body: Body
-) -> np.ndarray:
-    """The ankle's places ``(frames, 3)``, higher where a foot of these orientations would be in the floor."""
+def clear(ankle: np.ndarray, sole: np.ndarray, toes: np.ndarray, foot: FootPath, body: Body) -> np.ndarray:
+    """The ankle's places ``(frames, 3)``, higher where such a foot would be in the floor."""
     p = body.proportions
     ball = ankle + sole @ np.array([0.0, p.ball_height - p.ankle, p.ball])
     points = (

@@ -222,8 +222,8 @@ def _clearing(ankle: np.ndarray, pitch: np.ndarray, bent: np.ndarray, sole: _Sol
 
 
 def lifted(heights: Iterable[np.ndarray], slack: float) -> np.ndarray:
-    """How much ``(frames,)`` points at ``heights`` over the floor must rise, smoothly, for none to be deeper
-    than ``slack``."""
+    """How much ``(frames,)`` points at ``heights`` over the floor must rise, smoothly, for none to be
+    deeper than ``slack``."""
     deep = sum((np.maximum(-height, 0.0) ** 4 for height in heights), start=np.array(slack**4))
     return np.asarray(deep**0.25 - slack)
 

@@ -11,6 +11,7 @@ from .bodies import Body
 from .score import SIDES, Score, Stairs, sign
 from .solver import Solution
 
+
 def misfit(score: Score, body: Body, solution: Solution) -> float:
     """Metres by which stairs do not suit a body: its ankle hangs over the edge of a tread, its hands reach
     into the steps. 0 on a flat floor."""

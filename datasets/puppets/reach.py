@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
+from . import grounds
 from .bodies import Body
 from .places import place, touching
 from .score import SIDES, Score
@@ -13,6 +14,9 @@ from .solver import Solution
 
 TOUCHES = 0.01
 """Metres: a hand that comes this near to its place, in every frame of its touch, touches."""
+
+FITS = 0.005
+"""Metres by which feet may hang over the edge of a step, or hands be in it."""
 
 
 def gaps(score: Score, body: Body, solution: Solution) -> Mapping[tuple[str, str], float]:
@@ -36,9 +40,11 @@ def gaps(score: Score, body: Body, solution: Solution) -> Mapping[tuple[str, str
 
 
 def out_of_reach(score: Score, body: Body, solution: Solution) -> Mapping[str, float]:
-    """Place -> metres by which a hand falls short of it; empty where all touches of the score touch."""
+    """Place -> metres by which a hand falls short of it, or stairs do not suit the body; empty where all
+    touches of the score touch and the stairs suit."""
     found: dict[str, float] = {}
     for (_, name), gap in gaps(score, body, solution).items():
         if gap > TOUCHES:
             found[name] = max(found.get(name, 0.0), gap)
-    return found
+    misfit = grounds.misfit(score, body, solution)
+    return {**found, "stairs": misfit} if misfit > FITS else found

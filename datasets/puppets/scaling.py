@@ -6,14 +6,14 @@
 | stance width | half hip widths | times half the distance of its hip joints |
 | pitch of the sole | radians of a usual foot | less on a foot that is long for its leg |
 | height of the hip joints | leg lengths | times its leg, lowered where a foot would not reach the floor |
-| feet carried in the air | leg lengths from the hip joint | times its leg to the ankle, against a usual one |
+| feet carried in the air | leg lengths from the hip joint | times its own leg, less its ankle |
 | foot contacts | schedule | kept: the same frames, its own sole |
 | hands in the air | arm lengths | times its arm (shoulder joint to wrist), from its own shoulder |
 | hands on the body | places | kept: its own hip, knee, other palm |
 | turning, leaning, gaze | radians | the same |
 | balance | share of each foot | kept: its own centre of mass over its own feet |
 | time | frames | the same |
-| gravity | leg lengths per square second | times its leg: a leap as long, as high and as wide in leg lengths |
+| gravity | leg lengths per square second | times its leg: a leap is as high and wide in leg lengths |
 | stairs | leg lengths | treads and rises times its leg; the sole as far on a tread as it fits |
 """
 

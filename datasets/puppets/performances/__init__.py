@@ -44,6 +44,13 @@ def sequence(
 
 
 STRUNG = (
+    "walk",
+    "walk_backwards",
+    "walk_sideways",
+    "turn",
+    "jump",
+    "leap",
+    "hop",
     "wave",
     "squat",
     "stand",
@@ -72,6 +79,8 @@ FROM_STAND_TO_STAND: Mapping[str, Callable[[Stream, int], Score]] = {
     "walk_backwards": partial(walk_backwards, mode="there"),
     "walk_sideways": partial(walk_sideways, mode="there"),
     "turn": partial(turn, mode="there"),
+    "jump": partial(jump, mode="there"),
+    "leap": partial(leap, mode="there"),
 }
 """How kinds that need not stand at either end are drawn for sequences."""
 

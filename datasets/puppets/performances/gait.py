@@ -19,10 +19,11 @@ EVER = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Gait:
-    """mode: steady, start or stop. frames: of the clip. stride: frames from one strike of a foot to its
-    next. first: frame of a strike of the leading side. step: leg lengths. duty: share of a stride that a
-    foot is down. turned: angle gone along the clip. heading: in the middle of the clip. bearing: of the way
-    against the heading. lame: the side that is spared; limp: by what share of a stride."""
+    """mode: steady, start, stop, or there: from a stand to a stand. frames: of the clip. stride: frames from
+    one strike of a foot to its next. first: frame of a strike of the leading side. step: leg lengths. duty:
+    share of a stride that a foot is down. turned: angle gone along the clip. heading: in the middle of the
+    clip. bearing: of the way against the heading. lame: the side that is spared; limp: by what share of a
+    stride."""
 
     mode: str
     frames: int
@@ -63,11 +64,19 @@ class Gait:
         half = 0.5 * self.stride
         low = int(np.floor((-1.2 * self.stride - self.first) / half))
         high = int(np.ceil((self.frames + 1.2 * self.stride - self.first) / half))
-        if self.mode == "start":
-            return range(0, high)
-        if self.mode == "stop":
-            return range(low, int(np.floor((self.frames - 0.5 * self.stride - self.first) / half)) + 1)
+        if self.starts:
+            low = 0
+        if self.stops:
+            high = int(np.floor((self.frames - 0.5 * self.stride - self.first) / half)) + 1
         return range(low, high)
+
+    @property
+    def starts(self) -> bool:
+        return self.mode in ("start", "there")
+
+    @property
+    def stops(self) -> bool:
+        return self.mode in ("stop", "there")
 
     @cached_property
     def phase(self) -> np.ndarray:
@@ -89,12 +98,12 @@ class Course:
     def of(cls, gait: Gait) -> Course:
         k = np.arange(gait.frames + 2 * MARGIN) - float(MARGIN)
         activity = np.ones_like(k)
-        if gait.mode == "start":
+        if gait.starts:
             begin = gait.strike(0)
-            activity = ramp(k, begin - 0.45 * gait.stride, begin + 0.35 * gait.stride)
-        elif gait.mode == "stop":
+            activity = activity * ramp(k, begin - 0.45 * gait.stride, begin + 0.35 * gait.stride)
+        if gait.stops:
             end = gait.strike(gait.steps[-1])
-            activity = 1.0 - ramp(k, end - 0.85 * gait.stride, end + 0.25 * gait.stride)
+            activity = activity * (1.0 - ramp(k, end - 0.85 * gait.stride, end + 0.25 * gait.stride))
         share = ramp(k, -0.35 * gait.frames, 1.35 * gait.frames)
         heading = gait.heading + gait.turned * 1.2 * (share - 0.5)
         speed, way = activity * gait.speed, heading + gait.bearing
@@ -135,14 +144,14 @@ def plants(gait: Gait, course: Course, side: str, tread: Tread) -> tuple[Plant, 
     found = []
     mine = [k for k in gait.steps if gait.side(k) == side]
     down = gait.down(side)
-    if gait.mode == "start":
+    if gait.starts:
         off = round(gait.strike(mine[0]) - (1.0 - down) * gait.stride)
         found.append(_plant(gait, course, tread, -EVER, off, place_at=-MARGIN))
     for k in mine:
         strike = round(gait.strike(k))
         off = round(gait.strike(k) + down * gait.stride)
         place_at = gait.strike(k) + tread.under * gait.stride
-        if gait.mode == "stop" and k >= gait.steps[-2]:
+        if gait.stops and k >= gait.steps[-2]:
             off, place_at = EVER, float(EVER)
         found.append(_plant(gait, course, tread, strike, off, place_at))
     return tuple(found)
@@ -159,7 +168,9 @@ def _plant(gait: Gait, course: Course, tread: Tread, strike: int, off: int, plac
         toe_out=gait.style.toe_out,
         strike=strike,
         flat=strike + max(round(tread.flat * gait.stride), 2),
-        lift=EVER if stays else off - max(round((tread.peel[0] + tread.peel[1] * leaving) * gait.stride), 3),
+        lift=EVER
+        if stays
+        else off - max(round((tread.peel[0] + tread.peel[1] * leaving) * gait.stride), 3),
         off=off,
         strike_pitch=tread.landing[0] + tread.landing[1] * landing * gait.step,
         off_pitch=tread.leaving[0] + tread.leaving[1] * leaving * gait.step,
@@ -170,7 +181,7 @@ def _plant(gait: Gait, course: Course, tread: Tread, strike: int, off: int, plac
 def support(gait: Gait) -> np.ndarray:
     """On which foot one rests while standing: before a start on the one that stays."""
     even = np.full(gait.frames, 0.5)
-    if gait.mode != "start":
+    if not gait.starts:
         return even
     off = gait.strike(0) - (1.0 - gait.duty) * gait.stride
     return even - 0.42 * sign(gait.lead) * ramp(np.arange(gait.frames), off - 0.45 * gait.stride, off)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -71,11 +72,16 @@ class _Jump:
         ]
 
 
-def _jumps(stream: Stream, frames: int, time: tuple[float, float], far: tuple[float, float]) -> list[_Jump]:
-    """As many as the clip holds; the first begins soon, the last ends before the clip or is cut off."""
-    deep, soft = stream.uniform(0.62, 0.80), stream.uniform(0.66, 0.84)
+def _jumps(
+    stream: Stream, frames: int, time: tuple[float, float], far: tuple[float, float], whole: bool
+) -> list[_Jump]:
+    """As many as the clip holds; the first begins soon, the last ends before the clip, or is cut off unless
+    all are to be ``whole``."""
+    shallow = 0.13 if whole and frames < 110 else 0.0
+    deep, soft = stream.uniform(0.62 + shallow, 0.80), stream.uniform(0.66 + shallow, 0.84)
     air, travel = stream.uniform(*time), stream.uniform(*far)
-    pause, at, found = stream.uniform(2.0, 22.0), stream.uniform(-4.0, 10.0), []
+    pause, at = stream.uniform(2.0, 22.0), stream.uniform(0.0 if whole else -4.0, 4.0 if shallow else 10.0)
+    found: list[_Jump] = []
     while at < frames:
         off = round(at + 14.0 + 40.0 * (0.98 - deep) * stream.uniform(0.9, 1.3))
         jump = _Jump(
@@ -88,23 +94,25 @@ def _jumps(stream: Stream, frames: int, time: tuple[float, float], far: tuple[fl
             land=0.955,
             far=travel * stream.uniform(0.9, 1.1),
         )
+        if whole and found and jump.up > frames - 2:
+            break
         found.append(jump)
         at = jump.up + pause * stream.uniform(0.5, 1.5)
     return found
 
 
-def jump(stream: Stream, frames: int) -> Score:
+def jump(stream: Stream, frames: int, mode: str = "") -> Score:
     """Straight up from both feet, arms thrown up, legs hanging or drawn up."""
     style = Style.draw(stream)
-    jumps = _jumps(stream, frames, (10.0, 15.5), (0.0, 0.0))
+    jumps = _jumps(stream, frames, (10.0, 15.5), (0.0, 0.0), mode == "there")
     tuck = stream.choice((0.0, 0.0, 0.6, 1.0))
     return _jumping(stream, "jump", frames, style, jumps, tuck)
 
 
-def leap(stream: Stream, frames: int) -> Score:
+def leap(stream: Stream, frames: int, mode: str = "") -> Score:
     """A standing long jump, feet together, arms swinging through."""
     style = Style.draw(stream)
-    jumps = _jumps(stream, frames, (10.5, 14.5), (0.75, 1.45))
+    jumps = _jumps(stream, frames, (10.5, 14.5), (0.75, 1.45), mode == "there")
     return _jumping(stream, "leap", frames, style, jumps, stream.uniform(0.5, 1.0))
 
 
@@ -242,7 +250,7 @@ def hop(stream: Stream, frames: int) -> Score:
     aloft = plateau(t, first - 20.0, first - 8.0, last + 8.0, last + 21.0)
     one = plateau(t, first - 28.0, first - 17.0, last + 16.0, last + 27.0)
     moving = plateau(t, first - 12.0, first - 2.0, last + 2.0, last + 14.0)
-    foot, other = _hopping_feet(stream, contacts, step, side, heading, style, frames)
+    foot, other = _hopping_feet(stream, contacts, step, heading, style, frames)
     direction = np.array([np.sin(heading), np.cos(heading)])
     over = sign(side)
     return Score(
@@ -255,7 +263,7 @@ def hop(stream: Stream, frames: int) -> Score:
         support=0.5 + 0.49 * over * one,
         trunk=_hopping_trunk(stream, style, seconds(frames), contacts, aloft * over),
         feet={side: foot, SIDES[side == "left"]: other},
-        hands={each: _hopping_arm(stream, style, contacts, each, t, aloft) for each in SIDES},
+        hands={each: _hopping_arm(stream, style, contacts, t, aloft) for each in SIDES},
         parameters={"side": side, "hops": float(len(contacts) - 1), "step": step},
         flights=_gaps(contacts),
         impacts=tuple(frame for contact in contacts for frame in contact if 0 < frame < frames),
@@ -275,7 +283,7 @@ def _hops(stream: Stream, frames: int) -> list[tuple[int, int]]:
 
 
 def _gaps(contacts: Sequence[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    return tuple((a[1], b[0]) for a, b in zip(contacts[:-1], contacts[1:], strict=True))
+    return tuple((a[1], b[0]) for a, b in pairwise(contacts))
 
 
 def _hopping_height(contacts: Sequence[tuple[int, int]], t: np.ndarray) -> np.ndarray:
@@ -301,7 +309,6 @@ def _hopping_feet(
     stream: Stream,
     contacts: Sequence[tuple[int, int]],
     step: float,
-    side: str,
     heading: float,
     style: Style,
     frames: int,
@@ -370,7 +377,6 @@ def _hopping_arm(
     stream: Stream,
     style: Style,
     contacts: Sequence[tuple[int, int]],
-    side: str,
     frame: np.ndarray,
     aloft: np.ndarray,
 ) -> Hand:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -161,7 +162,7 @@ def _plants(gait: Gait, course: Course, side: str, landing: float) -> tuple[Plan
 
 def flights(contacts: Sequence[Contact], frames: int) -> tuple[Contact, ...]:
     """(last frame borne, first frame borne again) of contacts in order, as far as the clip shows them."""
-    pairs = zip(contacts[:-1], contacts[1:], strict=True)
+    pairs = pairwise(contacts)
     gaps = [(before[1], after[0]) for before, after in pairs if after[0] > before[1]]
     return tuple((off, strike) for off, strike in gaps if strike > 0 and off < frames - 1)
 
@@ -170,7 +171,7 @@ def bouncing(contacts: Sequence[Contact], frames: int, tall: float, soft: float)
     """Height of the hips ``(frames,)``, leg lengths: parabolas in the flights, and between them the legs
     give way so that no speed jumps. tall: at every landing and take-off. soft: how much more they give."""
     t, height = np.arange(frames, dtype=float), np.full(frames, tall)
-    gaps = [after[0] - before[1] for before, after in zip(contacts[:-1], contacts[1:], strict=True)]
+    gaps = [after[0] - before[1] for before, after in pairwise(contacts)]
     speeds = [0.5 * GRAVITY * gap for gap in gaps]
     fall, rise = [0.0, *speeds], [*speeds, 0.0]
     for k, (strike, off) in enumerate(contacts):

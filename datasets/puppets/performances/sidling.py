@@ -24,17 +24,23 @@ _SIDEWAYS = Tread(
     under=0.30,
 )
 _ON_THE_SPOT = Tread(
-    landing=(0.20, 0.0), leaving=(0.42, 0.0), flat=0.10, peel=(0.14, 0.0), lift=(0.045, 0.02), width=1.0, under=0.30
+    landing=(0.20, 0.0),
+    leaving=(0.42, 0.0),
+    flat=0.10,
+    peel=(0.14, 0.0),
+    lift=(0.045, 0.02),
+    width=1.0,
+    under=0.30,
 )
 
 
-def walk_sideways(stream: Stream, frames: int) -> Score:
+def walk_sideways(stream: Stream, frames: int, mode: str = "") -> Score:
     """One foot steps aside, the other follows up to it; eyes forward or where it goes."""
     to = stream.sign()
     drawn = gait(
         stream,
         frames,
-        mode=stream.choice(MODES),
+        mode=mode or stream.choice(MODES),
         rate=(1.5, 2.1),
         step=(0.14, 0.24),
         duty=(0.60, 0.66),
@@ -58,12 +64,12 @@ def walk_sideways(stream: Stream, frames: int) -> Score:
     return _looking(stream, score, 0.55 * to * stream.choice((0.0, 1.0)))
 
 
-def turn(stream: Stream, frames: int) -> Score:
+def turn(stream: Stream, frames: int, mode: str = "") -> Score:
     """Round on the spot in small steps, the eyes first."""
     drawn = gait(
         stream,
         frames,
-        mode=stream.choice(MODES),
+        mode=mode or stream.choice(MODES),
         rate=(1.4, 1.9),
         step=(0.0, 0.0),
         duty=(0.62, 0.68),

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -57,8 +58,7 @@ def _climbing(stream: Stream, kind: str, frames: int, up: int) -> Score:
 
 def _middle(drawn: Gait, course: Course, k: int) -> tuple[float, float]:
     """Where the body's line is over the k-th step."""
-    place = course.at(drawn.strike(k) + 0.30 * drawn.stride)[1]
-    return place
+    return course.at(drawn.strike(k) + 0.30 * drawn.stride)[1]
 
 
 def _stairs(drawn: Gait, course: Course, tread: float, rise: float, first: int, last: int) -> Stairs:
@@ -105,7 +105,7 @@ def _lifted(drawn: Gait, levels: dict[int, float], up: int) -> np.ndarray:
     t, steps, half = np.arange(drawn.frames, dtype=float), list(levels), 0.5 * drawn.stride
     begin, end = (0.10, 1.05) if up > 0 else (-0.70, 0.30)
     height = np.full(drawn.frames, levels[steps[0]])
-    for before, k in zip(steps[:-1], steps[1:], strict=True):
+    for before, k in pairwise(steps):
         at = drawn.strike(k)
         height += (levels[k] - levels[before]) * ramp(t, at + begin * half, at + end * half)
     return height

@@ -11,7 +11,7 @@ from ..curves import wander
 from ..randomness import Stream
 from ..score import SIDES, Air, Foot, Hand, Score, Trunk, sign
 from .gait import MARGIN, Course, Gait, Tread, plants, support
-from .style import Style, hand, hanging, seconds, trunk
+from .style import hand, hanging, seconds, trunk
 
 
 @dataclass(frozen=True)
@@ -77,7 +77,7 @@ def striding(
 
 def stepping(gait: Gait, course: Course, tread: Tread | Mapping[str, Tread]) -> dict[str, Foot]:
     """Feet that go by the gait, from place to place."""
-    treads = {side: tread for side in SIDES} if isinstance(tread, Tread) else tread
+    treads = dict.fromkeys(SIDES, tread) if isinstance(tread, Tread) else tread
     still = np.zeros(gait.frames)
     return {side: Foot(plants(gait, course, side, treads[side]), still) for side in SIDES}
 
@@ -128,5 +128,3 @@ def _arm(
     bend = bend + wander(stream, t, 0.03 * style.loose)
     aside = style.aside + carriage.aside * active + wander(stream, t, 0.015 * style.loose)
     return hand(stream, t, hanging(ahead, aside, bend), style, upright=0.8)
-
-

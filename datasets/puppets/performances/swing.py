@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 import numpy as np
 
@@ -46,7 +47,7 @@ def carried(
     """
     t, zero = np.arange(frames, dtype=float), np.zeros(frames)
     weight, angles = zero.copy(), np.zeros((2, frames))
-    for plant, after in zip(plants[:-1], plants[1:], strict=True):
+    for plant, after in pairwise(plants):
         inside = (t > plant.off) & (t < after.strike)
         share = (t[inside] - plant.off) / (after.strike - plant.off)
         weight[inside] = most * plateau(share, 0.0, full[0], full[1], 1.0)

@@ -13,7 +13,7 @@ from .striding import Carriage, stepping, striding, with_air
 from .style import Style
 from .swing import carried
 
-MODES = ("steady", "steady", "start", "stop")
+MODES = ("steady", "steady", "start", "stop", "there")
 
 
 def gait(
@@ -32,12 +32,15 @@ def gait(
     """A gait drawn from ranges. rate: steps a second. turns: angles a hundred frames, to either side."""
     stride = 2.0 * FPS / stream.uniform(*rate)
     first = stream.uniform(0.0, 1.0)
-    turned = stream.choice(turns) * stream.sign() * frames / 100.0
+    later = min(12.0, max(frames - 1.65 * stride, 0.0)) if mode == "there" else 12.0
+    turned = stream.choice(turns) * stream.sign() * min(frames, 200) / 100.0
+    if mode == "there" and frames < 1.65 * stride:
+        mode = "start"
     return Gait(
         mode=mode,
         frames=frames,
         stride=stride,
-        first=0.62 * stride + 12.0 * first if mode == "start" else first * stride,
+        first=first * stride if mode in ("steady", "stop") else 0.62 * stride + later * first,
         lead=stream.choice(SIDES),
         step=stream.uniform(*step) * (1.0 - 0.12 * min(abs(turned), 2.0)),
         duty=stream.uniform(*duty),
@@ -50,13 +53,12 @@ def gait(
     )
 
 
-def walk(stream: Stream, frames: int) -> Score:
+def walk(stream: Stream, frames: int, mode: str = "") -> Score:
     """Walking at 0.45 to 0.8 leg lengths a step, with heel strike and toe-off."""
-    mode = stream.choice(MODES)
     drawn = gait(
         stream,
         frames,
-        mode=mode,
+        mode=mode or stream.choice(MODES),
         rate=(1.6, 2.1),
         step=(0.60, 0.84),
         duty=(0.60, 0.65),
@@ -81,12 +83,12 @@ def arc(stream: Stream, frames: int) -> Score:
     return striding(stream, "arc", drawn, course, stepping(drawn, course, Tread()), Carriage())
 
 
-def walk_backwards(stream: Stream, frames: int) -> Score:
+def walk_backwards(stream: Stream, frames: int, mode: str = "") -> Score:
     """Short careful steps, toe first, looking over a shoulder or straight ahead."""
     drawn = gait(
         stream,
         frames,
-        mode=stream.choice(MODES),
+        mode=mode or stream.choice(MODES),
         rate=(1.4, 1.9),
         step=(0.36, 0.58),
         duty=(0.62, 0.68),
@@ -98,9 +100,7 @@ def walk_backwards(stream: Stream, frames: int) -> Score:
         landing=(0.10, 0.45), leaving=(0.12, 0.10), flat=0.14, peel=(0.10, 0.04), width=0.95, under=0.30
     )
     carriage = Carriage(low=0.030, bob=0.010, lean=0.08, tilt=0.06, swing=0.20, bend=0.15, aside=0.06)
-    return striding(
-        stream, "walk_backwards", drawn, course, stepping(drawn, course, tread), carriage
-    )
+    return striding(stream, "walk_backwards", drawn, course, stepping(drawn, course, tread), carriage)
 
 
 def sneak(stream: Stream, frames: int) -> Score:
@@ -116,7 +116,12 @@ def sneak(stream: Stream, frames: int) -> Score:
     )
     course = Course.of(drawn)
     tread = Tread(
-        landing=(0.22, 0.20), leaving=(0.35, 0.30), flat=0.12, peel=(0.16, 0.0), lift=(0.05, 0.02), width=0.9
+        landing=(0.22, 0.20),
+        leaving=(0.35, 0.30),
+        flat=0.12,
+        peel=(0.16, 0.0),
+        lift=(0.05, 0.02),
+        width=0.9,
     )
     feet = stepping(drawn, course, tread)
     high = stream.uniform(0.0, 1.0)
@@ -157,7 +162,12 @@ def march(stream: Stream, frames: int) -> Score:
     )
     course = Course.of(drawn)
     tread = Tread(
-        landing=(0.12, 0.08), leaving=(0.40, 0.35), flat=0.08, peel=(0.12, 0.04), lift=(0.06, 0.02), width=0.85
+        landing=(0.12, 0.08),
+        leaving=(0.40, 0.35),
+        flat=0.08,
+        peel=(0.12, 0.04),
+        lift=(0.06, 0.02),
+        width=0.85,
     )
     feet = stepping(drawn, course, tread)
     thigh = stream.uniform(50.0, 76.0)
