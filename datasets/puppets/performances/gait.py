@@ -19,7 +19,7 @@ EVER = 10_000
 
 @dataclass(frozen=True, eq=False)
 class Gait:
-    """mode: steady, start, stop, or there: from a stand to a stand. frames: of the clip. stride: frames from
+    """mode: steady, start, stop, or there: from stand to stand. frames: of the clip. stride: frames from
     one strike of a foot to its next. first: frame of a strike of the leading side. step: leg lengths. duty:
     share of a stride that a foot is down. turned: angle gone along the clip. heading: in the middle of the
     clip. bearing: of the way against the heading. lame: the side that is spared; limp: by what share of a

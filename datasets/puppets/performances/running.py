@@ -127,7 +127,7 @@ def _running(stream: Stream, kind: str, frames: int, plan: _Run) -> Score:
         score,
         height=bouncing(contacts, frames, tall, soft),
         flights=flights(contacts, frames),
-        impacts=tuple(strike for strike, _ in contacts if 0 <= strike < frames),
+        impacts=tuple(frame for contact in contacts for frame in contact if 0 <= frame < frames),
     )
 
 
