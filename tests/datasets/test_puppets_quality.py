@@ -241,15 +241,17 @@ def test_joints_stay_within_limits(takes: list[Take]) -> None:
 
 
 def test_nothing_jumps(takes: list[Take]) -> None:
-    """Accelerations of any joint stay under 7 g for a body of 1.7 m; no joint turns 27 degrees a frame."""
+    """Accelerations of any joint stay under 9 g for a body of 1.7 m, no joint turns 30 degrees a frame; in
+    kinds with flights, such as running, 15 g and 45 degrees. At declared impacts velocities may jump."""
     for take in takes:
+        most, fastest = (15.0, 45.0) if take.score.flights else (9.0, 30.0)
         places = take.motion.positions / take.motion.character.height * 1.7
         force = np.linalg.norm(np.diff(places, 2, axis=0), axis=-1) * 30.0**2 / 9.81
         for impact in take.score.impacts:
             force[max(impact - 3, 0) : max(impact + 2, 0)] = 0.0
-        assert force.max() < 7.0, (take.name, np.unravel_index(force.argmax(), force.shape))
+        assert force.max() < most, (take.name, np.unravel_index(force.argmax(), force.shape))
         local = take.motion.rotations
-        assert np.degrees(rotation.angle(local[:-1], local[1:])).max() < 27.0, take.name
+        assert np.degrees(rotation.angle(local[:-1], local[1:])).max() < fastest, take.name
         assert (local[:-1] * local[1:]).sum(axis=-1).min() > 0.9, take.name
 
 
