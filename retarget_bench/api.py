@@ -181,7 +181,8 @@ class Context:
 
     The privileged inputs are None unless the card's ``needs`` names them.
     second_reference: another answer that is as right as the reference (``Case.alternative``).
-    other_clips: motions of the target in other clips, in a fixed order, loaded when indexed.
+    other_clips: motions of the target in other clips of the split, in a fixed order, loaded when indexed;
+    of the other splits where this one has none.
     target_motions: every reference motion of the target, this clip's included.
     """
 

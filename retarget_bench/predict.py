@@ -153,8 +153,11 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
     if "second_reference" in needs:
         context = replace(context, second_reference=case.alternative)
     if "other_clips" in needs or "target_motions" in needs:
-        own = _clips_of_target(dataset, case.info)
+        own = _clips_of_target(dataset, case.info, (case.info.split,))
         others = [info for info in own if info.clip != case.info.clip]
+        if not others:
+            anywhere = _clips_of_target(dataset, case.info, dataset.card.splits)
+            others = [info for info in anywhere if info.clip != case.info.clip]
         if "target_motions" in needs:
             context = replace(context, target_motions=Clips(dataset.load, own))
         if "other_clips" in needs:
@@ -162,12 +165,13 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
     return context
 
 
-def _clips_of_target(dataset: Dataset, info: CaseInfo) -> list[CaseInfo]:
-    """One case per clip that the target performs in this split, by clip name."""
+def _clips_of_target(dataset: Dataset, info: CaseInfo, splits: Sequence[str]) -> list[CaseInfo]:
+    """One case per clip that the target performs in these splits, by clip name."""
     by_clip: dict[str, CaseInfo] = {}
-    for other in dataset.cases(info.task, info.split):
-        if other.target == info.target:
-            by_clip.setdefault(other.clip, other)
+    for split in splits:
+        for other in dataset.cases(info.task, split):
+            if other.target == info.target:
+                by_clip.setdefault(other.clip, other)
     return [by_clip[clip] for clip in sorted(by_clip)]
 
 

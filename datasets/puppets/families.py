@@ -15,9 +15,10 @@ from .reach import out_of_reach
 from .score import Score
 from .solver import Manner, Solution, solve
 
-SECOND = Manner(knees=0.4, elbows=0.35, lower_back=0.15, collar=0.6, pelvis=0.3, ahead=0.2)
+SECOND = Manner(knees=0.5, elbows=0.17, lower_back=0.08, collar=0.75, pelvis=0.15, ahead=0.1)
 """The manner of the second answer: other planes of knees and elbows, other shares of pelvis, spine and
-collar bones in what the trunk does, and balance kept farther forward."""
+collar bones in what the trunk does, and balance kept farther forward. As far from the usual manner as goes
+unnoticed: whoever sees only the performance would call it the same."""
 
 
 @dataclass(frozen=True, eq=False)
