@@ -187,7 +187,7 @@ def _feet(jumps: Sequence[_Jump], frames: int, style: Style, heading: float, tuc
                 lift=off - 5 if each else EVER,
                 off=off,
                 strike_pitch=0.42,
-                off_pitch=0.80,
+                off_pitch=0.76,
                 lift_height=0.12,
                 hurry=0.6,
             )
@@ -202,8 +202,8 @@ def _feet(jumps: Sequence[_Jump], frames: int, style: Style, heading: float, tuc
         (0.0, 0.3, 0.55, 0.8, 1.0),
         (-8.0, 20.0 * tuck, 12.0 + 55.0 * tuck, 14.0 + 32.0 * tuck + 8.0 * reach, 14.0 + 20.0 * reach),
         (22.0, 26.0 + 40.0 * tuck, 26.0 + 72.0 * tuck, 24.0 + 36.0 * tuck, 26.0),
-        full=(0.30, 0.72),
-        point=0.55,
+        full=(0.45, 0.62),
+        point=0.40,
         out=0.01,
     )
     return Foot(tuple(plants), np.zeros(frames), air)

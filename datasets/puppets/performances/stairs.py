@@ -26,9 +26,9 @@ def stairs_down(stream: Stream, frames: int) -> Score:
 
 
 def _climbing(stream: Stream, kind: str, frames: int, up: int) -> Score:
-    tread, rise = stream.uniform(0.36, 0.44), up * stream.uniform(0.14, 0.19)
+    tread, rise = stream.uniform(0.36, 0.44), up * stream.uniform(0.14, 0.185)
     drawn = gait(
-        stream, frames, mode="steady", rate=(1.35, 1.8), step=(0.5, 0.5), duty=(0.60, 0.64), turns=(0.0,)
+        stream, frames, mode="steady", rate=(1.25, 1.65), step=(0.5, 0.5), duty=(0.60, 0.64), turns=(0.0,)
     )
     # treads lie along the axes of the floor's height field
     drawn = replace(drawn, turned=0.0, step=tread, heading=0.5 * np.pi * stream.choice((-1, 0, 1, 2)))
@@ -92,8 +92,8 @@ def _plant(drawn: Gait, course: Course, k: int, level: float, riser: float, up: 
         flat=strike + max(round(0.09 * drawn.stride), 2),
         lift=off - max(round(0.16 * drawn.stride), 3),
         off=off,
-        strike_pitch=0.08 if up > 0 else 0.34,
-        off_pitch=0.62 if up > 0 else 0.42,
+        strike_pitch=0.08 if up > 0 else 0.30,
+        off_pitch=0.55 if up > 0 else 0.40,
         lift_height=0.10 if up > 0 else 0.07,
         level=level,
         riser=riser,

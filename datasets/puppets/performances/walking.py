@@ -128,7 +128,14 @@ def sneak(stream: Stream, frames: int) -> Score:
     shares, knee = (0.0, 0.45, 0.7, 1.0), (60.0, 85.0 + 15.0 * high, 60.0, 40.0)
     air = {
         side: carried(
-            foot.plants, frames, shares, (5.0, 48.0 + 12.0 * high, 50.0, 38.0), knee, most=0.8, point=0.35
+            foot.plants,
+            frames,
+            shares,
+            (5.0, 48.0 + 12.0 * high, 50.0, 38.0),
+            knee,
+            most=0.7,
+            point=0.05,
+            full=(0.45, 0.55),
         )
         for side, foot in feet.items()
     }
@@ -170,7 +177,7 @@ def march(stream: Stream, frames: int) -> Score:
         width=0.85,
     )
     feet = stepping(drawn, course, tread)
-    thigh = stream.uniform(50.0, 76.0)
+    thigh = stream.uniform(48.0, 74.0)
     air = {
         side: carried(
             foot.plants,
@@ -178,7 +185,8 @@ def march(stream: Stream, frames: int) -> Score:
             (0.0, 0.25, 0.5, 0.75, 1.0),
             (-5.0, 0.6 * thigh, thigh, 0.7 * thigh, 20.0),
             (40.0, 75.0, thigh + 10.0, 0.7 * thigh + 8.0, 20.0),
-            full=(0.45, 0.52),
+            full=(0.48, 0.52),
+            point=0.0,
         )
         for side, foot in feet.items()
     }
@@ -196,7 +204,9 @@ def march(stream: Stream, frames: int) -> Score:
         bend=stream.choice((-0.1, 0.2, 0.7)),
         hinge=0.1,
     )
-    return striding(stream, "march", drawn, course, with_air(feet, air), carriage, thigh=thigh)
+    score = striding(stream, "march", drawn, course, with_air(feet, air), carriage, thigh=thigh)
+    strikes = sorted(plant.strike for foot in feet.values() for plant in foot.plants)
+    return replace(score, impacts=tuple(strike for strike in strikes if 0 <= strike < frames))
 
 
 def limp(stream: Stream, frames: int) -> Score:
