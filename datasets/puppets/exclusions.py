@@ -30,7 +30,7 @@ def unable(clip: Clip, names: tuple[str, ...]) -> Mapping[str, float]:
 def found(clip: Clip, names: tuple[str, ...]) -> Mapping[str, float]:
     """What solving the clip for these bodies shows."""
     score, family = clip.score(), clip.family
-    if score.stairs is None and not any(hand.touches for hand in score.hands.values()):
+    if score.stairs is None and not any(hand.touches or hand.plants for hand in score.hands.values()):
         return {}
     short = {}
     for name in names:

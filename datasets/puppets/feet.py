@@ -15,7 +15,7 @@ import numpy as np
 from .bodies import Body
 from .curves import bump, hermite, smooth
 from .limbs import about
-from .scaling import foot_pitch, foot_place
+from .scaling import KNEELING_PITCH, foot_pitch, foot_place
 from .score import SIDES, Foot, Plant
 
 
@@ -76,8 +76,9 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
         bent[away] = pitch[away] * smooth(share / 0.7)
         yaw[away] = _yaw(plant, side) + smooth(share) * (_yaw(after, side) - _yaw(plant, side))
         pivot[away], up[away], ahead[away] = _swing_pivot(plant, after, side, body, sole, share)
-    raised = foot.heel > 0.0
-    pitch = pitch + foot.heel
+    heel = foot.heel if foot.kneel is None else foot.heel + KNEELING_PITCH * risen(foot.kneel)
+    raised = heel > 0.0
+    pitch = pitch + heel
     # a raised heel turns about the toe, whichever point the sole rested on
     toe_place = foot_toe(pivot, up, ahead, yaw, sole)
     pivot = np.where(raised[:, None], toe_place, pivot)
@@ -89,6 +90,11 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
     turn = about(1, yaw)
     turns = (turn @ about(0, pitch), turn @ about(0, bent))
     return FootPath(ankle, yaw, *turns, flat, on_toe, swinging, floor)
+
+
+def risen(kneel: np.ndarray) -> np.ndarray:
+    """Share of its pitch that a foot has while its knee goes down: the heel goes first."""
+    return 1.0 - (1.0 - kneel) ** 2
 
 
 def _floor(foot: Foot, t: np.ndarray) -> np.ndarray:
@@ -231,7 +237,8 @@ def lifted(heights: Iterable[np.ndarray], slack: float) -> np.ndarray:
 def _contacts(foot: Foot, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Frames in which ankle and toe joint rest, and already rested in the frame before.
 
-    The ankle rests while the sole is flat, and while its heel is held at one height.
+    The ankle rests while the sole is flat, and while its heel is held at one height; not on the raised
+    foot of a kneeling leg.
     """
     stays, on_toe = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
     for plant in foot.plants:
@@ -239,6 +246,8 @@ def _contacts(foot: Foot, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         stays |= (t >= plant.flat) & (t <= plant.lift)
         on_toe |= (t >= (plant.strike if toe_first else plant.flat)) & (t <= plant.off)
     held = np.concatenate([foot.heel[:1] == 0.0, foot.heel[1:] == foot.heel[:-1]])
+    if foot.kneel is not None:
+        held &= _since_before(foot.kneel == 0.0)
     return _since_before(stays) & held, _since_before(on_toe)
 
 

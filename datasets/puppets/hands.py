@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from . import anatomy
+from . import anatomy, handplants
 from .bodies import Body
 from .curves import smooth
 from .limbs import about, bend, cross, dot, part_way, unit
@@ -42,6 +42,7 @@ def set_arm(pose: Pose, side: str, score: Score, manner: Manner) -> None:
         pose.set(f"{side}_shoulder", chest @ _collar(pose, side, goal, limb.longest, manner.collar))
     start = pose.at(f"{side}_arm")
     far = np.sqrt(((goal - start) ** 2).sum(axis=-1)) - 0.99 * limb.exact * limb.longest
+    pose.short[side] = np.maximum(far, 0.0)
     pose.missing = np.maximum(pose.missing, _helped_by_leaning(hand, body) * np.maximum(far, 0.0))
     swivel = sign(side) * (hand.swivel + manner.elbows)
     upper, lower = bend(limb, start, goal, chest, swivel)
@@ -55,6 +56,12 @@ def set_arm(pose: Pose, side: str, score: Score, manner: Manner) -> None:
     pose.set(f"{side}_arm", upper)
     pose.set(f"{side}_forearm", lower @ about(0, 0.6 * twist))
     pose.set(f"{side}_hand", turned)
+
+
+def reaches_down(score: Score, body: Body) -> bool:
+    """Whether a hand is put on a leg or a foot."""
+    touches = [touch for hand in score.hands.values() for touch in hand.touches]
+    return any(place(touch.place, body).part in LOW for touch in touches)
 
 
 def _helped_by_leaning(hand: Hand, body: Body) -> np.ndarray:
@@ -87,6 +94,12 @@ def _goal(pose: Pose, side: str, score: Score) -> tuple[np.ndarray, Holds]:
         there = pose.at(spot.part) + _apply(pose.of(spot.part), np.broadcast_to(wrist, goal.shape))
         goal = goal + touch.weight[:, None] * (there - goal)
         holds.append((pose.of(spot.part) @ turn, touch.weight))
+    for plant in hand.plants:
+        share = handplants.weight(plant, score.frames)
+        goal = goal + share[:, None] * (handplants.way(plant, side, body, score.frames) - goal)
+        # turned early, so that no finger is in the floor on its way down
+        turn = np.broadcast_to(handplants.turned(plant, side), chest.shape)
+        holds.append((turn, 1.0 - (1.0 - share) ** 3))
     return goal, holds
 
 

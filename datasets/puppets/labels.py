@@ -9,6 +9,7 @@ import numpy as np
 
 from retarget_bench.api import Contacts
 
+from .handplants import rests
 from .score import SIDES, Score
 
 
@@ -41,4 +42,7 @@ def touches(score: Score) -> dict[str, np.ndarray]:
             name, full = f"{side} hand on {touch.place}", touch.weight == 1.0
             if full.any():
                 found[name] = found.get(name, np.zeros(len(full), dtype=bool)) | full
+        for plant in score.hands[side].plants:
+            name = f"{side} hand on {'held thing' if plant.level > 0.0 else 'floor'}"
+            found[name] = found.get(name, np.zeros(score.frames, dtype=bool)) | rests(plant, score.frames)
     return found

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from . import grounds
+from . import handplants
 from .bodies import Body
 from .places import place, touching
 from .score import SIDES, Score
@@ -36,6 +37,10 @@ def gaps(score: Score, body: Body, solution: Solution) -> Mapping[tuple[str, str
             )
             gap = np.sqrt((apart[full] ** 2).sum(axis=-1)).max(initial=0.0)
             found[side, touch.place] = max(found.get((side, touch.place), 0.0), float(gap))
+        for plant in score.hands[side].plants:
+            apart = places[:, body.part[f"{side}_hand"]] - handplants.wrist(plant, side, body)
+            gap = np.sqrt((apart**2).sum(axis=-1))[handplants.rests(plant, score.frames)].max(initial=0.0)
+            found[side, "floor"] = max(found.get((side, "floor"), 0.0), float(gap))
     return found
 
 

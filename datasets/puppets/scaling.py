@@ -9,6 +9,8 @@
 | feet carried in the air | leg lengths from the hip joint | times its own leg, less its ankle |
 | foot contacts | schedule | kept: the same frames, its own sole |
 | hands in the air | arm lengths | times its arm (shoulder joint to wrist), from its own shoulder |
+| knees on the floor | before the own toes | kept: at the height of its own flesh, by its own foot and shin |
+| hands on the floor | leg lengths, shoulder widths | kept: the same frames; on all fours under its own shoulders |
 | hands on the body | places | kept: its own hip, knee, other palm |
 | turning, leaning, gaze | radians | the same |
 | balance | share of each foot | kept: its own centre of mass over its own feet |
@@ -56,6 +58,10 @@ def foot_pitch(body: Body) -> float:
     """By what a sole's angles are multiplied on this body."""
     sizes = body.proportions
     return min(max(USUAL_FOOT * sizes.leg / sizes.ball, 0.4), 1.15)
+
+
+KNEELING_PITCH = 1.3
+"""Of the sole of a kneeling leg, whose toes are turned under, radians: the same on every body."""
 
 
 def pelvis_place(score: Score, body: Body) -> np.ndarray:

@@ -78,11 +78,13 @@ class Air:
 @dataclass(frozen=True, eq=False)
 class Foot:
     """plants: in time order, the first striking before frame 0. heel: ``(frames,)`` how far the heel is
-    raised about the toe while the foot stays planted; exactly 0 elsewhere. air: a way through the air."""
+    raised about the toe while the foot stays planted; exactly 0 elsewhere. air: a way through the air.
+    kneel: ``(frames,)`` 1: the knee rests on the floor before the toes, which stay where the plants are."""
 
     plants: tuple[Plant, ...]
     heel: np.ndarray
     air: Air | None = None
+    kneel: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,6 +93,38 @@ class Touch:
 
     place: str
     weight: np.ndarray
+
+
+@dataclass(frozen=True)
+class HandPlant:
+    """One stay of a hand on the floor, or on something that rests there.
+
+    place:   (x, z) of the body's line of travel beside the hand, leg lengths; ``ahead`` of it along the
+             heading, arm lengths; ``under``: 1 adds how far the shoulders are before the toes on all fours.
+    width:   how far outward of that line, half shoulder widths.
+    heading: of the body; ``turned`` turns the fingers outward of it.
+    strike, off: frames of the first and of the last touch. coming, going: frames in which the hand comes
+             from where it was before, and in which it is let go; going 0: straight to its next plant.
+    tilt:    how far the wrist is raised over the finger tips, radians.
+    lift:    height of the hand's way here over the straight one, leg lengths.
+    level:   over the floor, leg lengths; above 0 the hand holds something between both palms there.
+    crouch:  whether the hips go lower for a hand that does not reach.
+    """
+
+    place: tuple[float, float]
+    heading: float
+    strike: int
+    off: int
+    coming: int
+    going: int
+    ahead: float = 0.0
+    under: float = 0.0
+    width: float = 1.0
+    turned: float = 0.0
+    tilt: float = 0.35
+    lift: float = 0.0
+    level: float = 0.0
+    crouch: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,6 +138,7 @@ class Hand:
     wrist:   ``(frames, 3)`` bend towards the palm, bend towards the thumb, palm turned up (supination).
     aim:     ``(frames, 6)`` where palm and fingers point (out, up, forward), in axes that stay upright and
              turn with the chest; followed in so far as ``aimed`` ``(frames,)`` is 1.
+    plants:  stays on the floor, in time order.
     """
 
     reach: np.ndarray
@@ -114,6 +149,7 @@ class Hand:
     touches: tuple[Touch, ...] = ()
     aim: np.ndarray | None = None
     aimed: np.ndarray | float = 0.0
+    plants: tuple[HandPlant, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -173,6 +209,8 @@ class Score:
     stairs:  in the floor, or None where it is flat.
     acts:    what is done when, in order and without gaps; empty where it is one kind throughout.
     phase:   ``(frames,)`` how far along: 0 to 1 within an act, or turns of a cycle; nothing: even progress.
+    sit_back: ``(frames,)`` how far the thighs of kneeling legs lean back from upright, radians.
+    prone:   ``(frames,)`` 1: the trunk is laid forward until straight arms reach the floor, on all fours.
     """
 
     kind: str
@@ -191,6 +229,8 @@ class Score:
     stairs: Stairs | None = None
     acts: tuple[Act, ...] = ()
     phase: np.ndarray | None = None
+    sit_back: np.ndarray | None = None
+    prone: np.ndarray | None = None
 
     @property
     def frames(self) -> int:

@@ -9,11 +9,11 @@ near equals, so results do not depend on a machine's last digits.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from . import aloft, anatomy, flight, hands
+from . import aloft, anatomy, flight, handplants, hands, kneeling
 from .bodies import Body
 from .curves import lower_envelope, smooth, soft_min
 from .feet import FootPath, foot_path, labels
@@ -65,7 +65,9 @@ def solve(score: Score, body: Body, manner: Manner = Manner()) -> Solution:
     feet = {side: foot_path(score.feet[side], side, body, score.frames) for side in SIDES}
     touching = any(hand.touches for hand in score.hands.values())
     state = _State.start(score.frames)
-    for _ in range(4 if touching or score.balance.any() or score.flights else 1):
+    passes = 4 if touching or score.balance.any() or score.flights else 1
+    low = hands.reaches_down(score, body) or handplants.any_planted(score)
+    for _ in range(8 if low else passes):
         pose = _pose(score, body, manner, feet, state)
         state = _adjusted(score, body, manner, state, pose)
     return Solution(pose.turned, pose.places[:, 0], *labels(feet))
@@ -74,28 +76,34 @@ def solve(score: Score, body: Body, manner: Manner = Manner()) -> Solution:
 @dataclass(frozen=True, eq=False)
 class _State:
     """What the passes agree on: the pelvis' shift ``(frames, 2)`` for balance, metres, the trunk's
-    additional lean ``(frames,)``, radians, how far the pelvis is off its height ``(frames,)``, metres, for
-    the centre of mass to fall freely, and where the centre of mass was before any shift."""
+    additional lean ``(frames,)``, radians, how far the hips sink for a hand that is to reach down
+    ``(frames,)``, metres, how far the pelvis is off its height ``(frames,)``, metres, for
+    the centre of mass to fall freely, where the centre of mass was before any shift, and how much the hips
+    sink ``(frames,)``, metres, for hands that are planted on the floor."""
 
     shift: np.ndarray
     lean: np.ndarray
+    low: np.ndarray
     thrown: np.ndarray
     unbalanced: np.ndarray | None = None
+    crouch: np.ndarray | float = 0.0
 
     @classmethod
     def start(cls, frames: int) -> _State:
-        return cls(np.zeros((frames, 2)), np.zeros(frames), np.zeros(frames))
+        return cls(np.zeros((frames, 2)), np.zeros(frames), np.zeros(frames), np.zeros(frames))
 
 
 @dataclass(eq=False)
 class Pose:
     """A pose in the making: orientations and places are filled in from the root outward.
-    missing: ``(frames,)`` metres by which a touching hand falls short."""
+    missing: ``(frames,)`` metres by which a touching hand falls short; short: likewise each hand, whatever
+    it does."""
 
     body: Body
     turned: np.ndarray
     places: np.ndarray
     missing: np.ndarray
+    short: dict[str, np.ndarray] = field(default_factory=dict)
 
     def set(self, part: str, turned: np.ndarray) -> None:
         """Orient a joint; its children's places follow."""
@@ -131,9 +139,13 @@ def _pose(score: Score, body: Body, manner: Manner, feet: dict[str, FootPath], s
 def _set_pelvis(pose: Pose, score: Score, feet: dict[str, FootPath], state: _State) -> None:
     body, trunk = pose.body, score.trunk
     turn = about(1, score.heading + trunk.pelvis[:, 0])
-    turn = turn @ about(0, trunk.pelvis[:, 1]) @ about(2, -trunk.pelvis[:, 2])
+    lean = trunk.pelvis[:, 1]
+    if score.prone is not None:
+        lean = lean + score.prone * kneeling.all_fours(body)[0]
+    turn = turn @ about(0, lean) @ about(2, -trunk.pelvis[:, 2])
     middle = pelvis_place(score, body)
     middle[:, [0, 2]] += state.shift
+    middle[:, 1] -= state.low + state.crouch
     offsets = {side: turn @ body.reach(f"{side}_up_leg", "hips") for side in SIDES}
     from_middle = 0.5 * (offsets["left"] + offsets["right"])
     caps = []
@@ -149,6 +161,8 @@ def _set_pelvis(pose: Pose, score: Score, feet: dict[str, FootPath], state: _Sta
     cap = lower_envelope(np.minimum(caps[0], caps[1]), 2)
     reached = soft_min(middle[:, 1], cap, 0.008 * leg)
     middle[:, 1] = flight.bridged(score, middle[:, 1], reached) + state.thrown
+    from_hips = {side: offsets[side] - from_middle for side in SIDES}
+    middle = kneeling.on_knees(score, middle, from_hips, feet, body)
     pose.places[:, 0] = middle - from_middle
     pose.set("hips", turn)
 
@@ -177,7 +191,10 @@ def _set_leg(pose: Pose, side: str, score: Score, manner: Manner, foot: FootPath
     turned_in = score.heading + score.trunk.pelvis[:, 0] - foot.yaw
     swivel = aloft.swivel(score, side, manner.knees * turned_in)
     limb, goal = anatomy.leg(pose.body), aloft.ankle(score, side, hip, foot, pose.body)
-    thigh, shank = bend(limb, hip, goal, hips, swivel)
+    pole = None
+    if score.feet[side].kneel is not None:
+        pole = (kneeling.resting(foot, pose.body), kneeling.kneels(score, side))
+    thigh, shank = bend(limb, hip, goal, hips, swivel, pole)
     for _ in range(0 if score.feet[side].air is None else 2):
         goal = aloft.clear(goal, *aloft.sole(score, side, shank, foot), foot, pose.body)
         thigh, shank = bend(limb, hip, goal, hips, swivel)
@@ -191,6 +208,8 @@ def _set_leg(pose: Pose, side: str, score: Score, manner: Manner, foot: FootPath
 # ------------------------------------------------------------------------------------- passes
 _MOST_LEAN = 0.35
 """How far the spine bends, radians, for hands that would not reach otherwise."""
+_MOST_LOW = 0.35
+"""How far the hips sink for them, leg lengths."""
 
 
 def _adjusted(score: Score, body: Body, manner: Manner, state: _State, pose: Pose) -> _State:
@@ -209,4 +228,8 @@ def _adjusted(score: Score, body: Body, manner: Manner, state: _State, pose: Pos
     lever = body.structure.lever * body.proportions.trunk
     need = -lower_envelope(-state.lean - pose.missing / lever, 4)
     lean = _MOST_LEAN * np.tanh(need / _MOST_LEAN)
-    return _State(shift, lean, flight.fall(score, body, pose.places), free)
+    # what the spine does not bend the knees do
+    low, most = state.low + 1.5 * (lean / _MOST_LEAN) ** 2 * pose.missing, _MOST_LOW * body.proportions.leg
+    low = most * np.tanh(-lower_envelope(-low, 4) / most)
+    crouch = state.crouch + handplants.crouching(score, pose.short)
+    return _State(shift, lean, low, flight.fall(score, body, pose.places), free, crouch)
