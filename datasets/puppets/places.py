@@ -122,7 +122,7 @@ def _shoulder(side: str, body: Body) -> Place:
     p, out = body.proportions, sign(side)
     return Place(
         f"{side}_shoulder",
-        np.array([out * (0.80 * p.shoulder_half - p.clavicle), 0.75 * p.girth, 0.45 * p.girth]),
+        np.array([out * (0.66 * p.shoulder_half - p.clavicle), 0.75 * p.girth, 0.45 * p.girth]),
         unit(np.array([0.15 * out, 0.75, 0.65])),
         np.array([0.75 * out, 0.3, -0.6]),
     )
@@ -173,9 +173,9 @@ def _head(side: str, body: Body) -> Place:
     p, out = body.proportions, sign(side)
     return Place(
         "head",
-        np.array([0.52 * out * p.head, 0.60 * p.head, 0.10 * p.head]),
-        unit(np.array([0.9 * out, 0.3, 0.3])),
-        np.array([-0.3 * out, 1.0, -0.35]),
+        np.array([0.46 * out * p.head, 0.78 * p.head, 0.08 * p.head]),
+        unit(np.array([0.85 * out, 0.45, 0.15])),
+        np.array([-0.45 * out, 0.75, -0.6]),
     )
 
 

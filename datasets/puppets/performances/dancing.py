@@ -103,7 +103,8 @@ def _figure(floor: _Floor, number: int, name: str, lead: str) -> None:
             scene.arm(
                 side, at(number) - 2, at(number + 1) + 0.4 * beat * late, put(side), (0.08, 0.0, 0.12)
             )
-            scene.arm(side, at(number + 3) + 0.2 * beat * late, at(number + 4), _READY)
+            if beat >= _QUICKEST:
+                scene.arm(side, at(number + 3) + 0.2 * beat * late, at(number + 4), _READY)
     elif name == "raise":
         for side in SIDES:
             scene.arm(
@@ -212,7 +213,7 @@ def _line_bar(floor: _Floor, number: int, name: str, first: str) -> None:
         if name == "ahead":
             flat = Shape((0.10, -0.04, 0.86), (-0.1, 0.0, 0.0), 0.15, 0.9, palm=(0.0, -1.0, 0.0))
             scene.arm(side, begin, end, flat, (0.0, 0.0, 0.05))
-            up = replace(flat, palm=(-0.5, 0.85, 0.0))
+            up = replace(flat, palm=(-0.85, 0.5, 0.0))
             scene.arm(side, at(number + 2 + late), at(number + 2 + late) + 0.8 * beat, up)
         elif name == "shoulders":
             scene.arm(side, begin, at(number + 2 + late) - 2, arms.on_shoulder(side))
@@ -244,7 +245,7 @@ def _ended(scene: Scene, floor: _Floor, bars: int, kind: str, **parameters: str)
     """Arms come to rest; knees and chest go with every beat."""
     end = floor.at(4 * bars)
     for side in SIDES:
-        scene.arm(side, end - 6, min(end + 16, scene.frames - 1.0))
+        scene.arm(side, end - 6, min(end + 18, scene.frames - 1.0), None, (0.12, 0.0, 0.04))
     floor.close()
     beats = np.pi * (scene.k - floor.start) / floor.beat
     dancing = scene.held(floor.start, floor.start + 12.0, end - 8.0, end + 8.0)

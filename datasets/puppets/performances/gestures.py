@@ -94,7 +94,7 @@ def clap(stream: Stream, frames: int) -> Score:
 
 def hands_on_hips(stream: Stream, frames: int) -> Score:
     """Arms akimbo, chest out, looking about."""
-    scene = Scene(stream, frames, width=stream.uniform(1.3, 1.9), shift=0.4)
+    scene = Scene(stream, frames, width=stream.uniform(1.2, 1.7), shift=0.35)
     scene.fidget()
     first, last = 5.0, frames - 6.0
     up = min(24.0, 0.3 * frames)
@@ -161,13 +161,13 @@ def touch_toe(stream: Stream, frames: int) -> Score:
             scene.arm(free, start, start + down, Shape((0.40, -0.70, 0.02), upright=0.9))
             scene.arm(free, end - down, end)
         lean = float(sum(sign(side) for side in hands))
-        knees = stream.uniform(0.05, 0.16)
+        knees = stream.uniform(0.14, 0.24)
         # the deeper the knees bend, the less the trunk has to
         scene.low += knees * share
         scene.bend(
             share,
-            pelvis=(-0.15 * lean, 1.36 - 1.2 * knees, 0.0),
-            chest=(-0.16 * lean, 0.30, 0.05 * lean),
+            pelvis=(-0.15 * lean, 1.02 - 0.6 * knees, 0.0),
+            chest=(-0.14 * lean, 0.34, 0.05 * lean),
             gaze=(0.0, 1.15, 0.0),
         )
     return scene.score("touch_toe")

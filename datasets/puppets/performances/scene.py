@@ -100,7 +100,7 @@ class Scene:
         if latest < 15:
             return
         if what == "turn":
-            self.feet = turn(self.feet, start, stream.sign() * stream.uniform(0.3, 0.8))
+            self.feet = turn(self.feet, start, stream.sign() * stream.uniform(0.2, 0.5))
         elif what == "step":
             self.step(side, start, stream.uniform(-0.12, 0.15), stream.uniform(-0.2, 0.4))
         elif what == "heel":

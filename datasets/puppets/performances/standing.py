@@ -91,7 +91,9 @@ def small_step(
     foot = feet.feet[side]
     last = foot.plants[-1]
     off, strike, flat = start + 5, start + lasting - 4, start + lasting
-    leaving = replace(last, lift=start, off=off, off_pitch=0.45 * STEP / lasting, lift_height=0.06)
+    # a foot that goes back is not pushed off
+    pitch = (0.45 if ahead >= 0.0 else 0.15) * STEP / lasting
+    leaving = replace(last, lift=start, off=off, off_pitch=pitch, lift_height=0.06)
     heading = last.heading + turned
     x, z = last.place
     landing = replace(

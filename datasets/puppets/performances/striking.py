@@ -70,9 +70,9 @@ def _kick(scene: Scene, kind: str, side: str, off: int, down: int, high: float) 
     scene.bend(0.5 * aloft + 0.5 * struck, **tip)
     scene.low += 0.025 * aloft
     for each in SIDES:
-        scene.arm(each, off - 10.0, off + 0.3 * long, _GUARD, (0.0, 0.0, 0.05))
-    scene.arm(side, up - 2.0, hit, Shape((0.35, -0.62, -0.18), swivel=0.2))
-    scene.arm(side, hit + 2.0, back + 6.0, _GUARD)
+        scene.arm(each, off - 13.0, off + 0.3 * long, _GUARD, (0.0, 0.0, 0.05))
+    scene.arm(side, up - 4.0, hit + 2.0, Shape((0.35, -0.60, -0.10), swivel=0.2))
+    scene.arm(side, hit + 4.0, back + 9.0, _GUARD)
     for each in SIDES:
         scene.arm(each, down - 4.0, down + 13.0)
 
@@ -166,7 +166,7 @@ def throw(stream: Stream, frames: int) -> Score:
         step = stream.uniform(0.30, 0.45)
         if room > 92.0:
             scene.step(lead, round(cocked) - 11, step)
-            scene.step(lead, round(end) - 20, -step)
+            scene.step(lead, round(end) - 22, -step, lasting=21)
         back = scene.held(start, cocked - 3.0, cocked, let_go)
         through = scene.held(cocked, let_go + 2.0, max(rest, let_go + 2.0), end + 2.0)
         scene.bend(back, pelvis=(-0.55 * out, -0.05, 0.0), chest=(-0.45 * out, -0.10, -0.10 * out))
@@ -266,7 +266,7 @@ def _shove(stream: Stream, frames: int, kind: str) -> Score:
     scene = Scene(stream, frames, width=stream.uniform(1.1, 1.5), shift=0.05)
     moving = stream.choice(SIDES)
     way = 1.0 if kind == "push" else -1.0
-    step = way * stream.uniform(0.30, 0.42)
+    step = way * stream.uniform(0.26, 0.38)
     out = sign(moving)
     first, last = 22.0, frames - 26.0
     count = max(1, int((last - first) / (30.0 * stream.uniform(1.1, 1.7))))
