@@ -26,10 +26,8 @@ Chosen = tuple[Clip, str, str]
 def cases(size: str, part: Part, seed: int, split: str) -> tuple[Chosen, ...]:
     """The cases of a split, clip by clip."""
     listed = clips(size, seed, part)
-    most = SIZES[size].cases if part == "test" else SIZES[size].validation
-    troupes = _troupes(size, part, seed)
-    offers = {clip: _pairs(clip.family, troupes[clip], split) for clip in listed}
-    numbers = _numbers([clip for clip in listed if offers[clip]], most[split], offers)
+    offers = _offers(size, part, seed, split)
+    numbers = _numbers(list(offers), _most(size, part, seed)[split], offers)
     deal = _Deal()
     dealt: dict[Clip, list[tuple[str, str]]] = {clip: [] for clip in listed}
     for turn in range(max(numbers.values(), default=0)):
@@ -59,8 +57,33 @@ class _Deal:
         return chosen
 
 
+@cache
+def _offers(size: str, part: Part, seed: int, split: str) -> Mapping[Clip, tuple[tuple[str, str], ...]]:
+    """Clip -> its possible pairs, of clips that have some."""
+    troupes = _troupes(size, part, seed)
+    found = {clip: _pairs(clip.family, names, split) for clip, names in troupes.items()}
+    return {clip: offered for clip, offered in found.items() if offered}
+
+
+@cache
+def _most(size: str, part: Part, seed: int) -> Mapping[str, int]:
+    """How many cases each split has: what the size says, or more for every clip to have one, while the sum
+    over the splits stays what the size says."""
+    asked = SIZES[size].cases if part == "test" else SIZES[size].validation
+    least = {split: len(_offers(size, part, seed, split)) for split in asked}
+    most = {split: max(number, least[split]) for split, number in asked.items()}
+    while sum(most.values()) > sum(asked.values()):
+        richest = max(
+            most, key=lambda split: (most[split] > least[split], most[split] - least[split], split)
+        )
+        most[richest] -= 1
+    return most
+
+
 def _numbers(listed: Sequence[Clip], most: int, offers: Mapping[Clip, Sequence[object]]) -> dict[Clip, int]:
     """How many cases each clip has: as many as the others, a third of that where it is long."""
+    if most < len(listed):
+        return {listed[k * len(listed) // most]: 1 for k in range(most)}
     weights = {clip: 1 if clip.long else 3 for clip in listed}
     total = sum(weights.values())
     numbers = {clip: max(most * weights[clip] // total, 1) for clip in listed}

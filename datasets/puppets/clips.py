@@ -134,7 +134,7 @@ def _counts(size: str, part: Part) -> dict[str, tuple[int, int]]:
     if part != "test":
         return dict.fromkeys(offered, (1, 0))
     if not make.test:
-        return dict.fromkeys(offered, (max(make.cases["self"] // len(offered), 1), 0))
+        return dict.fromkeys(offered, (max(make.cases["intra"] // len(offered), 1), 0))
     for family in families():
         if family.sequence in family.kinds:
             share = make.long if not long else max(make.long // 4, 1)

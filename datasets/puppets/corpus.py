@@ -11,7 +11,7 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from . import casting, exclusions, grounds, labels, parts, training
+from . import casting, exclusions, grounds, held_out, labels, parts, training
 from .clips import SIZES, Clip, clips
 from .solved import SECOND, USUAL, Studio
 
@@ -140,7 +140,7 @@ class Puppets:
         marks = {
             "source": held[info.source],
             "target": held[info.target],
-            "kind": clip.kind in parts.HELD_OUT_KINDS,
+            "kind": clip.kind in held_out.KINDS,
         }
         return frozenset(name for name, new in marks.items() if new)
 

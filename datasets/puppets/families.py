@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
-from functools import cache
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache, partial
 from typing import Any
 
+from . import held_out
 from .bodies import Body
 from .characters import BODIES
-from .performances import KINDS
+from .performances import KINDS, STRUNG, sequence
 from .randomness import Stream
 from .reach import out_of_reach
 from .score import Score
@@ -34,13 +35,21 @@ class Family:
     short_of: Callable[[Score, Body, Solution], Mapping[str, float]]
     sequence: str = "sequence"
     """The kind that strings several others together, of which the long clips are."""
-    weights: Mapping[str, int] = field(default_factory=dict)
 
 
 @cache
 def families() -> tuple[Family, ...]:
     """People first."""
-    return (Family("people", BODIES, KINDS, solve, SECOND, out_of_reach),)
+    kinds: dict[str, Callable[[Stream, int], Score]] = {
+        **KINDS,
+        "sequence": partial(sequence, among=_seen(STRUNG)),
+    }
+    return (Family("people", BODIES, kinds, solve, SECOND, out_of_reach),)
+
+
+def _seen(names: Sequence[str]) -> tuple[str, ...]:
+    """Kinds that sequences may have, since training has them too."""
+    return tuple(name for name in names if name not in held_out.KINDS)
 
 
 @cache

@@ -6,31 +6,16 @@ from collections.abc import Sequence
 from functools import cache
 from typing import Literal
 
+from . import held_out as keep
 from .bodies import Body
 from .families import Family, families
 
 Part = Literal["train", "validation", "test"]
 
-HELD_OUT_STRUCTURES = ("h36m17",)
-"""None of their bodies is in training or validation."""
-
-HELD_OUT_KINDS = (
-    "limp",
-    "sideways",
-    "lunge",
-    "kick_side",
-    "catch",
-    "touch_toe",
-    "salute",
-    "dance_b",
-    "trot",
-)
-"""Kinds of performance that only the test has; those that there are."""
-
 
 def held_out(body: Body) -> bool:
     """Whether a body is only in the test."""
-    return body.structure.name in HELD_OUT_STRUCTURES or bool(getattr(body, "held_out", False))
+    return body.held_out or body.structure.name in keep.STRUCTURES
 
 
 def bodies(family: Family, part: Part) -> tuple[str, ...]:
@@ -40,7 +25,7 @@ def bodies(family: Family, part: Part) -> tuple[str, ...]:
 
 def kinds(family: Family, part: Part) -> tuple[str, ...]:
     """The kinds of a family in a part, in their order."""
-    return tuple(kind for kind in family.kinds if part == "test" or kind not in HELD_OUT_KINDS)
+    return tuple(kind for kind in family.kinds if part == "test" or kind not in keep.KINDS)
 
 
 @cache

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from retarget_bench.api import SPLITS, CaseInfo
-from retarget_bench.datasets.puppets import exclusions, parts
+from retarget_bench.datasets.puppets import exclusions, held_out, parts
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.clips import clips
 from retarget_bench.datasets.puppets.families import families
@@ -93,7 +93,7 @@ def test_training_is_unpaired_and_without_what_is_held_out() -> None:
     seen = data.training_manifest()
     names: list[str] = []
     for structure, mine in data.training().items():
-        assert structure not in parts.HELD_OUT_STRUCTURES
+        assert structure not in held_out.STRUCTURES
         assert structure in seen["structures"]
         for name, own in mine.items():
             assert name in seen["characters"]
@@ -102,7 +102,7 @@ def test_training_is_unpaired_and_without_what_is_held_out() -> None:
             names += own.names
     kinds = {name.split("-")[0] for name in names}
     assert kinds == set(seen["kinds"])
-    assert not kinds & set(parts.HELD_OUT_KINDS)
+    assert not kinds & set(held_out.KINDS)
     assert len(set(names)) == len(names)
     one = next(iter(data.training()["body22"].values()))
     assert one[0].frames == one[:1].frames
