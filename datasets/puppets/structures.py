@@ -286,7 +286,7 @@ H36M17 = _structure(
             ]
         ),
     ],
-    bending={"spine_1": 0.75, "spine_3": 0.25},
+    bending={"spine_1": 0.90, "spine_3": 0.10},
     levels={"spine_1": 0.40, "spine_3": 1.0},
     hidden=[("", "neck", "spine_3"), *_both([("", "shoulder", "spine_3"), ("", "toe", "foot")])],
     silent=("left_shoulder", "right_shoulder"),
