@@ -145,7 +145,7 @@ def _set_pelvis(pose: Pose, score: Score, feet: dict[str, FootPath], state: _Sta
     turn = turn @ about(0, lean) @ about(2, -trunk.pelvis[:, 2])
     middle = pelvis_place(score, body)
     middle[:, [0, 2]] += state.shift
-    middle[:, 1] -= state.low + state.crouch
+    middle[:, 1] -= _up_to(_MOST_LOW * body.proportions.leg, state.low) + state.crouch
     offsets = {side: turn @ body.reach(f"{side}_up_leg", "hips") for side in SIDES}
     from_middle = 0.5 * (offsets["left"] + offsets["right"])
     caps = []
@@ -161,6 +161,7 @@ def _set_pelvis(pose: Pose, score: Score, feet: dict[str, FootPath], state: _Sta
     cap = lower_envelope(np.minimum(caps[0], caps[1]), 2)
     reached = soft_min(middle[:, 1], cap, 0.008 * leg)
     middle[:, 1] = flight.bridged(score, middle[:, 1], reached) + state.thrown
+    middle[:, 1] = kneeling.over_floor(middle[:, 1], body)
     from_hips = {side: offsets[side] - from_middle for side in SIDES}
     middle = kneeling.on_knees(score, middle, from_hips, feet, body)
     pose.places[:, 0] = middle - from_middle
@@ -169,7 +170,11 @@ def _set_pelvis(pose: Pose, score: Score, feet: dict[str, FootPath], state: _Sta
 
 def _set_spine(pose: Pose, score: Score, manner: Manner, state: _State) -> None:
     structure, trunk = pose.body.structure, score.trunk
-    turn, lean, left = trunk.chest[:, 0], trunk.chest[:, 1] + state.lean, trunk.chest[:, 2]
+    turn, lean, left = (
+        trunk.chest[:, 0],
+        trunk.chest[:, 1] + _up_to(_MOST_LEAN, state.lean),
+        trunk.chest[:, 2],
+    )
     whole = np.stack([lean, turn, -left], axis=-1)
     below = pose.of("hips")
     low, high = structure.bending[0][0], structure.bending[-1][0]
@@ -196,9 +201,9 @@ def _set_leg(pose: Pose, side: str, score: Score, manner: Manner, foot: FootPath
         pole = (kneeling.resting(foot, pose.body), kneeling.kneels(score, side))
     thigh, shank = bend(limb, hip, goal, hips, swivel, pole)
     for _ in range(0 if score.feet[side].air is None else 2):
-        goal = aloft.clear(goal, *aloft.sole(score, side, shank, foot), foot, pose.body)
+        goal = aloft.clear(goal, *aloft.sole(score, side, shank, foot, pose.body), foot, pose.body)
         thigh, shank = bend(limb, hip, goal, hips, swivel)
-    sole, toes = aloft.sole(score, side, shank, foot)
+    sole, toes = aloft.sole(score, side, shank, foot, pose.body)
     pose.set(f"{side}_up_leg", thigh)
     pose.set(f"{side}_leg", shank)
     pose.set(f"{side}_foot", sole)
@@ -208,8 +213,13 @@ def _set_leg(pose: Pose, side: str, score: Score, manner: Manner, foot: FootPath
 # ------------------------------------------------------------------------------------- passes
 _MOST_LEAN = 0.35
 """How far the spine bends, radians, for hands that would not reach otherwise."""
-_MOST_LOW = 0.35
+_MOST_LOW = 0.3
 """How far the hips sink for them, leg lengths."""
+
+
+def _up_to(most: float, value: np.ndarray) -> np.ndarray:
+    """Values that are asked for, eased below a limit."""
+    return most * np.tanh(value / most)
 
 
 def _adjusted(score: Score, body: Body, manner: Manner, state: _State, pose: Pose) -> _State:
@@ -226,10 +236,9 @@ def _adjusted(score: Score, body: Body, manner: Manner, state: _State, pose: Pos
     free = centre if state.unbalanced is None else state.unbalanced
     shift = state.shift + free + score.balance[:, None] * (under - free) - centre
     lever = body.structure.lever * body.proportions.trunk
-    need = -lower_envelope(-state.lean - pose.missing / lever, 4)
-    lean = _MOST_LEAN * np.tanh(need / _MOST_LEAN)
-    # what the spine does not bend the knees do
-    low, most = state.low + 1.5 * (lean / _MOST_LEAN) ** 2 * pose.missing, _MOST_LOW * body.proportions.leg
-    low = most * np.tanh(-lower_envelope(-low, 4) / most)
+    lean = -lower_envelope(-state.lean - pose.missing / lever, 4)
+    # the less the spine bends further, the more the knees do
+    share = 0.5 + np.tanh(state.lean / _MOST_LEAN) ** 2
+    low = -lower_envelope(-state.low - share * pose.missing, 4)
     crouch = state.crouch + handplants.crouching(score, pose.short)
     return _State(shift, lean, low, flight.fall(score, body, pose.places), free, crouch)

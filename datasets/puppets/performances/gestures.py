@@ -166,7 +166,7 @@ def touch_toe(stream: Stream, frames: int) -> Score:
         scene.low += knees * share
         scene.bend(
             share,
-            pelvis=(-0.15 * lean, 1.02 - 0.6 * knees, 0.0),
+            pelvis=(-0.15 * lean, 0.92 - 0.5 * knees, 0.0),
             chest=(-0.14 * lean, 0.34, 0.05 * lean),
             gaze=(0.0, 1.15, 0.0),
         )

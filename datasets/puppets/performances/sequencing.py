@@ -1,8 +1,9 @@
 """Several performances one after the other, as one: what begins and ends standing can be strung together.
 
 The protocol is read off a Score, nothing has to be declared (``stands``): in its first or last frame both
-soles are flat, no heel is raised, the hips are up, and nobody is in the air or on stairs. Arms may be
-anywhere. A kind of which only some performances stand at an end is drawn again until one does.
+soles are flat, no heel is raised, the hips are up (over 0.7 of a leg), and nobody is in the air or on
+stairs. Arms may be anywhere. A kind of which only some performances stand at an end is drawn again until
+one does.
 
 Parts are turned and moved so that one foot stays where it is; the other makes a step if it has to. While
 that happens all channels run on with fading speed and are cross-faded, so nothing jumps.
@@ -37,7 +38,7 @@ def stands(score: Score, frame: int) -> bool:
     feet = [_plant(foot, at) is not None and foot.heel[at] == 0.0 for foot in score.feet.values()]
     calm = all(foot.air is None or foot.air.weight[at] == 0.0 for foot in score.feet.values())
     grounded = all(not first <= at <= last for first, last in score.flights)
-    return all(feet) and calm and grounded and score.stairs is None and bool(score.height[at] > 0.92)
+    return all(feet) and calm and grounded and score.stairs is None and bool(score.height[at] > 0.7)
 
 
 def drawn(stream: Stream, kind: Kind, frames: int, starts: bool, ends: bool) -> Score:
