@@ -8,7 +8,7 @@ from .bodies import Body
 from .curves import soft_min
 from .feet import FootPath, lifted
 from .limbs import about, part_way
-from .scaling import air_reach
+from .scaling import air_point, air_reach
 from .score import Score, sign
 
 
@@ -45,12 +45,14 @@ def swivel(score: Score, side: str, grounded: np.ndarray) -> np.ndarray:
     return grounded + air.weight * (sign(side) * air.swivel - grounded)
 
 
-def sole(score: Score, side: str, shank: np.ndarray, foot: FootPath) -> tuple[np.ndarray, np.ndarray]:
+def sole(
+    score: Score, side: str, shank: np.ndarray, foot: FootPath, body: Body
+) -> tuple[np.ndarray, np.ndarray]:
     """Orientations ``(frames, 3, 3)`` of foot and toes: with the shin where aloft."""
     air = score.feet[side].air
     if air is None:
         return foot.sole, foot.toes
-    pointed = shank @ about(0, air.point)
+    pointed = shank @ about(0, air_point(air, body))
     # the ankle gives way early, so that it is not bent by a shin that already hangs from a raised knee
     share = 1.0 - (1.0 - air.weight) ** 2
     return part_way(foot.sole, pointed, share), part_way(foot.toes, pointed, share)

@@ -9,8 +9,8 @@
 | feet carried in the air | leg lengths from the hip joint | times its own leg, less its ankle |
 | foot contacts | schedule | kept: the same frames, its own sole |
 | hands in the air | arm lengths | times its arm (shoulder joint to wrist), from its own shoulder |
-| knees on the floor | before the own toes | kept: at the height of its own flesh, by its own foot and shin |
-| hands on the floor | leg lengths, shoulder widths | kept: the same frames; on all fours under its own shoulders |
+| knees on the floor | before the own toes | kept: as far off and high as its own shin and flesh |
+| hands on the floor | leg lengths | kept: the same frames; on all fours under its shoulders |
 | hands on the body | places | kept: its own hip, knee, other palm |
 | turning, leaning, gaze | radians | the same |
 | balance | share of each foot | kept: its own centre of mass over its own feet |
@@ -81,6 +81,11 @@ def air_reach(air: Air, side: str, body: Body) -> np.ndarray:
     """``(frames, 3)`` metres (left, up, forward) from the hip joint to the ankle of a carried foot."""
     limb = (body.proportions.thigh + body.proportions.shank) / USUAL_LIMB
     return air.reach * (limb * np.array([sign(side), 1.0, 1.0]))
+
+
+def air_point(air: Air, body: Body) -> np.ndarray:
+    """``(frames,)`` how far the toes of a carried foot point, radians: a long foot is held flatter."""
+    return air.point - 0.9 * (1.0 - min(foot_pitch(body), 1.0))
 
 
 def hand_reach(hand: Hand, side: str, body: Body) -> np.ndarray:

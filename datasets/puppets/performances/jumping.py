@@ -329,12 +329,12 @@ def _hopping_feet(
             lift=off - roll if away else off,
             off=off,
             strike_pitch=0.30,
-            off_pitch=0.75 if roll < 5 else 0.45,
+            off_pitch=0.68 if roll < 6 else 0.45,
             lift_height=0.10,
             hurry=0.6,
         )
 
-    own = tuple(plant(k, *contact, 0.9, 3) for k, contact in enumerate(contacts))
+    own = tuple(plant(k, *contact, 0.9, 4) for k, contact in enumerate(contacts))
     leaves, returns = contacts[0][1] - 18, contacts[-1][0] + 20
     held = (plant(0.0, -EVER, leaves, 0.9, 6), plant(float(count), returns, EVER, 0.9, 6))
     t, zero = np.arange(frames, dtype=float), np.zeros(frames)

@@ -98,9 +98,9 @@ def _running(stream: Stream, kind: str, frames: int, plan: _Run) -> Score:
             frames,
             (0.0, 0.2, 0.42, 0.65, 0.85, 1.0),
             (-22.0, -10.0, 0.55 * thigh, thigh, 0.85 * thigh, 24.0),
-            (38.0, 0.80 * knee, knee, 0.70 * knee, 30.0, 18.0),
-            full=(0.35, 0.65),
-            point=0.40,
+            (38.0, 0.80 * knee, knee, 0.62 * knee, 32.0, 20.0),
+            full=(0.42, 0.58),
+            point=0.25,
             out=-0.025,
         )
         for side, foot in feet.items()

@@ -162,7 +162,7 @@ def march(stream: Stream, frames: int) -> Score:
         stream,
         frames,
         mode="steady",
-        rate=(1.75, 2.05),
+        rate=(1.6, 1.9),
         step=(0.40, 0.62),
         duty=(0.56, 0.60),
         turns=(0.0, 0.0, 0.0, 0.6),
@@ -177,7 +177,7 @@ def march(stream: Stream, frames: int) -> Score:
         width=0.85,
     )
     feet = stepping(drawn, course, tread)
-    thigh = stream.uniform(48.0, 74.0)
+    thigh = stream.uniform(46.0, 70.0)
     air = {
         side: carried(
             foot.plants,
