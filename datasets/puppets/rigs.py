@@ -8,6 +8,8 @@ axis, as motion-capture software writes skeletons).
 
 from __future__ import annotations
 
+from functools import partial
+
 import numpy as np
 
 from retarget_bench.motion import kinematics, rotation
@@ -19,6 +21,7 @@ from retarget_bench.motion.skeleton import EndSite, Skeleton
 
 from .bodies import Body
 from .limbs import about, unit
+from .meshes import mesh
 from .score import FPS, SIDES, sign
 from .solver import Solution
 
@@ -86,7 +89,8 @@ def character(body: Body) -> Character:
     skeleton = Skeleton(structure.names, parents, offsets, sites)
     pose = kinematics.local_from_global(skeleton, rotation.from_matrix(own)[None])[0]
     sizes = measure(skeleton, structure.roles, pose)
-    return Character(body.name, skeleton, structure.name, structure.roles, pose, sizes)
+    skin = partial(mesh, body, pose)
+    return Character(body.name, skeleton, structure.name, structure.roles, pose, sizes, skin)
 
 
 def rotations(solution: Solution, body: Body, of: Character) -> np.ndarray:
