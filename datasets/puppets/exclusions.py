@@ -8,6 +8,7 @@ in ``exclusions.json``. Whoever changes the generator calls ``write`` (two minut
 from __future__ import annotations
 
 import json
+import multiprocessing
 from collections.abc import Iterator, Mapping
 from functools import cache
 from pathlib import Path
@@ -60,9 +61,12 @@ def asked() -> Iterator[tuple[Clip, tuple[str, ...]]]:
                     yield clip, (body,)
 
 
-def write() -> None:
+def write(processes: int = 2) -> None:
     """Find out anew who cannot do what in the published corpus."""
-    table = {clip.name: dict(short) for clip, names in asked() if (short := found(clip, names))}
+    jobs = list(asked())
+    with multiprocessing.get_context("spawn").Pool(processes) as pool:
+        outcomes = pool.starmap(found, jobs, chunksize=50)
+    table = {clip.name: short for (clip, _), short in zip(jobs, outcomes, strict=True) if short}
     rounded = {
         clip: {name: round(gap, 3) for name, gap in sorted(short.items())}
         for clip, short in sorted(table.items())

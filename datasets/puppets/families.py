@@ -11,6 +11,9 @@ from . import held_out
 from .bodies import Body
 from .characters import BODIES
 from .performances import KINDS, STRUNG, sequence
+from .quadruped import solver as dog_solver
+from .quadruped.dogs import KENNEL
+from .quadruped.kinds import KINDS as DOG_KINDS
 from .randomness import Stream
 from .reach import out_of_reach
 from .score import Score
@@ -44,7 +47,16 @@ def families() -> tuple[Family, ...]:
         **KINDS,
         "sequence": partial(sequence, among=_seen(STRUNG)),
     }
-    return (Family("people", BODIES, kinds, solve, SECOND, out_of_reach),)
+    return (
+        Family("people", BODIES, kinds, solve, SECOND, out_of_reach),
+        Family("dogs", KENNEL, DOG_KINDS, dog_solver.solve, dog_solver.SECOND, _nothing),
+    )
+
+
+def _nothing(score: Score, body: Body, solution: Solution) -> Mapping[str, float]:
+    """Dogs touch nothing but the floor."""
+    del score, body, solution
+    return {}
 
 
 def _seen(names: Sequence[str]) -> tuple[str, ...]:

@@ -14,7 +14,6 @@ import numpy as np
 
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.contact import CONTACT_ROLES
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import EndSite, Skeleton
@@ -106,4 +105,4 @@ def motion(local: np.ndarray, root: np.ndarray, of: Character) -> Motion:
 
 def contact_roles(body: Body) -> tuple[str, ...]:
     """The roles of the joints whose contacts are labelled; ``structure.contacts`` are their columns."""
-    return tuple(CONTACT_ROLES[column] for column in body.structure.contacts)
+    return body.structure.labelled

@@ -65,6 +65,11 @@ class Structure:
         return tuple(k for k, role in enumerate(CONTACT_ROLES) if role in self.roles)
 
     @property
+    def labelled(self) -> tuple[str, ...]:
+        """The roles of the joints whose contacts are labelled."""
+        return tuple(CONTACT_ROLES[column] for column in self.contacts)
+
+    @property
     def lever(self) -> float:
         """How far the base of the neck comes forward when the spine bends, shares of the trunk a radian."""
         height = dict(self.levels)

@@ -228,7 +228,7 @@ DOGS = (
     ),
     # a puppy as drawn: an enormous head, big paws, hind legs longer than the fore legs
     Body(
-        "bobble",
+        "biscuit",
         DOG21,
         dog(
             0.36, head=1.9, neck=0.7, ball=1.6, trunk=0.80, thigh=1.08, shank=1.05, tail=0.7, hip_half=1.25
