@@ -280,9 +280,16 @@ def test_people_reach_everywhere(name: str) -> None:
     assert [place for place in OWN + OTHER if not able(BODIES[name], place, "left")] == []
 
 
+@pytest.mark.parametrize(
+    ("place", "far"), [("head", {"gibbon"}), ("brow", {"gibbon", "boulder", "titan"}), ("hip", set())]
+)
+def test_who_does_not_is_on_the_page(place: str, far: set[str]) -> None:
+    assert {body.name for body in CAST if not able(body, f"left_{place}", "left")} == far
+
+
 def test_some_caricatures_do_not() -> None:
     """Forearms so long that the hand cannot come near the head; both sides agree."""
     gibbon = BODIES["gibbon"]
-    assert reach_of(gibbon, "left_head", "left") > 0.03
-    assert abs(reach_of(gibbon, "left_head", "left") - reach_of(gibbon, "right_head", "right")) < 1e-6
+    assert reach_of(gibbon, "left_brow", "left") > 0.03
+    assert abs(reach_of(gibbon, "left_brow", "left") - reach_of(gibbon, "right_brow", "right")) < 1e-6
     assert able(gibbon, "left_knee", "left")
