@@ -213,7 +213,7 @@ def _set_leg(pose: Pose, side: str, score: Score, manner: Manner, foot: FootPath
 # ------------------------------------------------------------------------------------- passes
 _MOST_LEAN = 0.35
 """How far the spine bends, radians, for hands that would not reach otherwise."""
-_MOST_LOW = 0.3
+_MOST_LOW = 0.4
 """How far the hips sink for them, leg lengths."""
 
 

@@ -228,10 +228,11 @@ def test_knees_and_elbows_bend_one_way(
 def test_joints_stay_within_limits(takes: list[Take]) -> None:
     """Degrees, wider than people's where caricatures need it; wrists share their twist with the forearm."""
     for take in takes:
+        folded = 150 if "touch_toe" in str(take.score.stretches()) else 130
         for side in SIDES:
             assert take.relative_angle(f"{side}_forearm", f"{side}_hand").max() < 92, take.name
             assert take.relative_angle(f"{side}_leg", f"{side}_foot").max() < 62, take.name
-            assert take.relative_angle("hips", f"{side}_up_leg").max() < 130, take.name
+            assert take.relative_angle("hips", f"{side}_up_leg").max() < folded, take.name
             assert take.relative_angle("spine_3", f"{side}_shoulder").max() < 35, take.name
         assert take.relative_angle("hips", "spine_3").max() < 45, take.name
         assert take.relative_angle("spine_3", "head").max() < 75, take.name
