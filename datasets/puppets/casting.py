@@ -28,7 +28,7 @@ def cases(size: str, part: Part, seed: int, split: str) -> tuple[Chosen, ...]:
     listed = clips(size, seed, part)
     offers = _offers(size, part, seed, split)
     numbers = _numbers(list(offers), _most(size, part, seed)[split], offers)
-    deal = _Deal()
+    deal = _Deal(split)
     dealt: dict[Clip, list[tuple[str, str]]] = {clip: [] for clip in listed}
     for turn in range(max(numbers.values(), default=0)):
         for clip, number in numbers.items():
@@ -40,7 +40,8 @@ def cases(size: str, part: Part, seed: int, split: str) -> tuple[Chosen, ...]:
 class _Deal:
     """Pairs given out so far."""
 
-    def __init__(self) -> None:
+    def __init__(self, split: str) -> None:
+        self.split = split
         self.sources: Counter[str] = Counter()
         self.targets: Counter[str] = Counter()
         self.pairs: Counter[tuple[str, str]] = Counter()
@@ -48,7 +49,7 @@ class _Deal:
     def best(self, clip: Clip, offered: Sequence[tuple[str, str]]) -> tuple[str, str]:
         def rank(pair: tuple[str, str]) -> tuple[int, int, int, int]:
             source, target = self.sources[pair[0]], self.targets[pair[1]]
-            return source + target, max(source, target), self.pairs[pair], _hash(clip.name, *pair)
+            return source + target, max(source, target), self.pairs[pair], _hash(self.split, clip.name, *pair)
 
         chosen = min(offered, key=rank)
         self.sources[chosen[0]] += 1
