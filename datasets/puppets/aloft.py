@@ -24,7 +24,7 @@ def ankle(score: Score, side: str, hip: np.ndarray, foot: FootPath, body: Body) 
     return _slack(hip, goal, foot, body) if score.flights else goal
 
 
-_STRETCHED = 0.965
+_STRETCHED = 0.972
 """Share of its length to which a leg stretches while its foot is thrown along with the body."""
 
 
@@ -33,7 +33,7 @@ def _slack(hip: np.ndarray, goal: np.ndarray, foot: FootPath, body: Body) -> np.
     line = goal - hip
     distance = np.sqrt((line * line).sum(axis=-1))
     limb = body.proportions.thigh + body.proportions.shank
-    share = np.where(foot.swinging, soft_min(distance, _STRETCHED * limb, 0.03 * limb) / distance, 1.0)
+    share = np.where(foot.swinging, soft_min(distance, _STRETCHED * limb, 0.02 * limb) / distance, 1.0)
     return hip + share[:, None] * line
 
 

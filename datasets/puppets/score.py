@@ -101,7 +101,7 @@ class HandPlant:
 
     place:   (x, z) of the body's line of travel beside the hand, leg lengths; ``ahead`` of it along the
              heading, arm lengths; ``under``: 1 adds how far the shoulders are before the toes on all fours.
-    width:   how far outward of that line, half shoulder widths.
+    width:   how far outward of that line, half shoulder widths; ``apart``: arm lengths more.
     heading: of the body; ``turned`` turns the fingers outward of it.
     strike, off: frames of the first and of the last touch. coming, going: frames in which the hand comes
              from where it was before, and in which it is let go; going 0: straight to its next plant.
@@ -120,6 +120,7 @@ class HandPlant:
     ahead: float = 0.0
     under: float = 0.0
     width: float = 1.0
+    apart: float = 0.0
     turned: float = 0.0
     tilt: float = 0.35
     lift: float = 0.0
@@ -178,7 +179,7 @@ class Act:
 
 @dataclass(frozen=True)
 class Stairs:
-    """Equal steps in a flat floor: the one under ``edge`` is ``level`` high, all lengths in leg lengths.
+    """Equal steps in a flat floor, which is ``level`` high before the first of them; in leg lengths.
 
     edge:   (x, z) of a point on the first riser. heading: of travel over it, a multiple of a right angle.
     tread, rise: length and height of a step; a negative rise goes down. count: how many risers.

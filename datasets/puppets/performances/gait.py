@@ -131,10 +131,10 @@ class Tread:
     """
 
     landing: tuple[float, float] = (-0.06, -0.40)
-    leaving: tuple[float, float] = (0.45, 0.60)
+    leaving: tuple[float, float] = (0.42, 0.54)
     flat: float = 0.10
     peel: tuple[float, float] = (0.14, 0.08)
-    lift: tuple[float, float] = (0.035, 0.02)
+    lift: tuple[float, float] = (0.055, 0.02)
     width: float = 0.75
     under: float = 0.275
 

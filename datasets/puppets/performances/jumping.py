@@ -187,7 +187,7 @@ def _feet(jumps: Sequence[_Jump], frames: int, style: Style, heading: float, tuc
                 lift=off - 5 if each else EVER,
                 off=off,
                 strike_pitch=0.42,
-                off_pitch=0.76,
+                off_pitch=0.70,
                 lift_height=0.12,
                 hurry=0.6,
             )

@@ -45,8 +45,8 @@ _JOG = _Run(
     knee=(68.0, 95.0),
     thigh=(24.0, 38.0),
     lean=(0.03, 0.14),
-    tall=(0.935, 0.962),
-    elbow=(0.9, 1.45),
+    tall=(0.955, 0.980),
+    elbow=(0.7, 1.45),
     swing=(0.32, 0.50),
 )
 _RUN = _Run(
@@ -56,8 +56,8 @@ _RUN = _Run(
     knee=(88.0, 118.0),
     thigh=(36.0, 52.0),
     lean=(0.10, 0.26),
-    tall=(0.905, 0.935),
-    elbow=(1.0, 1.5),
+    tall=(0.915, 0.945),
+    elbow=(0.6, 1.3),
     swing=(0.50, 0.72),
 )
 
@@ -100,7 +100,7 @@ def _running(stream: Stream, kind: str, frames: int, plan: _Run) -> Score:
             (-22.0, -10.0, 0.55 * thigh, thigh, 0.85 * thigh, 24.0),
             (38.0, 0.80 * knee, knee, 0.62 * knee, 32.0, 20.0),
             full=(0.42, 0.58),
-            point=0.25,
+            point=0.05,
             out=-0.025,
         )
         for side, foot in feet.items()
@@ -118,7 +118,7 @@ def _running(stream: Stream, kind: str, frames: int, plan: _Run) -> Score:
         ahead=-0.42,
         aside=0.04,
         bend=stream.uniform(*plan.elbow),
-        hinge=0.35,
+        hinge=stream.uniform(0.3, 0.6),
     )
     score = striding(stream, kind, gait, course, with_air(feet, air), carriage, speed=speed)
     contacts = sorted((plant.strike, plant.off) for foot in feet.values() for plant in foot.plants)
@@ -152,7 +152,7 @@ def _plants(gait: Gait, course: Course, side: str, landing: float) -> tuple[Plan
                 lift=min(strike + 2 + round(0.25 * (off - strike - 2)), off - 2),
                 off=off,
                 strike_pitch=landing,
-                off_pitch=0.75,
+                off_pitch=0.64,
                 lift_height=0.20,
                 hurry=1.0,
             )

@@ -36,7 +36,8 @@ def _climbing(stream: Stream, kind: str, frames: int, up: int) -> Score:
     steps = list(drawn.steps)
     first = stream.choice((steps[0] - 2, steps[0] - 2, steps[2], steps[3]))
     last = stream.choice((steps[-1] + 2, steps[-1] + 2, steps[-3]))
-    levels = {k: rise * (min(max(k, first), last) - first) for k in steps}
+    top = max(-rise, 0.0) * (last - first)
+    levels = {k: top + rise * (min(max(k, first), last) - first) for k in steps}
     risers = {k: 0.5 * tread * up * (levels[k + (up > 0)] != levels[k - (up < 0)]) for k in steps[1:-1]}
     feet = _feet(drawn, course, levels, risers, up)
     stairs = _stairs(drawn, course, tread, rise, first, last)
@@ -66,7 +67,7 @@ def _stairs(drawn: Gait, course: Course, tread: float, rise: float, first: int, 
     x, z = _middle(drawn, course, drawn.steps[0])
     ahead = tread * (first - drawn.steps[0] + 0.5)
     edge = (x + ahead * float(np.sin(drawn.heading)), z + ahead * float(np.cos(drawn.heading)))
-    return Stairs(edge, drawn.heading, tread, rise, last - first)
+    return Stairs(edge, drawn.heading, tread, rise, last - first, max(-rise, 0.0) * (last - first))
 
 
 def _feet(

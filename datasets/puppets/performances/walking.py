@@ -59,13 +59,19 @@ def walk(stream: Stream, frames: int, mode: str = "") -> Score:
         stream,
         frames,
         mode=mode or stream.choice(MODES),
-        rate=(1.6, 2.1),
-        step=(0.60, 0.84),
+        rate=(1.5, 2.15),
+        step=(0.54, 0.90),
         duty=(0.60, 0.65),
         turns=(0.0, 0.0, 0.35, 0.8, 1.4),
     )
     course = Course.of(drawn)
-    return striding(stream, "walk", drawn, course, stepping(drawn, course, Tread()), Carriage())
+    carriage = Carriage(
+        lean=stream.uniform(-0.02, 0.12),
+        swing=stream.uniform(0.30, 0.55),
+        ahead=stream.uniform(-0.24, -0.08),
+        bend=stream.choice((0.0, 0.0, stream.uniform(0.1, 0.9))),
+    )
+    return striding(stream, "walk", drawn, course, stepping(drawn, course, Tread()), carriage)
 
 
 def arc(stream: Stream, frames: int) -> Score:
