@@ -41,7 +41,7 @@ class DogSizes(Proportions):
         return self.hand + self.forearm * _COS["forearm"] + self.upper_arm * _COS["upper_arm"]
 
 
-SLANT = {"thigh": 0.42, "shank": -0.62, "upper_arm": -0.60, "forearm": 0.05, "blade": 0.50}
+SLANT = {"thigh": 0.58, "shank": -0.74, "upper_arm": -0.82, "forearm": 0.14, "blade": 0.50}
 """How far the bones of a standing dog lean forward on their way down, radians."""
 _COS = {bone: float(np.cos(angle)) for bone, angle in SLANT.items()}
 _SIN = {bone: float(np.sin(angle)) for bone, angle in SLANT.items()}
@@ -163,11 +163,12 @@ DOG21 = FourLegged(
 
 
 def dog(withers: float, **factors: float) -> DogSizes:
-    """A dog of middling build with the top of its blades at a height; then the named lengths multiplied."""
+    """A dog of middling build with its withers at a height (the joint at the top of the blade lies 5 % lower);
+    then the named lengths are multiplied."""
     shares = {
-        "thigh": 0.30,
-        "shank": 0.315,
-        "ankle": 0.21,
+        "thigh": 0.335,
+        "shank": 0.35,
+        "ankle": 0.22,
         "ball": 0.05,
         "hip_half": 0.085,
         "pelvis": 0.12,
@@ -175,14 +176,14 @@ def dog(withers: float, **factors: float) -> DogSizes:
         "shoulder_drop": 0.02,
         "clavicle": 0.055,
         "shoulder_half": 0.105,
-        "upper_arm": 0.27,
-        "forearm": 0.31,
-        "hand": 0.15,
+        "upper_arm": 0.30,
+        "forearm": 0.34,
+        "hand": 0.16,
         "neck": 0.30,
         "head": 0.33,
         "waist_half": 0.12,
         "girth": 0.05,
-        "blade": 0.25,
+        "blade": 0.26,
         "tail": 0.48,
     }
     unused = dict.fromkeys(("ball_height", "toes", "heel"), 0.0)

@@ -64,7 +64,7 @@ def lain(body: Body) -> tuple[float, float]:
     sizes = sizes_of(body)
     paws = (float(np.hypot(sizes.ankle, sizes.ball)), float(np.hypot(sizes.hand, 0.8 * sizes.ball)))
     elbow = -sizes.upper_arm * float(np.sqrt(1.0 - _ELBOW * _ELBOW))
-    return 0.45 * sizes.shank + 0.95 * paws[0], elbow + sizes.forearm + 0.93 * paws[1]
+    return 0.58 * sizes.shank + 0.95 * paws[0], elbow + sizes.forearm + 0.93 * paws[1]
 
 
 def grounds(score: DogScore, body: Body) -> Grounds:
@@ -105,12 +105,13 @@ def at(values: np.ndarray, moment: float) -> np.ndarray:
 @dataclass(frozen=True, eq=False)
 class PawPath:
     """joint: ``(frames, 3)`` of the joint over the paw. turned: ``(frames, 3, 3)`` of the paw.
-    planted, pivoting: ``(frames,)`` bool."""
+    planted, pivoting: ``(frames,)`` bool. down: likewise, whether the tip is on the floor at all."""
 
     joint: np.ndarray
     turned: np.ndarray
     planted: np.ndarray
     pivoting: np.ndarray
+    down: np.ndarray
 
 
 def paw_path(score: DogScore, limb: str, body: Body, ground: Grounds) -> PawPath:
@@ -135,8 +136,7 @@ def paw_path(score: DogScore, limb: str, body: Body, ground: Grounds) -> PawPath
     tips = np.stack([place[:, 0], up, place[:, 1]], axis=-1)
     pitch = pitch - paw.flat * _lying(tip, THICK * leg)
     turned = about(1, yaw) @ about(0, pitch)
-    planted, pivoting = _rests(paw, score.frames)
-    return PawPath(tips - turned @ tip, turned, planted, pivoting)
+    return PawPath(tips - turned @ tip, turned, *_rests(paw, score.frames))
 
 
 def _spot(plant: PawPlant, side: str, end: str, body: Body, ground: Grounds) -> tuple[np.ndarray, float]:
@@ -175,15 +175,17 @@ def _lying(tip: np.ndarray, thick: float) -> float:
     return float(np.arctan2(up, behind) - np.arcsin(min(thick / length, 0.9)))
 
 
-def _rests(paw: Paw, frames: int) -> tuple[np.ndarray, np.ndarray]:
-    still, down = np.zeros(frames, dtype=bool), np.zeros(frames, dtype=bool)
+def _rests(paw: Paw, frames: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where it is planted, pivoting, and down at all."""
+    still, held, down = (np.zeros(frames, dtype=bool) for _ in range(3))
     before = np.concatenate([paw.flat[:1], paw.flat[:-1]])
     for plant in paw.plants:
         still[max(plant.flat + 1, 0) : max(plant.lift + 1, 0)] = True
-        down[max(plant.strike + 1, 0) : max(plant.off + 1, 0)] = True
-    aloft = np.zeros(frames) if paw.air is None else paw.air.weight
-    planted = still & (paw.flat == before) & (aloft == 0.0)
-    return planted, down & ~planted & (aloft == 0.0)
+        held[max(plant.strike + 1, 0) : max(plant.off + 1, 0)] = True
+        down[max(plant.strike, 0) : max(plant.off + 1, 0)] = True
+    grounded = np.ones(frames, dtype=bool) if paw.air is None else paw.air.weight == 0.0
+    planted = still & (paw.flat == before) & grounded
+    return planted, held & ~planted & grounded, down & grounded
 
 
 def paw_paths(score: DogScore, body: Body, ground: Grounds) -> dict[str, PawPath]:

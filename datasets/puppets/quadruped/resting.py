@@ -86,7 +86,7 @@ def stand(stream: Stream, frames: int) -> DogScore:
 def turn(stream: Stream, frames: int) -> DogScore:
     """Stepping round on the spot."""
     habit = Habit.draw(stream)
-    rate = stream.uniform(0.9, 1.5)
+    rate = stream.uniform(0.6, 1.05)
     begin, end = round(0.08 * frames), round(0.92 * frames)
     angle = stream.sign() * rate * (end - begin) / FPS
     t = np.arange(frames, dtype=float)
@@ -94,12 +94,10 @@ def turn(stream: Stream, frames: int) -> DogScore:
     soft = min(0.2 * (end - begin), 18.0)
     progress = np.cumsum(plateau(t, begin, begin + soft, end - soft, end))
     heading = stream.uniform(-np.pi, np.pi) + angle * progress / progress[-1]
-    period = FPS * stream.uniform(0.75, 0.95)
-    paws = {
-        limb: _round(limb, number, habit, (begin, end), period, frames) for number, limb in enumerate(LIMBS)
-    }
+    period = FPS * stream.uniform(0.62, 0.78)
+    paws = {limb: _round(number, habit, (begin, end), period, frames) for number, limb in enumerate(LIMBS)}
     rates = np.gradient(heading) * FPS
-    bend = 0.22 * rates
+    bend = 0.3 * rates
     return _score(
         stream,
         frames,
@@ -115,11 +113,11 @@ def turn(stream: Stream, frames: int) -> DogScore:
     )
 
 
-def _round(limb: str, number: int, habit: Habit, over: tuple[int, int], period: float, frames: int) -> Paw:
+def _round(number: int, habit: Habit, over: tuple[int, int], period: float, frames: int) -> Paw:
     """Steps on the spot in the order of a walk."""
-    swing = round(0.30 * period)
+    swing = round(0.27 * period)
     offs = []
-    first = over[0] + period * (0.6 * WALK.phases[number] - 0.15)
+    first = over[0] + period * (WALK.phases[number] - 0.1)
     while first < over[1] - 0.2 * period:
         offs.append(max(round(first), 3))
         first += period
@@ -145,7 +143,7 @@ def _tucked(
     after = PawPlant(frames - 1.0, habit.stance + 0.25, 0.0, strike, strike + 2, _EVER, _EVER, lain=1.0)
     t = np.arange(frames, dtype=float)
     return Paw(
-        (before, PawPlant(**{**after.__dict__, "strike_pitch": 0.0})), hocks * ramp(t, off, strike + 10.0)
+        (before, PawPlant(**{**after.__dict__, "strike_pitch": 0.0})), hocks * ramp(t, off, strike + 3.0)
     )
 
 
@@ -155,26 +153,26 @@ def _settling(stream: Stream, frames: int, kind: str, down: bool) -> DogScore:
     begin = round(stream.uniform(0.06, 0.14) * frames) + 5
     t = np.arange(frames, dtype=float)
     first = stream.choice((0, 1))
-    swing = round(11 * pace)
-    fall = (begin + 2.0, begin + 34.0 * pace)
+    swing = round(10 * pace)
+    fall = (begin + 4.0, begin + 37.0 * pace)
     rump = 0.97 - 0.97 * ramp(t, *fall)
     paws = {}
     for number, side in enumerate(SIDES):
-        off = begin + round((0 if number == first else 11) * pace) + 4
+        off = begin + round((0 if number == first else 13 if down else 8) * pace) + 4
         paws[f"{side}_hind"] = _tucked(habit, f"{side}_hind", stream, off, swing, frames, 1.0)
     shoulders = np.full(frames, 0.98)
     anchor = ramp(t, *fall)
-    late = begin + 18.0 * pace
+    late = begin + 5.0 * pace
     for number, side in enumerate(SIDES):
         limb = f"{side}_fore"
-        off = round(late + (0 if number == first else 10) * pace) + 4
+        off = begin + round((6.5 if number == first else 19.5) * pace) + 4
         paws[limb] = (
             _tucked(habit, limb, stream, off, swing, frames, 1.0)
             if down
             else Paw((_standing(habit, limb, stream),), np.zeros(frames))
         )
     if down:
-        shoulders = 0.98 - 0.98 * ramp(t, late, late + 34.0 * pace)
+        shoulders = 0.98 - 0.98 * ramp(t, late, late + 36.0 * pace)
         anchor = np.full(frames, 0.5)
     level = ramp(t, *fall)
     return _score(

@@ -1,9 +1,9 @@
 """Scores for four legs: what ``..score`` says, and what a dog has beside it.
 
 Of ``Score``, ``path`` is of the middle of the trunk in lengths of the hind leg (hip joint to floor,
-standing); ``height`` of the hip joints: 1 standing, 0 lying; ``trunk.chest`` is the bend of the back (turn to
-the left, arched up, rolled to the left) and ``trunk.gaze`` of the head against the fore body's heading. There are no
-``feet``, and hands touch nothing.
+standing); ``height`` of the hip joints: 1 standing, 0 lying; ``trunk.pelvis`` turns the rump alone,
+``trunk.chest`` is the bend of the back (turn to the left, arched up, rolled to the left), ``trunk.gaze`` of
+the head against the heading of the fore body. There are no ``feet``, and hands touch nothing.
 """
 
 from __future__ import annotations

@@ -199,7 +199,7 @@ def limb_of(body: Body, limb: str) -> Limb:
         ease=_DOWN,
         natural=hinge,
         tightest=np.radians(24.0),
-        exact=0.985,
+        exact=0.97,
     )
 
 
@@ -224,7 +224,7 @@ def _set_limb(pose: _Pose, limb: str, score: DogScore, manner: DogManner, paw: P
     upper, lower = bend(drawn, pose.at(top), goal, base, swivel)
     pose.set(top, upper @ _straightening(body.offset(middle), drawn.hinge))
     pose.set(middle, lower @ _straightening(body.offset(last), drawn.hinge))
-    pose.set(last, _paw(pose, limb, score, paw, lower @ _straightening(body.offset(last), drawn.hinge)))
+    pose.set(last, _paw(limb, score, paw, lower @ _straightening(body.offset(last), drawn.hinge)))
 
 
 def _held_up(pose: _Pose, limb: str, score: DogScore, goal: np.ndarray) -> np.ndarray:
@@ -238,7 +238,7 @@ def _held_up(pose: _Pose, limb: str, score: DogScore, goal: np.ndarray) -> np.nd
     return goal + air.weight[:, None] * (held - goal)
 
 
-def _paw(pose: _Pose, limb: str, score: DogScore, paw: PawPath, forearm: np.ndarray) -> np.ndarray:
+def _paw(limb: str, score: DogScore, paw: PawPath, forearm: np.ndarray) -> np.ndarray:
     air = score.paws[limb].air
     if air is None:
         return paw.turned
@@ -266,8 +266,8 @@ def _too_high(pose: _Pose, body: Body, paths: dict[str, PawPath]) -> np.ndarray:
             limb = limb_of(body, f"{side}_{end}")
             apart = pose.at(f"{side}_{_PARTS[end][0]}") - paths[f"{side}_{end}"].joint
             flat = (apart[:, [0, 2]] ** 2).sum(axis=-1)
-            length = 0.98 * limb.longest
+            length = 0.955 * limb.longest
             rise = np.sqrt(np.maximum(length * length - flat, 0.04 * length * length))
-            over = np.maximum(over, apart[:, 1] - rise)
+            over = np.maximum(over, np.where(paths[f"{side}_{end}"].down, apart[:, 1] - rise, 0.0))
         found.append(-lower_envelope(-over, 4))
     return np.stack(found, axis=-1)
