@@ -43,7 +43,8 @@ def set_arm(pose: Pose, side: str, score: Score, manner: Manner) -> None:
     start = pose.at(f"{side}_arm")
     far = np.sqrt(((goal - start) ** 2).sum(axis=-1)) - 0.99 * limb.exact * limb.longest
     pose.short[side] = np.maximum(far, 0.0)
-    pose.missing = np.maximum(pose.missing, _helped_by_leaning(hand, body) * np.maximum(far, 0.0))
+    helped = _helped_by_leaning(hand, body)
+    pose.missing = np.where(helped > 0.0, np.maximum(pose.missing, helped * far), pose.missing)
     swivel = sign(side) * (hand.swivel + manner.elbows)
     upper, lower = bend(limb, start, goal, chest, swivel)
     turned = lower @ _wrist(hand, side)

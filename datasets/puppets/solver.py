@@ -96,7 +96,8 @@ class _State:
 @dataclass(eq=False)
 class Pose:
     """A pose in the making: orientations and places are filled in from the root outward.
-    missing: ``(frames,)`` metres by which a touching hand falls short; short: likewise each hand, whatever
+    missing: ``(frames,)`` metres by which a hand that reaches down falls short, below 0 where it has
+    room to spare, and minus infinity where none reaches down; short: how far short each hand is, whatever
     it does."""
 
     body: Body
@@ -125,7 +126,8 @@ class Pose:
 def _pose(score: Score, body: Body, manner: Manner, feet: dict[str, FootPath], state: _State) -> Pose:
     joints = len(body.structure.parts)
     frames = score.frames
-    pose = Pose(body, np.zeros((frames, joints, 3, 3)), np.zeros((frames, joints, 3)), np.zeros(frames))
+    turned, places = np.zeros((frames, joints, 3, 3)), np.zeros((frames, joints, 3))
+    pose = Pose(body, turned, places, np.full(frames, -np.inf))
     _set_pelvis(pose, score, feet, state)
     _set_spine(pose, score, manner, state)
     for side in SIDES:
@@ -236,9 +238,10 @@ def _adjusted(score: Score, body: Body, manner: Manner, state: _State, pose: Pos
     free = centre if state.unbalanced is None else state.unbalanced
     shift = state.shift + free + score.balance[:, None] * (under - free) - centre
     lever = body.structure.lever * body.proportions.trunk
-    lean = -lower_envelope(-state.lean - pose.missing / lever, 4)
+    missing = np.where(np.isfinite(pose.missing), pose.missing, 0.0)
+    lean = -lower_envelope(-np.maximum(state.lean + 0.7 * missing / lever, 0.0), 4)
     # the less the spine bends further, the more the knees do
-    share = 0.5 + np.tanh(state.lean / _MOST_LEAN) ** 2
-    low = -lower_envelope(-state.low - share * pose.missing, 4)
-    crouch = state.crouch + handplants.crouching(score, pose.short)
+    share = 0.25 + 0.75 * np.tanh(state.lean / _MOST_LEAN) ** 2
+    low = -lower_envelope(-np.maximum(state.low + share * missing, 0.0), 4)
+    crouch = handplants.eased(state.crouch + handplants.crouching(score, pose.short), body)
     return _State(shift, lean, low, flight.fall(score, body, pose.places), free, crouch)

@@ -161,12 +161,12 @@ def touch_toe(stream: Stream, frames: int) -> Score:
             scene.arm(free, start, start + down, Shape((0.40, -0.70, 0.02), upright=0.9))
             scene.arm(free, end - down, end)
         lean = float(sum(sign(side) for side in hands))
-        knees = stream.uniform(0.14, 0.24)
+        knees = stream.uniform(0.05, 0.12)
         # the deeper the knees bend, the less the trunk has to
         scene.low += knees * share
         scene.bend(
             share,
-            pelvis=(-0.15 * lean, 0.92 - 0.5 * knees, 0.0),
+            pelvis=(-0.15 * lean, 1.24 - 0.8 * knees, 0.0),
             chest=(-0.14 * lean, 0.34, 0.05 * lean),
             gaze=(0.0, 1.15, 0.0),
         )
