@@ -94,11 +94,8 @@ class Structure:
             ends[f"{side}_foot"] = np.array([0.0, -sizes.ankle, 0.0])
         ends["head"] = np.array([0.0, sizes.head, 0.0])
         parents = {self.parts[parent] for parent in self.parents[: self.joints] if parent >= 0}
-        return {part: end for part, end in ends.items() if part in self._rig and part not in parents}
-
-    @property
-    def _rig(self) -> tuple[str, ...]:
-        return self.parts[: self.joints]
+        rig = self.parts[: self.joints]
+        return {part: end for part, end in ends.items() if part in rig and part not in parents}
 
 
 # ---------------------------------------------------------------------------------------- the body
