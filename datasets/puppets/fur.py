@@ -8,11 +8,11 @@ from .bodies import Body
 from .flesh import MELT, Cone, joints_at, shares
 from .score import SIDES
 
-_SLICES = 11
-_ALONG = (0.0, 0.45, 0.85, 1.0)
-_RADIUS, _SAG = (1.75, 1.75, 2.3, 1.6), (0.55, 1.0, 1.7, 0.6)
-"""Of the trunk from the hips to the base of the neck: radius, and how far its middle hangs below the back,
-girths."""
+_SLICES = 15
+_ALONG = (0.0, 0.5, 0.85, 1.0)
+_RADIUS, _TOP, _BOTTOM = (2.0, 1.7, 2.2, 1.7), (0.3, 0.3, 1.1, 0.4), (1.0, 1.9, 4.0, 1.6)
+"""Of the trunk from the hips to the base of the neck: radius, and how far its middle hangs below the back
+on top and at the belly, girths."""
 
 
 def cones(body: Body) -> list[Cone]:
@@ -29,9 +29,11 @@ def _trunk(body: Body, at: dict[str, np.ndarray]) -> list[Cone]:
     found = []
     for along in np.linspace(-0.04, 1.0, _SLICES):
         middle = at["hips"] + along * (at["neck"] - at["hips"])
-        middle[1] -= girth * float(np.interp(along, _ALONG, _SAG))
-        radius = girth * float(np.interp(along, _ALONG, _RADIUS))
-        found.append(Cone(middle, middle, (radius, radius), shares(levels, float(along))))
+        radius, top, bottom = (
+            girth * float(np.interp(along, _ALONG, row)) for row in (_RADIUS, _TOP, _BOTTOM)
+        )
+        ends = [middle - np.array([0.0, down, 0.0]) for down in (top, bottom)]
+        found.append(Cone(*ends, (radius, 0.9 * radius), shares(levels, float(along))))
     return found
 
 

@@ -1,12 +1,12 @@
 """Contact sheets of the puppets: every kind of performance by three bodies, as pictures.
 
     python tests/benchmarks/puppets_sheets.py OUT [--kinds walk,wave] [--people ada,pip,vesper]
-        [--dogs rex,waldi,biscuit] [--frames 10] [--seconds 4] [--azimuth -50] [--height 110] [--clip NAME]
+        [--dogs rex,waldi,biscuit] [--frames 8] [--seconds 4] [--azimuth -50] [--height 110] [--clip NAME]
 
 in an environment in which retarget-bench and Pillow are installed. Writes ``OUT/KIND.png``: a row for each
 body, time from left to right. Bodies are drawn with their skins, left limbs lighter; a dash below a foot
-says that its ankle (or, lower, its toe joint) rests. Figures are centred on their pelvis, so that travel
-does not show.
+says that its ankle (or, lower, its toe joint; of dogs hind or fore paw) rests. Figures are centred on their
+pelvis, so that travel does not show; on stairs they are drawn standing on their lower foot.
 """
 
 from __future__ import annotations
@@ -73,8 +73,12 @@ class Figure:
         who = rigs.character(body)
         assert who.mesh is not None
         motion = rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
-        self.planted, self.root, self.mesh = solution.planted, solution.root, who.mesh
-        self.points = who.mesh.skinned(motion) - solution.root[:, None] * np.array([1.0, 0.0, 1.0])
+        self.planted, self.mesh = solution.planted, who.mesh
+        skin = who.mesh.skinned(motion)
+        self.dog = family.name == "dogs"
+        middle = skin.mean(axis=1) if self.dog else np.array(solution.root)
+        middle[:, 1] = skin[..., 1].min(axis=1) if getattr(score, "stairs", None) else 0.0
+        self.points = skin - middle[:, None]
         lefts = [joint for joint, part in enumerate(body.structure.parts) if part.startswith("left")]
         self.colours = tinted(who.mesh, colour, [joint for joint in lefts if joint < len(who.skeleton)])
         self.tall = float(np.ptp(who.mesh.vertices[:, 1]))
@@ -83,7 +87,7 @@ class Figure:
 def sheet(figures: list[Figure], frames: np.ndarray, azimuth: float, height: int) -> Image.Image:
     """Rows of figures; each row's body fills ``height`` pixels when it stands."""
     view, high = camera(azimuth), height * FINE
-    step, row = int(0.85 * high), int(1.32 * high)
+    step, row = int((1.7 if figures[0].dog else 0.85) * high), int(1.32 * high)
     picture = Image.new("RGB", (step * len(frames), row * len(figures)), PAPER)
     canvas = ImageDraw.Draw(picture)
     for rank, figure in enumerate(figures):
@@ -93,10 +97,12 @@ def sheet(figures: list[Figure], frames: np.ndarray, azimuth: float, height: int
             x = step * (column + 0.5)
             scale = high / figure.tall
             draw(canvas, figure.points[frame], figure.mesh.faces, figure.colours, view, (x, base), scale)
+            # columns: ankle and toe joint, left and right; of dogs hind and fore paws, left and right
             for foot, resting in enumerate(figure.planted[frame]):
                 if resting:
-                    left = x + high * (0.08 if foot < 2 else -0.14)
-                    y = base + high * (0.03 + 0.03 * (foot % 2))
+                    side, second = (foot % 2, foot // 2) if figure.dog else (foot // 2, foot % 2)
+                    left = x + high * (-0.14 if side else 0.08)
+                    y = base + high * (0.03 + 0.03 * second)
                     canvas.line([(left, y), (left + 0.06 * high, y)], fill=MARK, width=FINE)
     return picture.resize((picture.width // FINE, picture.height // FINE), Image.Resampling.LANCZOS)
 
@@ -113,7 +119,7 @@ def main() -> None:
     parser.add_argument("--people", default="ada,pip,vesper")
     parser.add_argument("--dogs", default="rex,waldi,biscuit")
     parser.add_argument("--clip", default="sheet")
-    for name, usual in (("frames", 10), ("height", 110)):
+    for name, usual in (("frames", 8), ("height", 110)):
         parser.add_argument(f"--{name}", type=int, default=usual)
     for name, usual in (("seconds", 4.0), ("start", 0.0), ("azimuth", -50.0)):
         parser.add_argument(f"--{name}", type=float, default=usual)
@@ -132,7 +138,7 @@ def main() -> None:
             frames = np.linspace(options.start * FPS, last, options.frames).round().astype(int)
             picture = sheet(figures, frames, options.azimuth, options.height)
             place = options.out / f"{kind}.png"
-            picture.quantize(32).save(place, optimize=True)
+            picture.quantize(24).save(place, optimize=True)
             print(place, f"{place.stat().st_size / 1000:.0f} kB", flush=True)
 
 
