@@ -30,7 +30,8 @@ vector = st.tuples(number, number, number).map(np.array)
 
 
 def scores() -> list[Score]:
-    return [clip.score() for clip in clips("tiny", "test", 0)[::2]]
+    mine = [clip for clip in clips("tiny", "test", 0) if clip.family.name == "people"]
+    return [clip.score() for clip in mine[::2]]
 
 
 # --------------------------------------------------------------------------------------------- limbs
@@ -119,17 +120,17 @@ def test_a_body_twice_as_large_moves_twice_as_far(name: str) -> None:
 
 
 def test_how_a_rest_pose_is_drawn_changes_nothing() -> None:
-    """T-pose, A-pose and bones along X: other rotations, the same places."""
-    drawn = [replace(BODIES["clara"], rest=rest) for rest in ("t_pose", "a_pose", "along_x")]
+    """Other rotations, the same places."""
+    drawn = [replace(BODIES["clara"], rest=rest) for rest in rigs.RESTS]
     solution = solve(scores()[0], drawn[0])
     characters = [rigs.character(body) for body in drawn]
     motions = [
         rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
         for body, who in zip(drawn, characters, strict=True)
     ]
-    np.testing.assert_allclose(motions[1].positions, motions[0].positions, atol=1e-9)
-    np.testing.assert_allclose(motions[2].positions, motions[0].positions, atol=1e-9)
-    assert np.abs(motions[2].rotations - motions[0].rotations).max() > 0.5
+    for other in motions[1:]:
+        np.testing.assert_allclose(other.positions, motions[0].positions, atol=1e-9)
+        assert np.abs(other.rotations - motions[0].rotations).max() > 0.3
     np.testing.assert_allclose(
         motions[0].positions, drawn[0].place(solution.turned, solution.root), atol=1e-9
     )
