@@ -48,7 +48,7 @@ class _Folder:
         if path.exists() and not path.is_dir():
             raise BenchError(f"{path} is a file; name a folder")
         if not path.exists() or not any(path.iterdir()):
-            write_text(path / JOURNAL, head + "\n")
+            folder._begin()
         elif (path / JOURNAL).exists():
             folder._take_up()
         elif (path / MANIFEST).exists():
@@ -66,6 +66,12 @@ class _Folder:
             file = self.path / name
             if file.is_file() and file.stat().st_size == int(size):
                 self.done[name] = (total, int(size))
+        self._begin()
+
+    def _begin(self) -> None:
+        """A journal of what is there, to be added to."""
+        lines = [f"{total} {size} {name}\n" for name, (total, size) in self.done.items()]
+        write_text(self.path / JOURNAL, f"{self.head}\n{''.join(lines)}")
 
     def _look_through(self) -> None:
         """Files of a finished export that are still what they were."""
@@ -77,13 +83,11 @@ class _Folder:
             raise BenchError(
                 f"{self.path / MANIFEST} is no manifest of an export; name a new folder"
             ) from error
-        lines = [self.head]
         for name, known in listed.items():
             file = self.path / name
             if file.is_file() and checksum(file) == known["sha256"]:
                 self.done[name] = (known["sha256"], known["bytes"])
-                lines.append(f"{known['sha256']} {known['bytes']} {name}")
-        write_text(self.path / JOURNAL, "\n".join(lines) + "\n")
+        self._begin()
 
     def _same(self, head: str) -> None:
         if head != self.head:

@@ -173,6 +173,7 @@ def test_an_interrupted_export_goes_on_and_a_damaged_one_is_repaired(tmp_path: P
     assert not (tmp_path / "again" / "manifest.json").exists()
     with (tmp_path / "again" / publishing.JOURNAL).open("a") as journal:
         journal.write("a line that was cut")
+    exported(tmp_path / "again", stop=9)
     exported(tmp_path / "again")
     assert contents(tmp_path / "again") == contents(tmp_path / "whole")
     assert all(path.stat().st_mtime_ns == stamp for path, stamp in begun.items())
