@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..curves import wander
+from ..flight import GRAVITY
 from ..randomness import Stream
 from ..score import SIDES, Air, Foot, Hand, Score, Trunk, sign
 from .gait import MARGIN, Course, Gait, Tread, plants, support
@@ -56,7 +57,7 @@ def striding(
     active = course.activity[inside]
     over_left = phase - 0.6 * np.pi
     sway = [carriage.sway * active * np.cos(over_left), 0.010 * active * np.sin(2.0 * over_left)]
-    sway[0] = sway[0] + wander(stream, t, 0.004 * style.loose)
+    sway[0] = sway[0] + wander(stream, t, 0.004 * style.loose) + 0.25 * _into_the_bend(gait, course)
     height = 0.994 - carriage.low * active + carriage.bob * style.bounce * active * np.cos(2.0 * over_left)
     return Score(
         kind=kind,
@@ -99,18 +100,26 @@ def _trunk(
     tilt = carriage.tilt * active + 0.02 * size * np.cos(2.0 * gait.phase)
     ahead = np.array([course.at(frame)[0] for frame in np.arange(len(t)) + 9.0])
     looking = ahead - course.heading[MARGIN : MARGIN + len(t)]
-    pelvis = np.stack([turn, tilt, drop], axis=-1)
+    into = _into_the_bend(gait, course)
+    pelvis = np.stack([turn, tilt, drop + 0.35 * into], axis=-1)
     chest = np.stack(
         [
             -turn * carriage.counter * (1.0 + 0.8 * style.swing),
             carriage.lean * active + 0.015 * size * np.cos(2.0 * gait.phase - 0.8),
-            -0.8 * drop,
+            -0.8 * drop + 0.4 * into,
         ],
         axis=-1,
     )
     nod = carriage.gaze - 0.012 * size * np.cos(2.0 * gait.phase)
     gaze = np.stack([1.6 * looking, nod, 0.0 * t], axis=-1)
     return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze, follow=0.15)
+
+
+def _into_the_bend(gait: Gait, course: Course) -> np.ndarray:
+    """Lean to the left ``(frames,)``, radians, that keeps a body in balance along its bend."""
+    turning = np.gradient(course.heading)[MARGIN : MARGIN + gait.frames]
+    active = course.activity[MARGIN : MARGIN + gait.frames]
+    return np.cos(gait.bearing) * gait.speed * active * turning / GRAVITY
 
 
 def _arm(

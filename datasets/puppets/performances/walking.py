@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..randomness import Stream
-from ..score import FPS, SIDES, Score
+from ..score import FPS, SIDES, Score, sign
 from .gait import Course, Gait, Tread
 from .striding import Carriage, stepping, striding, with_air
 from .style import Style
@@ -159,7 +159,18 @@ def sneak(stream: Stream, frames: int) -> Score:
         aside=stream.uniform(0.05, 0.25),
         bend=stream.uniform(0.7, 1.25),
     )
-    return striding(stream, "sneak", drawn, course, with_air(feet, air), carriage, low=low)
+    score = striding(stream, "sneak", drawn, course, with_air(feet, air), carriage, low=low)
+    return _groping(stream, score)
+
+
+def _groping(stream: Stream, score: Score) -> Score:
+    """One hand is held before and above the other."""
+    size, hands = stream.sign() * stream.uniform(0.04, 0.14), {}
+    for side, hand in score.hands.items():
+        off = sign(side) * size
+        reach = hand.reach * (1.0 - 0.4 * abs(size)) + np.array([-0.3 * off, off, 0.8 * off])
+        hands[side] = replace(hand, reach=reach)
+    return replace(score, hands=hands)
 
 
 def march(stream: Stream, frames: int) -> Score:
