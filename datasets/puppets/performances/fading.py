@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..curves import smooth
@@ -25,6 +27,16 @@ def bridged(
     return np.concatenate([a, on + smooth(after / (length + 1.0)) * (back - on), b])
 
 
+def either(
+    a: np.ndarray | None, b: np.ndarray | None, frames_a: int, frames_b: int, length: int
+) -> np.ndarray | None:
+    """A channel that is 0 on the bridge, and in a performance that has none."""
+    if a is None and b is None:
+        return None
+    one = np.zeros(frames_a) if a is None else a
+    return np.concatenate([one, np.zeros(length), np.zeros(frames_b) if b is None else b])
+
+
 def joined_trunk(a: Trunk, b: Trunk, frames_a: int, frames_b: int, length: int) -> Trunk:
     follow = [np.full(n, 1.0) * each.follow for each, n in ((a, frames_a), (b, frames_b))]
     return Trunk(
@@ -37,6 +49,8 @@ def joined_trunk(a: Trunk, b: Trunk, frames_a: int, frames_b: int, length: int) 
 
 def joined_hand(a: Hand, b: Hand, length: int) -> Hand:
     """A hand that leaves one place and settles on another one, or stays on the same."""
+    start = len(a.swivel) + length
+    later = (replace(plant, strike=plant.strike + start, off=plant.off + start) for plant in b.plants)
     aim, aimed = _joined_aim(a, b, length)
     return Hand(
         reach=bridged(a.reach, b.reach, length),
@@ -47,6 +61,7 @@ def joined_hand(a: Hand, b: Hand, length: int) -> Hand:
         touches=_joined_touches(a, b, length),
         aim=aim,
         aimed=aimed,
+        plants=(*a.plants, *later),
     )
 
 

@@ -19,10 +19,11 @@ import numpy as np
 from ..curves import plateau
 from ..randomness import Stream
 from ..score import SIDES, Act, Foot, Plant, Score, sign
-from .fading import bridged, joined_air, joined_hand, joined_trunk
+from .fading import bridged, either, joined_air, joined_hand, joined_trunk
 
 Kind = Callable[[Stream, int], Score]
 
+TRANSITION = "transition"
 BRIDGE = 34
 """Frames between two parts."""
 _SHORTEST, _USUAL = 75, 135
@@ -37,20 +38,19 @@ def stands(score: Score, frame: int) -> bool:
     at = frame % score.frames
     feet = [_plant(foot, at) is not None and foot.heel[at] == 0.0 for foot in score.feet.values()]
     calm = all(foot.air is None or foot.air.weight[at] == 0.0 for foot in score.feet.values())
-    grounded = all(not first <= at <= last for first, last in score.flights)
+    channels = [foot.kneel for foot in score.feet.values()] + [score.prone]
+    up = all(channel is None or channel[at] == 0.0 for channel in channels)
+    grounded = up and all(not first <= at <= last for first, last in score.flights)
     return all(feet) and calm and grounded and score.stairs is None and bool(score.height[at] > 0.7)
 
 
-def drawn(stream: Stream, kind: Kind, frames: int, starts: bool, ends: bool) -> Score:
-    """A performance of a kind that stands where it has to.
-
-    Raises ValueError where none of two dozen does.
-    """
+def drawn(stream: Stream, kind: Kind, frames: int, starts: bool, ends: bool) -> Score | None:
+    """A performance of a kind that stands where it has to; nothing where none of two dozen does."""
     for number in range(_TRIES):
         score = kind(stream.part(number), frames)
         if (stands(score, 0) or not starts) and (stands(score, -1) or not ends):
             return score
-    raise ValueError(f"no performance of {score.kind} stands where the next one is joined to it")
+    return None
 
 
 def strung(stream: Stream, frames: int, among: Mapping[str, Kind], kinds: Sequence[str] = ()) -> Score:
@@ -62,13 +62,19 @@ def strung(stream: Stream, frames: int, among: Mapping[str, Kind], kinds: Sequen
     room = frames - BRIDGE * (len(order) - 1)
     ends = np.round(np.cumsum([0.0, *shares]) / sum(shares) * room).astype(int).tolist()
     whole: Score | None = None
-    for number, kind in enumerate(order):
-        long = ends[number + 1] - ends[number]
-        first, last = number == 0, number == len(order) - 1
-        part = drawn(stream.part(number, kind), among[kind], long, not first, not last)
+    for number, name in enumerate(order):
+        long, middle = ends[number + 1] - ends[number], (number > 0, number < len(order) - 1)
+        # a kind that happens not to stand is replaced, unless it was asked for
+        names = [name] if kinds else [name, *(each for each in among if each != name)]
+        tries = (drawn(stream.part(number, each), among[each], long, *middle) for each in names)
+        part = next((score for score in tries if score is not None), None)
+        if part is None:
+            raise ValueError(f"no performance of {name} stands where it is joined to another one")
         whole = part if whole is None else joined(whole, part, stream.choice(SIDES))
     assert whole is not None
-    return replace(whole, kind="sequence", parameters={"kinds": "+".join(order)}, acts=whole.stretches())
+    acts = whole.stretches()
+    names = [act.kind for act in acts if act.kind != TRANSITION]
+    return replace(whole, kind="sequence", parameters={"kinds": "+".join(names)}, acts=acts)
 
 
 def _drawn_order(stream: Stream, names: list[str], count: int) -> list[str]:
@@ -105,7 +111,9 @@ def joined(a: Score, b: Score, anchor: str) -> Score:
         hands={side: joined_hand(a.hands[side], b.hands[side], BRIDGE) for side in SIDES},
         flights=(*a.flights, *((first + start, last + start) for first, last in b.flights)),
         impacts=(*a.impacts, *(frame + start for frame in b.impacts)),
-        acts=(*a.stretches(), Act("transition", a.frames, start), *acts),
+        acts=(*a.stretches(), Act(TRANSITION, a.frames, start), *acts),
+        sit_back=either(a.sit_back, b.sit_back, a.frames, b.frames, BRIDGE),
+        prone=either(a.prone, b.prone, a.frames, b.frames, BRIDGE),
         phase=np.concatenate([a.phases(), np.arange(BRIDGE) / BRIDGE, b.phases()]),
     )
 
@@ -160,7 +168,17 @@ def _brought(a: Score, b: Score, anchor: str) -> Score:
             for plant in foot.plants
         )
         feet[side] = replace(foot, plants=plants)
-    return replace(b, heading=b.heading + turned, path=b.path @ turn + moved, feet=feet)
+    hands = {}
+    for side, hand in b.hands.items():
+        rests = tuple(
+            replace(
+                plant, place=_tuple(np.array(plant.place) @ turn + moved), heading=plant.heading + turned
+            )
+            for plant in hand.plants
+        )
+        hands[side] = replace(hand, plants=rests)
+    path = b.path @ turn + moved
+    return replace(b, heading=b.heading + turned, path=path, feet=feet, hands=hands)
 
 
 def _tuple(place: np.ndarray) -> tuple[float, float]:
@@ -182,8 +200,13 @@ def _joined_foot(a: Score, b: Score, side: str, steps: bool) -> Foot:
     else:
         leaves = {name: getattr(first, name) for name in ("lift", "off", "off_pitch", "lift_height")}
         stays = (replace(last, **leaves),)
-    heel = np.concatenate([one.heel, np.zeros(BRIDGE), two.heel])
-    return Foot((*before, *stays, *after), heel, joined_air(one.air, two.air, a.frames, b.frames, BRIDGE))
+    frames = a.frames, b.frames, BRIDGE
+    return Foot(
+        plants=(*before, *stays, *after),
+        heel=np.concatenate([one.heel, np.zeros(BRIDGE), two.heel]),
+        air=joined_air(one.air, two.air, *frames),
+        kneel=either(one.kneel, two.kneel, *frames),
+    )
 
 
 def _later(plant: Plant, frames: int) -> Plant:
