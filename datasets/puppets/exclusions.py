@@ -2,7 +2,7 @@
 
 A body is too short in the arm, or too thick, to put a hand where a performance wants it. That is found by
 solving, which takes too long for merely listing cases; so what was found for the published corpus is kept
-in ``exclusions.json``. Whoever changes the generator calls ``write`` (two minutes).
+in ``exclusions.json``. Whoever changes the generator runs ``tests/datasets/freeze_puppets.py``.
 """
 
 from __future__ import annotations
