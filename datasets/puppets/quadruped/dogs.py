@@ -163,8 +163,8 @@ DOG21 = FourLegged(
 
 
 def dog(withers: float, **factors: float) -> DogSizes:
-    """A dog of middling build with its withers at a height (the joint at the top of the blade lies 5 % lower);
-    then the named lengths are multiplied."""
+    """A dog of middling build with its withers at a height, metres; then the named lengths are multiplied.
+    The joint at the top of the blade lies 5 % lower than the withers."""
     shares = {
         "thigh": 0.335,
         "shank": 0.35,
@@ -201,7 +201,7 @@ DOGS = (
         dog(0.73, trunk=0.94, neck=1.25, girth=0.8, tail=1.15, thigh=1.05, shank=1.08, shoulder_half=0.8),
         rest="along_x",
     ),
-    # legs a third as long as the back
+    # legs less than half as long as the back
     Body(
         "waldi",
         DOG21,

@@ -72,7 +72,7 @@ def paced(stream: Stream, frames: int, gait: Gait, kind: str, going: Way, habit:
     """A gait along a way."""
     t = seconds(frames)
     share = (going.speed - gait.speed[0]) / (gait.speed[1] - gait.speed[0])
-    stride = gait.stride[0] + share * (gait.stride[1] - gait.stride[0])
+    stride = max(gait.stride[0] + share * (gait.stride[1] - gait.stride[0]), 0.7 * gait.stride[0])
     period = FPS * stride / going.speed
     start = stream.uniform(0.0, 1.0)
     phase = start + np.arange(frames) / period

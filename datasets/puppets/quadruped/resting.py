@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 
 from ..curves import plateau, ramp, wander
@@ -68,9 +70,9 @@ def _standing(habit: Habit, limb: str, stream: Stream) -> PawPlant:
     return PawPlant(0.0, habit.stance, ahead + 0.02 * ("fore" in limb), -_EVER, -_EVER, _EVER, _EVER)
 
 
-def _until(plant: PawPlant, off: int, roll: int, **changes: float) -> PawPlant:
-    values = {**plant.__dict__, "lift": off - roll, "off": off, "off_pitch": 0.4, **changes}
-    return PawPlant(**values)
+def _until(plant: PawPlant, off: int, curl: float) -> PawPlant:
+    """The same, but left at a frame."""
+    return replace(plant, lift=off - 4, off=off, off_pitch=0.4, lift_height=0.08, curl=curl)
 
 
 def stand(stream: Stream, frames: int) -> DogScore:
@@ -85,19 +87,22 @@ def stand(stream: Stream, frames: int) -> DogScore:
 
 def turn(stream: Stream, frames: int) -> DogScore:
     """Stepping round on the spot."""
-    habit = Habit.draw(stream)
     rate = stream.uniform(0.6, 1.05)
     begin, end = round(0.08 * frames), round(0.92 * frames)
-    angle = stream.sign() * rate * (end - begin) / FPS
     t = np.arange(frames, dtype=float)
     # even in the middle, with soft ends
     soft = min(0.2 * (end - begin), 18.0)
     progress = np.cumsum(plateau(t, begin, begin + soft, end - soft, end))
+    angle = stream.sign() * rate * (end - begin) / FPS
     heading = stream.uniform(-np.pi, np.pi) + angle * progress / progress[-1]
+    return turned(stream, heading, (begin, end))
+
+
+def turned(stream: Stream, heading: np.ndarray, over: tuple[int, int]) -> DogScore:
+    """Stepping round on the spot with the heading as given, which changes between two frames."""
+    habit, frames = Habit.draw(stream), len(heading)
     period = FPS * stream.uniform(0.62, 0.78)
-    paws = {limb: _round(number, habit, (begin, end), period, frames) for number, limb in enumerate(LIMBS)}
-    rates = np.gradient(heading) * FPS
-    bend = 0.3 * rates
+    paws = {limb: _round(number, habit, over, period, frames) for number, limb in enumerate(LIMBS)}
     return _score(
         stream,
         frames,
@@ -107,9 +112,9 @@ def turn(stream: Stream, frames: int) -> DogScore:
         heading=heading,
         rump=0.95,
         shoulders=0.96,
-        bend=bend,
+        bend=0.45 * np.tanh(0.3 / 0.45 * np.gradient(heading) * FPS),
         neck=0.1,
-        parameters={"angle": angle, "speed": 0.0},
+        parameters={"angle": float(heading[-1] - heading[0]), "speed": 0.0},
     )
 
 
@@ -127,9 +132,7 @@ def _round(number: int, habit: Habit, over: tuple[int, int], period: float, fram
         landed, leaves = strike > -_EVER, off < _EVER
         moment = 0.5 * (strike + off) if landed and leaves else 0.0 if leaves else frames - 1.0
         plant = PawPlant(moment, habit.stance, 0.0, strike, strike + 2 * landed, off - 4 * leaves, off)
-        plants.append(
-            PawPlant(**{**plant.__dict__, "off_pitch": 0.4, "lift_height": 0.12 * habit.lift, "curl": 0.35})
-        )
+        plants.append(replace(plant, off_pitch=0.4, lift_height=0.12 * habit.lift, curl=0.35))
     return Paw(tuple(plants), np.zeros(frames))
 
 
@@ -137,14 +140,11 @@ def _tucked(
     habit: Habit, limb: str, stream: Stream, off: int, swing: int, frames: int, hocks: float
 ) -> Paw:
     """From standing to where the paw of a lying body is, by one step."""
-    roll = 4
-    before = _until(_standing(habit, limb, stream), off, roll, lift_height=0.07, curl=0.1)
+    before = _until(_standing(habit, limb, stream), off, curl=0.1)
     strike = off + swing
     after = PawPlant(frames - 1.0, habit.stance + 0.25, 0.0, strike, strike + 2, _EVER, _EVER, lain=1.0)
     t = np.arange(frames, dtype=float)
-    return Paw(
-        (before, PawPlant(**{**after.__dict__, "strike_pitch": 0.0})), hocks * ramp(t, off, strike + 3.0)
-    )
+    return Paw((before, replace(after, strike_pitch=0.0)), hocks * ramp(t, off, strike + 3.0))
 
 
 def _settling(stream: Stream, frames: int, kind: str, down: bool) -> DogScore:
@@ -222,8 +222,8 @@ def shake_paw(stream: Stream, frames: int) -> DogScore:
         [0.03 + 0.0 * t, height + shaken, np.full(frames, stream.uniform(0.55, 0.68))], axis=-1
     )
     stay = paws[f"{side}_fore"].plants[0]
-    before = _until(stay, up, 4, curl=0.2)
-    after = PawPlant(**{**stay.__dict__, "strike": down, "flat": down + 3, "strike_pitch": 0.2})
+    before = _until(stay, up, curl=0.2)
+    after = replace(stay, strike=down, flat=down + 3, strike_pitch=0.2)
     paws[f"{side}_fore"] = Paw((before, after), np.zeros(frames), PawAir(reach, weight))
     lean = -0.05 * weight if side == "left" else 0.05 * weight
     score = _score(
