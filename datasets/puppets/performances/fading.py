@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..curves import smooth
+from ..curves import bump, smooth
 from ..score import Air, Hand, Touch, Trunk
 
 _FADE = 5.0
@@ -53,7 +53,7 @@ def joined_hand(a: Hand, b: Hand, length: int) -> Hand:
     later = (replace(plant, strike=plant.strike + start, off=plant.off + start) for plant in b.plants)
     aim, aimed = _joined_aim(a, b, length)
     return Hand(
-        reach=bridged(a.reach, b.reach, length),
+        reach=_round_the_shoulder(bridged(a.reach, b.reach, length), len(a.swivel), length),
         upright=bridged(a.upright, b.upright, length),
         middle=bridged(a.middle, b.middle, length),
         swivel=bridged(a.swivel, b.swivel, length),
@@ -63,6 +63,16 @@ def joined_hand(a: Hand, b: Hand, length: int) -> Hand:
         aimed=aimed,
         plants=(*a.plants, *later),
     )
+
+
+def _round_the_shoulder(reach: np.ndarray, start: int, length: int) -> np.ndarray:
+    """A way on the bridge that would lead close by the shoulder bows out to the front and the side."""
+    middle = reach[start + length // 2]
+    close = smooth((0.75 - float(np.sqrt((middle**2).sum()))) / 0.35)
+    bow = np.zeros_like(reach)
+    share = np.arange(1, length + 1) / (length + 1.0)
+    bow[start : start + length] = bump(share)[:, None] * (close * np.array([0.20, 0.0, 0.35]))
+    return reach + bow
 
 
 def _joined_touches(a: Hand, b: Hand, length: int) -> tuple[Touch, ...]:
