@@ -68,8 +68,8 @@ MADE = {
     "dog walk": (("dog_walk",), (0.6, 2.2)),
     "dog run": (("trot", "gallop"), (2.6, 12.0)),
 }
-CLIPS = 6
-"""Of each kind, each by every puppet of the group."""
+CLIPS = 20
+"""Of each kind, each by a quarter of the puppets of its group."""
 Features = dict[str, list[np.ndarray]]
 
 
@@ -174,7 +174,7 @@ def made(group: str) -> Iterator[Motion]:
         for kind in (kind for kind in kinds if kind in family.kinds):
             for number in range(CLIPS):
                 score = family.kinds[kind](Stream("puppets", "realism", f"{kind}-{number}"), 180)
-                for name in names[number % 2 :: 2]:
+                for name in names[number % 4 :: 4]:
                     body = family.bodies[name]
                     solution, who = family.solve(score, body), rigs.character(body)
                     local = rigs.rotations(solution, body, who)
