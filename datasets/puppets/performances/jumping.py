@@ -163,7 +163,7 @@ def _way(jumps: Sequence[_Jump], t: np.ndarray) -> np.ndarray:
 
 def _crouch(jumps: Sequence[_Jump], t: np.ndarray) -> np.ndarray:
     """0 standing, about 1 in the deepest crouch, below 0 stretched in the air."""
-    times, values = [-EVER], [0.0]
+    times, values = [-float(EVER)], [0.0]
     for each in jumps:
         times += [each.down, each.low, each.off - 0.5, 0.5 * (each.off + each.strike)]
         values += [0.0, 3.2 * (_STAND - each.deep), 0.0, -0.12]
@@ -221,7 +221,7 @@ def _arm(stream: Stream, style: Style, jumps: Sequence[_Jump], side: str, frame:
     """Back with the crouch, thrown forward and up with the push, down again over the landing."""
     t, own = seconds(len(frame)), 1.0 + sign(side) * 0.5 * style.asymmetry
     high = own * (0.95 + 0.65 * style.swing)
-    times, values, bends = [-EVER], [0.0], [0.0]
+    times, values, bends = [-float(EVER)], [0.0], [0.0]
     for each in jumps:
         back = each.down + 0.55 * (each.low - each.down)
         times += [each.down - 2.0, back, each.low + 1.0, 0.5 * (each.off + each.strike)]
@@ -351,7 +351,7 @@ def _hopping_feet(
 
 def _beat(contacts: Sequence[tuple[int, int]], t: np.ndarray) -> np.ndarray:
     """1 in the middle of every flight, -1 in the middle of every stay, 0 before and after."""
-    times, values = [-EVER, contacts[0][1] - 18.0, contacts[0][1] - 8.0], [0.0, 0.0, -1.0]
+    times, values = [-float(EVER), contacts[0][1] - 18.0, contacts[0][1] - 8.0], [0.0, 0.0, -1.0]
     for off, strike in _gaps(contacts):
         times.append(0.5 * (off + strike))
         values.append(1.0)

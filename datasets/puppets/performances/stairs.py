@@ -95,7 +95,7 @@ def _plant(drawn: Gait, course: Course, k: int, level: float, riser: float, up: 
         off=off,
         strike_pitch=0.18 if up > 0 else 0.30,
         off_pitch=0.70 if up > 0 else 0.42,
-        lift_height=0.08 if up > 0 else 0.07,
+        lift_height=0.12 if up > 0 else 0.07,
         level=level,
         riser=riser,
     )

@@ -56,6 +56,12 @@ def striding(
     inside = slice(MARGIN, MARGIN + gait.frames)
     active = course.activity[inside]
     over_left = phase - 0.6 * np.pi
+    told: dict[str, float | str] = {
+        "mode": gait.mode,
+        "step": gait.step,
+        "stride": gait.stride,
+        "turned": gait.turned,
+    }
     sway = [carriage.sway * active * np.cos(over_left), 0.010 * active * np.sin(2.0 * over_left)]
     sway[0] = sway[0] + wander(stream, t, 0.004 * style.loose) + 0.25 * _into_the_bend(gait, course)
     height = 0.994 - carriage.low * active + carriage.bob * style.bounce * active * np.cos(2.0 * over_left)
@@ -70,8 +76,7 @@ def striding(
         trunk=_trunk(stream, gait, course, carriage, t, active),
         feet=feet,
         hands={side: _arm(stream, gait, carriage, side, t, active) for side in SIDES},
-        parameters={"mode": gait.mode, "step": gait.step, "stride": gait.stride, "turned": gait.turned}
-        | parameters,
+        parameters=told | parameters,
         phase=phase / (2.0 * np.pi),
     )
 

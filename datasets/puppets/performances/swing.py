@@ -46,10 +46,11 @@ def carried(
     angles say, to the part ``most``. point: of the toes, radians.
     """
     t, zero = np.arange(frames, dtype=float), np.zeros(frames)
-    weight, angles = zero.copy(), np.zeros((2, frames))
+    weight, bent = zero.copy(), [zero.copy(), zero.copy()]
     for plant, after in pairwise(plants):
         inside = (t > plant.off) & (t < after.strike)
         share = (t[inside] - plant.off) / (after.strike - plant.off)
         weight[inside] = most * plateau(share, 0.0, full[0], full[1], 1.0)
-        angles[:, inside] = [np.radians(through(share, shares, values)) for values in (thigh, knee)]
-    return Air(reach=hung(*angles, out), weight=weight, swivel=zero, point=zero + point)
+        for row, values in zip(bent, (thigh, knee), strict=True):
+            row[inside] = np.radians(through(share, shares, values))
+    return Air(reach=hung(bent[0], bent[1], out), weight=weight, swivel=zero, point=zero + point)
