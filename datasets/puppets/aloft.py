@@ -33,7 +33,8 @@ def _slack(hip: np.ndarray, goal: np.ndarray, foot: FootPath, body: Body) -> np.
     line = goal - hip
     distance = np.sqrt((line * line).sum(axis=-1))
     limb = body.proportions.thigh + body.proportions.shank
-    share = np.where(foot.swinging, soft_min(distance, 0.0 * distance + _STRETCHED * limb, 0.02 * limb) / distance, 1.0)
+    most = np.full_like(distance, _STRETCHED * limb)
+    share = np.where(foot.swinging, soft_min(distance, most, 0.02 * limb) / distance, 1.0)
     return hip + share[:, None] * line
 
 

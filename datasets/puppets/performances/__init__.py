@@ -19,7 +19,8 @@ from .gestures import (
     touch_head,
     touch_toe,
 )
-from .jumping import hop, jump, leap
+from .hopping import hop
+from .jumping import jump, leap
 from .running import jog, run
 from .sequencing import strung
 from .sidling import turn, walk_sideways
