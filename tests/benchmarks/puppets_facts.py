@@ -2,9 +2,9 @@
 
     python tests/benchmarks/puppets_facts.py [--size tiny] [--every 1] [--large]
 
-in an environment in which retarget-bench is installed. Copying is ``copy_rotations`` with the root rule that
-does best, for people and for dogs, out of those that need no reference; on every so many-th case of intra
-and cross. Per kind: error in the world in per cent of height, of the second answer too; contact recall; and
+in an environment in which retarget-bench is installed. Copying is ``copy_rotations`` with the root rule
+that does best, for people and for dogs, out of those that need no reference; on every so many-th case of
+intra and cross. Per kind: error in the world in per cent of height, of the second answer too; contact recall; and
 how far a hand ends from the place of the own body that it should rest on, in per cent of height, where a
 kind has touches. The reference has error 0 and recall 1, and its hands touch to a centimetre. ``--large``
 counts the training motion of ``large`` too.
@@ -72,6 +72,16 @@ def people() -> None:
         print(f"{family.name}: {len(family.kinds)} kinds, held out {', '.join(kinds)}")
 
 
+def kinds() -> None:
+    """The first sentences of what the functions say of themselves."""
+    print("| kind | what is done | in the test only |\n|---|---|---|")
+    for family in families():
+        for kind, function in family.kinds.items():
+            text = " ".join((getattr(function, "func", function).__doc__ or "").split("\n\n")[0].split())
+            held = "yes" if kind in held_out.KINDS else ""
+            print(f"| {kind} | {text.split(': ``')[0].rstrip('.')} | {held} |")
+
+
 # ------------------------------------------------------------------------------------- copying
 def touch_gap(clip: Clip, info: CaseInfo, answer: Motion | Positions, case: Case) -> float | None:
     """Mean distance of hands from their places while they should rest there, % of height; None: no touch
@@ -132,6 +142,8 @@ def main() -> None:
     parser.add_argument("--large", action="store_true")
     options = parser.parse_args()
     people()
+    print()
+    kinds()
     print()
     sizes(options.large)
     print()

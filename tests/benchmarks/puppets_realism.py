@@ -193,7 +193,8 @@ def gathered(motions: Iterator[Motion], group: str) -> dict[str, np.ndarray]:
 # ----------------------------------------------------------------------------------------- comparing
 def overlap(a: np.ndarray, b: np.ndarray) -> tuple[float, np.ndarray, np.ndarray, np.ndarray]:
     """Share of two histograms that cover each other; edges and both histograms."""
-    low, high = (np.percentile(np.concatenate([a, b]), q) for q in (0.5, 99.5))
+    ends = np.percentile(a, (1, 99)), np.percentile(b, (1, 99))
+    low, high = min(pair[0] for pair in ends), max(pair[1] for pair in ends)
     edges = np.linspace(low, high, 41)
     one, two = (np.histogram(np.clip(x, low, high), edges)[0] / len(x) for x in (a, b))
     return float(np.minimum(one, two).sum()), edges, one, two
@@ -205,7 +206,10 @@ def table(group: str, real: dict[str, np.ndarray], ours: dict[str, np.ndarray]) 
     print(f"{frames[0]:.0f} s recorded, {frames[1]:.0f} s made.\n")
     print("| feature | recorded 5 / 50 / 95 % | puppets 5 / 50 / 95 % | overlap |\n|---|---|---|---|")
     for name in real:
-        rows = [" / ".join(f"{v:.3g}" for v in np.percentile(x[name], (5, 50, 95))) for x in (real, ours)]
+        rows = [
+            " / ".join(f"{v if abs(v) > 1e-3 else 0:.3g}" for v in np.percentile(x[name], (5, 50, 95)))
+            for x in (real, ours)
+        ]
         print(f"| {name} | {rows[0]} | {rows[1]} | {overlap(real[name], ours[name])[0]:.2f} |")
 
 
