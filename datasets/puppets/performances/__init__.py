@@ -23,10 +23,11 @@ from .hopping import hop
 from .jumping import jump, leap
 from .running import jog, run
 from .sequencing import strung
+from .shoving import pull, push
 from .sidling import turn, walk_sideways
 from .squatting import squat
 from .stairs import stairs_down, stairs_up
-from .striking import catch, kick_front, kick_side, pull, punch, push, throw
+from .striking import catch, kick_front, kick_side, punch, throw
 from .walking import arc, limp, march, sneak, walk, walk_backwards
 from .waving import wave
 
