@@ -159,7 +159,7 @@ def test_joints_stay_within_limits(takes: list[Take]) -> None:
 
 
 def test_nothing_jumps(takes: list[Take]) -> None:
-    """Accelerations stay under 12 g for a dog of 0.65 m, paws in a gallop under 30; and joints turn about as
+    """Accelerations stay under 12 g for a dog of 0.65 m, paws in a gallop under 30; and joints turn as
     fast as those of recorded dogs, whose fore legs turn 55 degrees a frame in a trot, 65 in a gallop."""
     for take in takes:
         places = take.motion.positions / take.leg * 0.5

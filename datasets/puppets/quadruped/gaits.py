@@ -36,9 +36,9 @@ class Gait:
     low: float
 
 
-WALK = Gait((0.0, 0.5, 0.22, 0.72), 0.64, (1.2, 2.3), (1.22, 1.55), 0.19, 0.024, 2, 0.55, 0.02)
-TROT = Gait((0.0, 0.5, 0.52, 0.02), 0.45, (3.0, 5.2), (1.85, 2.55), 0.28, 0.042, 2, 0.65, 0.03)
-GALLOP = Gait((0.0, 0.13, 0.46, 0.60), 0.29, (5.6, 7.6), (3.0, 3.5), 0.43, 0.085, 1, 0.80, 0.03)
+WALK = Gait((0.0, 0.5, 0.22, 0.72), 0.64, (1.2, 2.3), (1.22, 1.55), 0.23, 0.028, 2, 0.55, 0.02)
+TROT = Gait((0.0, 0.5, 0.52, 0.02), 0.45, (3.0, 5.2), (1.85, 2.55), 0.31, 0.055, 2, 0.65, 0.03)
+GALLOP = Gait((0.0, 0.13, 0.46, 0.60), 0.25, (5.6, 7.6), (3.0, 3.5), 0.42, 0.085, 1, 0.80, 0.03)
 
 
 @dataclass(frozen=True, eq=False)
@@ -132,7 +132,7 @@ def _heaving(gait: Gait, phase: np.ndarray, bounce: float) -> tuple[np.ndarray, 
     # stretches once a period
     hind = phase - gait.phases[0] - 0.5 * (gait.duty + 0.13)
     fore = phase - gait.phases[2] - 0.5 * (gait.duty + 0.14)
-    arch = 0.16 + 0.24 * np.cos(turn * (phase - 0.96))
+    arch = 0.18 + 0.34 * np.cos(turn * (phase - 0.96))
     rise = [1.0 - gait.low - bounce * np.cos(turn * each) for each in (hind, fore)]
     return rise[0], rise[1], arch
 
@@ -159,7 +159,9 @@ def _paws(frames: int, gait: Gait, period: float, start: float, habit: Habit) ->
                     off=off,
                     strike_pitch=-0.18,
                     off_pitch=gait.roll_off * habit.roll,
-                    lift_height=gait.lift * habit.lift * (1.0 if "fore" in limb else 0.85),
+                    lift_height=gait.lift
+                    * habit.lift
+                    * (1.0 if "fore" in limb else 0.85 if gait.beats == 2 else 0.6),
                     curl=0.75 if "fore" in limb else 0.25,
                 )
             )

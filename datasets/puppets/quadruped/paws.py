@@ -175,6 +175,10 @@ def _lying(tip: np.ndarray, thick: float) -> float:
     return float(np.arctan2(up, behind) - np.arcsin(min(thick / length, 0.9)))
 
 
+_AT_REST = 2e-5
+"""Less change of ``Paw.flat`` in a frame is none: some micrometres."""
+
+
 def _rests(paw: Paw, frames: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Where it is planted, pivoting, and down at all."""
     still, held, down = (np.zeros(frames, dtype=bool) for _ in range(3))
@@ -184,7 +188,7 @@ def _rests(paw: Paw, frames: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         held[max(plant.strike + 1, 0) : max(plant.off + 1, 0)] = True
         down[max(plant.strike, 0) : max(plant.off + 1, 0)] = True
     grounded = np.ones(frames, dtype=bool) if paw.air is None else paw.air.weight == 0.0
-    planted = still & (paw.flat == before) & grounded
+    planted = still & (np.abs(paw.flat - before) < _AT_REST) & grounded
     return planted, held & ~planted & grounded, down & grounded
 
 

@@ -10,6 +10,7 @@ from ..curves import plateau, ramp, wander
 from ..performances.style import seconds
 from ..randomness import Stream
 from ..score import FPS, SIDES, Trunk
+from .backwards import backwards
 from .gaits import WALK
 from .manner import Habit, head_and_tail
 from .score import LIMBS, DogScore, Paw, PawAir, PawPlant, idle_hands
@@ -192,13 +193,20 @@ def _settling(stream: Stream, frames: int, kind: str, down: bool) -> DogScore:
 
 
 def sit(stream: Stream, frames: int) -> DogScore:
-    """From standing to sitting."""
-    return _settling(stream, frames, "dog_sit", down=False)
+    """From standing to sitting, or back."""
+    return _either_way(stream, _settling(stream, frames, "dog_sit", down=False))
 
 
 def lie(stream: Stream, frames: int) -> DogScore:
-    """From standing to lying on the belly, fore legs ahead."""
-    return _settling(stream, frames, "dog_lie", down=True)
+    """From standing to lying on the belly, fore legs ahead, or back."""
+    return _either_way(stream, _settling(stream, frames, "dog_lie", down=True))
+
+
+def _either_way(stream: Stream, score: DogScore) -> DogScore:
+    """One of three gets up."""
+    way = stream.choice(("down", "down", "up"))
+    score = replace(score, parameters={**score.parameters, "way": way})
+    return backwards(score) if way == "up" else score
 
 
 def shake_paw(stream: Stream, frames: int) -> DogScore:
