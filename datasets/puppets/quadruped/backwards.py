@@ -43,7 +43,7 @@ def _backwards(paw: Paw, last: int) -> Paw:
                 plant,
                 moment=last - plant.moment,
                 strike=last - plant.off,
-                flat=last - plant.lift,
+                flat=last - plant.off,
                 lift=last - plant.flat,
                 off=last - plant.strike,
                 strike_pitch=0.0,
