@@ -198,7 +198,18 @@ DOGS = (
     Body(
         "arrow",
         DOG21,
-        dog(0.73, trunk=0.94, neck=1.25, girth=0.8, tail=1.15, thigh=1.05, shank=1.08, shoulder_half=0.8),
+        dog(
+            0.73,
+            trunk=0.94,
+            neck=1.25,
+            girth=0.8,
+            tail=1.15,
+            upper_arm=1.06,
+            forearm=1.07,
+            thigh=1.05,
+            shank=1.08,
+            shoulder_half=0.8,
+        ),
         rest="along_x",
     ),
     # legs less than half as long as the back

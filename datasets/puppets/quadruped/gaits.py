@@ -76,7 +76,7 @@ def paced(stream: Stream, frames: int, gait: Gait, kind: str, going: Way, habit:
     period = FPS * stride / going.speed
     start = stream.uniform(0.0, 1.0)
     phase = start + np.arange(frames) / period
-    paws = _paws(frames, gait, period, start, habit)
+    paws = _paws(stream.part("paws"), frames, gait, period, start, habit)
     beat = 2.0 * np.pi * gait.beats * (phase - gait.phases[0] - 0.5 * gait.duty)
     bounce = habit.bounce * gait.bounce
     height, fore, arch = _heaving(gait, phase, bounce)
@@ -137,12 +137,15 @@ def _heaving(gait: Gait, phase: np.ndarray, bounce: float) -> tuple[np.ndarray, 
     return rise[0], rise[1], arch
 
 
-def _paws(frames: int, gait: Gait, period: float, start: float, habit: Habit) -> Mapping[str, Paw]:
-    """Plants from well before the clip to well after it."""
+def _paws(
+    stream: Stream, frames: int, gait: Gait, period: float, start: float, habit: Habit
+) -> Mapping[str, Paw]:
+    """Plants from well before the clip to well after it, no two quite alike."""
     count = int(np.ceil(frames / period)) + 4
     found = {}
     for limb, phase in zip(LIMBS, gait.phases, strict=True):
         plants = []
+        lift = gait.lift * habit.lift * (1.0 if "fore" in limb else 0.85 if gait.beats == 2 else 0.6)
         for number in range(-3, count):
             first = period * (number + phase - start)
             down = gait.duty * period
@@ -151,17 +154,15 @@ def _paws(frames: int, gait: Gait, period: float, start: float, habit: Habit) ->
             plants.append(
                 PawPlant(
                     moment=0.5 * (strike + off),
-                    out=habit.stance,
-                    ahead=0.0,
+                    out=habit.stance + stream.normal(0.06 * habit.loose),
+                    ahead=stream.normal(0.022 * habit.loose),
                     strike=strike,
                     flat=strike + max(1, round(0.14 * (off - strike))),
                     lift=off - roll,
                     off=off,
                     strike_pitch=-0.18,
                     off_pitch=gait.roll_off * habit.roll,
-                    lift_height=gait.lift
-                    * habit.lift
-                    * (1.0 if "fore" in limb else 0.85 if gait.beats == 2 else 0.6),
+                    lift_height=lift * stream.uniform(0.85, 1.15),
                     curl=0.75 if "fore" in limb else 0.25,
                 )
             )
