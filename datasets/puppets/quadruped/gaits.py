@@ -1,6 +1,7 @@
 """Walk, trot and gallop: periods of four paws, along any path.
 
-Periods, strides and order of footfalls follow Hildebrand (1989); speeds were tuned to recorded dogs.
+The order of footfalls is that of the textbooks (Hildebrand 1989); periods, strides and speeds were tuned to
+recorded dogs.
 """
 
 from __future__ import annotations
