@@ -94,7 +94,7 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
 
 def risen(kneel: np.ndarray) -> np.ndarray:
     """Share of its pitch that a foot has while its knee goes down: the heel goes first."""
-    return 1.0 - (1.0 - kneel) ** 2
+    return kneel * (1.7 - 0.7 * kneel)
 
 
 def _floor(foot: Foot, t: np.ndarray) -> np.ndarray:

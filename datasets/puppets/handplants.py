@@ -44,7 +44,7 @@ def turned(plant: HandPlant, side: str) -> np.ndarray:
 def wrist(plant: HandPlant, side: str, body: Body) -> np.ndarray:
     """(3,) metres: the place of the planted hand's wrist. What holds something is measured there."""
     p, c, s = body.proportions, np.cos(plant.heading), np.sin(plant.heading)
-    out = sign(side) * plant.width * p.shoulder_half
+    out = sign(side) * (plant.width * p.shoulder_half + plant.apart * p.arm)
     ahead = plant.ahead * p.arm
     if plant.under:
         ahead += plant.under * (p.ball + knee_ahead(body) + all_fours(body)[1])
@@ -53,9 +53,10 @@ def wrist(plant: HandPlant, side: str, body: Body) -> np.ndarray:
     if plant.level > 0.0:
         return place
     turn = turned(plant, side)
-    low = turn @ finger_tips(side, p)
+    # the pads of the fingers touch, or their very tips where the hand is steep
+    deep = max(-(turn @ finger_tips(side, p))[1], p.hand * float(np.sin(plant.tilt)))
     across = turn @ palm(side, p)
-    return place - np.array([across[0], low[1], across[2]])
+    return place - np.array([across[0], -deep, across[2]])
 
 
 def way(plant: HandPlant, side: str, body: Body, frames: int) -> np.ndarray:
@@ -80,3 +81,13 @@ def crouching(score: Score, short: dict[str, np.ndarray]) -> np.ndarray:
                 worst = float((short[side] * rests(plant, score.frames)).max(initial=0.0))
                 total += (worst * weight(plant, score.frames)) ** 4
     return np.sqrt(np.sqrt(total))
+
+
+_MOST = 0.34
+"""How far hips sink for planted hands, leg lengths."""
+
+
+def eased(sunk: np.ndarray | float, body: Body) -> np.ndarray:
+    """How far hips sink ``(frames,)`` that ought to sink so far."""
+    most = _MOST * body.proportions.leg
+    return np.asarray(most * np.tanh(sunk / most))

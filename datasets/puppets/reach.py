@@ -6,8 +6,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from . import grounds
-from . import handplants
+from . import grounds, handplants
 from .bodies import Body
 from .places import place, touching
 from .score import SIDES, Score

@@ -79,12 +79,14 @@ class Air:
 class Foot:
     """plants: in time order, the first striking before frame 0. heel: ``(frames,)`` how far the heel is
     raised about the toe while the foot stays planted; exactly 0 elsewhere. air: a way through the air.
-    kneel: ``(frames,)`` 1: the knee rests on the floor before the toes, which stay where the plants are."""
+    kneel: ``(frames,)`` 1: the knee rests on the floor before the toes, which stay where the plants are.
+    bears: ``(frames,)`` below 1 where a kneeling knee is on its way and bears nothing."""
 
     plants: tuple[Plant, ...]
     heel: np.ndarray
     air: Air | None = None
     kneel: np.ndarray | None = None
+    bears: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)

@@ -147,7 +147,8 @@ def _set_pelvis(pose: Pose, score: Score, feet: dict[str, FootPath], state: _Sta
     turn = turn @ about(0, lean) @ about(2, -trunk.pelvis[:, 2])
     middle = pelvis_place(score, body)
     middle[:, [0, 2]] += state.shift
-    middle[:, 1] -= _up_to(_MOST_LOW * body.proportions.leg, state.low) + state.crouch
+    middle[:, 1] -= _up_to(_MOST_LOW * body.proportions.leg, state.low)
+    middle[:, 1] -= handplants.eased(state.crouch, body)
     offsets = {side: turn @ body.reach(f"{side}_up_leg", "hips") for side in SIDES}
     from_middle = 0.5 * (offsets["left"] + offsets["right"])
     caps = []
@@ -243,5 +244,5 @@ def _adjusted(score: Score, body: Body, manner: Manner, state: _State, pose: Pos
     # the less the spine bends further, the more the knees do
     share = 0.25 + 0.75 * np.tanh(state.lean / _MOST_LEAN) ** 2
     low = -lower_envelope(-np.maximum(state.low + share * missing, 0.0), 4)
-    crouch = handplants.eased(state.crouch + handplants.crouching(score, pose.short), body)
+    crouch = state.crouch + handplants.crouching(score, pose.short)
     return _State(shift, lean, low, flight.fall(score, body, pose.places), free, crouch)

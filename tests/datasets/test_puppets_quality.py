@@ -125,6 +125,11 @@ def test_labels_miss_no_contact(takes: list[Take]) -> None:
     """Joints that rest to the micrometre and are not labelled can only be at a turning point in the air."""
     for take in takes:
         still = np.linalg.norm(np.diff(take.feet, axis=0), axis=-1) < 1e-6
+        for column, side in ((0, "left"), (2, "right")):
+            kneel = take.score.feet[side].kneel
+            # the ankle of a kneeling leg is at rest, but on nothing
+            if kneel is not None:
+                still[kneel[1:] == 1.0, column] = False
         assert (still & ~take.planted[1:]).mean() < 0.01, take.name
 
 
@@ -338,10 +343,10 @@ def test_copied_rotations_do_not_keep_contacts(takes: list[Take]) -> None:
     for take in takes:
         for source in takes:
             alike = source.body.structure is take.body.structure and source.score is take.score
-            if not alike or source is take or not take.planted[:, [0, 2]].any():
+            if not alike or source is take or not take.planted.any():
                 continue
             copied = take.body.place(rotation.to_matrix(source.turned), take.at("hips"))
-            feet = copied[:, [take.body.part[f"{side}_foot"] for side in SIDES]]
+            feet = copied[:, [take.body.part[part] for part in FEET]]
             steps = np.linalg.norm(np.diff(feet, axis=0), axis=-1)
-            slides.append(steps[take.planted[1:, [0, 2]]].mean() / take.motion.character.height)
+            slides.append(steps[take.planted[1:]].mean() / take.motion.character.height)
     assert np.mean(slides) > 5e-5  # a tenth of a millimetre a frame on a body of 1.7 m; the reference has 0

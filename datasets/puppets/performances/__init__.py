@@ -7,6 +7,7 @@ from functools import partial
 
 from ..randomness import Stream
 from ..score import Score
+from .crawling import crawl
 from .dancing import dance_line, dance_steps
 from .gestures import (
     arms_crossed,
@@ -21,10 +22,13 @@ from .gestures import (
 )
 from .hopping import hop
 from .jumping import jump, leap
+from .kneeling import kneel, lunge
+from .lifting import lift, touch_floor
 from .running import jog, run
 from .sequencing import strung
 from .shoving import pull, push
 from .sidling import turn, walk_sideways
+from .sitting import get_up, sit
 from .squatting import squat
 from .stairs import stairs_down, stairs_up
 from .striking import catch, kick_front, kick_side, punch, throw
@@ -122,6 +126,13 @@ KINDS: Mapping[str, Callable[[Stream, int], Score]] = {
     "hop": hop,
     "dance_steps": dance_steps,
     "dance_line": dance_line,
+    "lunge": lunge,
+    "kneel": kneel,
+    "sit": sit,
+    "get_up": get_up,
+    "crawl": crawl,
+    "lift": lift,
+    "touch_floor": touch_floor,
     "sequence": sequence,
 }
 """Kind -> the function that draws one performance of so many frames."""
