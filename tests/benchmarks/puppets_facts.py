@@ -3,11 +3,11 @@
     python tests/benchmarks/puppets_facts.py [--size tiny] [--every 1] [--large]
 
 in an environment in which retarget-bench is installed. Copying is ``copy_rotations`` with the root rule
-that does best, for people and for dogs, out of those that need no reference; on every so many-th case of
-intra and cross. Per kind: error in the world in per cent of height, of the second answer too; contact recall; and
-how far a hand ends from the place of the own body that it should rest on, in per cent of height, where a
-kind has touches. The reference has error 0 and recall 1, and its hands touch to a centimetre. ``--large``
-counts the training motion of ``large`` too.
+that does best, for people and for dogs, out of those that need no reference, on every so many-th case of
+intra and cross. Per kind: error in the world in per cent of height, of the second answer too; contact
+recall; and how far a hand ends from the place of the own body that it should rest on, in per cent of
+height, where a kind has touches. The reference has error 0 and recall 1, and its hands touch to a
+centimetre. ``--large`` counts the training motion of ``large`` too.
 """
 
 from __future__ import annotations

@@ -59,7 +59,7 @@ RECORDED = {
 MADE = {
     "walk": (("walk", "arc"), WALKING),
     "walk in mixed takes": (
-        ("walk", "arc", "turn", "walk_backwards", "walk_sideways", "stairs_up"),
+        ("walk", "arc", "turn", "walk_backwards", "walk_sideways"),
         WALKING,
     ),
     "run": (("jog", "run"), RUNNING),

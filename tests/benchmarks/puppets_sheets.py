@@ -138,7 +138,7 @@ def main() -> None:
             frames = np.linspace(options.start * FPS, last, options.frames).round().astype(int)
             picture = sheet(figures, frames, options.azimuth, options.height)
             place = options.out / f"{kind}.png"
-            picture.quantize(24).save(place, optimize=True)
+            picture.quantize(40).save(place, optimize=True)
             print(place, f"{place.stat().st_size / 1000:.0f} kB", flush=True)
 
 
