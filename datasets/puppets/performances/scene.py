@@ -31,7 +31,7 @@ class Scene:
         self.feet: Stance = stance(heading, self.style, frames, support, width * self.style.stance)
         self.moves: dict[str, list[Move]] = {side: [] for side in SIDES}
         self.pelvis, self.chest, self.gaze = (np.zeros((frames, 3)) for _ in range(3))
-        self.low = np.zeros(frames)
+        self.low, self.ahead = np.zeros(frames), np.zeros(frames)
         self.parameters: dict[str, float | str] = {}
 
     # ------------------------------------------------------------------------------------- telling
