@@ -32,8 +32,8 @@ def _trunk(body: Body, at: dict[str, np.ndarray]) -> list[Cone]:
         radius, top, bottom = (
             girth * float(np.interp(along, _ALONG, row)) for row in (_RADIUS, _TOP, _BOTTOM)
         )
-        ends = [middle - np.array([0.0, down, 0.0]) for down in (top, bottom)]
-        found.append(Cone(*ends, (radius, 0.9 * radius), shares(levels, float(along))))
+        back, belly = (middle - np.array([0.0, down, 0.0]) for down in (top, bottom))
+        found.append(Cone(back, belly, (radius, 0.9 * radius), shares(levels, float(along))))
     return found
 
 
