@@ -51,11 +51,14 @@ class Contacts:
     """Which contact joints are planted in which frame.
 
     roles: the roles of the contact joints (``left_foot``, ``left_toe``, ...).
-    planted: ``(frames, len(roles))`` bool.
+    planted: ``(frames, len(roles))`` bool: rests, and has rested since the frame before.
+    pivoting: likewise bool, where it is known: turns about a point of the foot that rests on the ground.
+            What is neither planted nor pivoting is free.
     """
 
     roles: tuple[str, ...]
     planted: np.ndarray
+    pivoting: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -90,6 +93,7 @@ class Case:
     target:     the body that shall perform it.
     reference:  the right answer, or None (then only reference-free metrics apply).
     contacts:   true contact labels of the *target*, or None (then they are found by speed).
+    alternative: a second answer that is as right as the reference, where one is known.
     conditions: of tasks such as denoising: noise level, share of joints.
     """
 
@@ -100,6 +104,7 @@ class Case:
     contacts: Contacts | None = None
     ground: Ground = Ground()
     conditions: Mapping[str, float] = field(default_factory=dict)
+    alternative: Prediction | None = None
 
 
 # ------------------------------------------------------------------------------------------ data sets
@@ -147,8 +152,8 @@ class MethodCard:
     """What a method is, and what it asks for.
 
     accepts:    the kinds of source it can read: ``motion`` (rotations) and/or ``positions``.
-    needs:      privileged inputs, out of ``reference``, ``target_motions``, ``other_clips``. Rows of such
-                a method are marked privileged and never ranked.
+    needs:      privileged inputs, out of ``reference``, ``second_reference``, ``target_motions``,
+                ``other_clips``. Rows of such a method are marked privileged and never ranked.
     control:    a row that bounds the scale (rest pose, reference): shown, never ranked.
     stochastic: the result depends on ``context.seed``.
     default:    takes part in a plain ``bench run`` (untrained, or weights are shipped).
@@ -177,7 +182,9 @@ class Context:
     """All that a method may know beside the source motion and the target character.
 
     The privileged inputs are None unless the card's ``needs`` names them.
-    other_clips: motions of the target in other clips, in a fixed order, loaded when indexed.
+    second_reference: another answer that is as right as the reference (``Case.alternative``).
+    other_clips: motions of the target in other clips of the split, in a fixed order, loaded when indexed;
+    of the other splits where this one has none.
     target_motions: every reference motion of the target, this clip's included.
     """
 
@@ -185,6 +192,7 @@ class Context:
     device: str = "cpu"
     precision: Literal["float32", "float64"] = "float32"
     reference: Prediction | None = None
+    second_reference: Prediction | None = None
     target_motions: Sequence[Prediction] | None = None
     other_clips: Sequence[Prediction] | None = None
 

@@ -24,11 +24,12 @@ COMMANDS = {
     "test": ("test_plugin", "Check that a plug-in keeps its contract."),
     "retarget": ("retarget", "Retarget one BVH file to another character."),
     "doctor": ("doctor", "Say how a motion file is understood, and what to override."),
+    "data": ("data", "Work with data sets themselves: export one as files."),
     "export-cases": ("export_cases", "Write sources and targets for predicting elsewhere."),
 }
 """Command -> the module in ``retarget_bench.commands`` that holds it as ``command``, and its help line."""
 
-CONTINUED = ("run", "predict", "score")
+CONTINUED = ("run", "predict", "score", "data")
 """Commands that keep what they finished and continue from there."""
 
 

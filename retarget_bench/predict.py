@@ -65,8 +65,11 @@ def refusal(method: Method, case: Case) -> str | None:
     accepts = declared(method, "accepts") or ("motion",)
     if kind not in accepts:
         return f"takes {' or '.join(accepts)} as source, but this source is known by {kind} only"
-    if "reference" in declared(method, "needs") and case.reference is None:
+    needs = declared(method, "needs")
+    if "reference" in needs and case.reference is None:
         return "needs the reference, and this case has none"
+    if "second_reference" in needs and case.alternative is None:
+        return "needs a second right answer, and this data set knows of none"
     return method.supports(case.source.character, case.target)
 
 
@@ -167,9 +170,14 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
     context = Context(seed=seed)
     if "reference" in needs:
         context = replace(context, reference=case.reference and case.reference.copy())
+    if "second_reference" in needs:
+        context = replace(context, second_reference=case.alternative and case.alternative.copy())
     if "other_clips" in needs or "target_motions" in needs:
-        own = _clips_of_target(dataset, case.info)
+        own = _clips_of_target(dataset, case.info, (case.info.split,))
         others = [info for info in own if info.clip != case.info.clip]
+        if not others:
+            anywhere = _clips_of_target(dataset, case.info, dataset.card.splits)
+            others = [info for info in anywhere if info.clip != case.info.clip]
         if "target_motions" in needs:
             context = replace(context, target_motions=Clips(dataset.load, own))
         if "other_clips" in needs:
@@ -177,12 +185,13 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
     return context
 
 
-def _clips_of_target(dataset: Dataset, info: CaseInfo) -> list[CaseInfo]:
-    """One case per clip that the target performs in this split, by clip name."""
+def _clips_of_target(dataset: Dataset, info: CaseInfo, splits: Sequence[str]) -> list[CaseInfo]:
+    """One case per clip that the target performs in these splits, by clip name."""
     by_clip: dict[str, CaseInfo] = {}
-    for other in dataset.cases(info.task, info.split):
-        if other.target == info.target:
-            by_clip.setdefault(other.clip, other)
+    for split in splits:
+        for other in dataset.cases(info.task, split):
+            if other.target == info.target:
+                by_clip.setdefault(other.clip, other)
     return [by_clip[clip] for clip in sorted(by_clip)]
 
 

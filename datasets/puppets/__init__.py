@@ -1,4 +1,4 @@
-"""Paired performances of six generated bodies, with exact contacts: needs no download."""
+"""Paired performances of generated bodies of five structures, with exact contacts: needs no download."""
 
 from .corpus import Puppets as plugin
 

@@ -2,26 +2,30 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 
+from .anthropometry import human
 from .bodies import Body
 from .limbs import Limb, unit
-from .proportions import human
 from .score import SIDES, sign
 
 X, Y, Z = np.eye(3)
 
 
+@cache
 def leg(body: Body) -> Limb:
     """Thigh and shank of either side: both knees bend forward."""
     p = body.proportions
     return Limb(-Y, X, p.thigh, p.shank, ease=-Y, natural=X, tightest=np.radians(28.0), exact=0.996)
 
 
+@cache
 def arm(side: str, body: Body) -> Limb:
     """Upper arm and forearm: easy reach is forward, down and a little outward, elbow behind and below."""
     p, out = body.proportions, sign(side)
-    ease = unit(np.array([0.35 * out, -0.6, 0.7]))
+    ease = unit(np.array([0.45 * out, -0.25, 0.85]))
     elbow = np.array([0.25 * out, -0.7, -0.65])
     elbow = unit(elbow - ease * float(elbow @ ease))
     return Limb(
@@ -50,12 +54,18 @@ _SEGMENTS = (
 
 
 def centre_of_mass(body: Body, places: np.ndarray) -> np.ndarray:
-    """``(frames, 3)`` from joint positions ``(frames, joints, 3)``."""
-    weights = np.zeros(places.shape[1])
+    """``(frames, 3)`` from places ``(frames, parts, 3)``."""
+    return np.einsum("fjc,j->fc", places, _weights(body))
+
+
+@cache
+def _weights(body: Body) -> np.ndarray:
+    """``(joints,)`` shares of the mass."""
+    weights = np.zeros(len(body.structure.parts))
     for (near, far, _, at), mass in zip(_SEGMENTS, _masses(body), strict=True):
         weights[body.part[near]] += mass * (1.0 - at)
         weights[body.part[far]] += mass * at
-    return np.einsum("fjc,j->fc", places, weights)
+    return weights
 
 
 def _masses(body: Body) -> np.ndarray:

@@ -16,15 +16,18 @@ from .structures import Structure
 class Body:
     """A performer, in the T-pose: Y up, facing +Z, left arm along +X, soles on the floor.
 
-    offsets: ``(joints, 3)`` metres, from parent to joint, along world axes; row 0 is the root's place.
+    offsets: ``(parts, 3)`` metres, from parent to joint, along world axes; row 0 is the root's place.
     part:    name of a part (``left_forearm``) -> joint. Parts are this package's own words; joint names
-             are the structure's.
+             are the structure's. The rig has the first ``structure.joints`` of them.
+    rest:    how the rest pose is drawn (``rigs.py``).
+    held_out: never in a training set.
     """
 
     name: str
     structure: Structure
     proportions: Proportions
     rest: str
+    held_out: bool = False
 
     @cached_property
     def part(self) -> Mapping[str, int]:
@@ -32,7 +35,13 @@ class Body:
 
     @cached_property
     def offsets(self) -> np.ndarray:
-        return np.array([self.structure.offset(part, self.proportions) for part in self.structure.parts])
+        structure, places = self.structure, self.structure.places(self.proportions)
+        return np.array(
+            [
+                places[part] - (places[structure.parts[parent]] if parent >= 0 else 0.0)
+                for part, parent in zip(structure.parts, structure.parents, strict=True)
+            ]
+        )
 
     @cached_property
     def tips(self) -> Mapping[str, np.ndarray]:
@@ -51,7 +60,7 @@ class Body:
         return total
 
     def place(self, turned: np.ndarray, root: np.ndarray) -> np.ndarray:
-        """Joint positions ``(frames, joints, 3)`` from world orientations ``(frames, joints, 3, 3)``
+        """Places ``(frames, parts, 3)`` from world orientations ``(frames, parts, 3, 3)``
         against the T-pose and the root's places ``(frames, 3)``."""
         places = np.empty((*turned.shape[:2], 3))
         places[:, 0] = root

@@ -1,4 +1,4 @@
-"""The corpus' list of clips and cases, for every size."""
+"""The corpus' lists of clips, for every size and part."""
 
 from __future__ import annotations
 
@@ -6,27 +6,69 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cache
 
-from .characters import CAST
-from .performances import KINDS
+from .families import Family, families, family_of
+from .parts import Part, bodies, kinds
 from .randomness import Stream
 from .score import FPS, Score
+
+LONG = 60.0
+"""Seconds of the long clips of the test, which are sequences of several kinds."""
 
 
 @dataclass(frozen=True)
 class Size:
-    """clips: of each kind, counted from ``first`` so that no two sizes share a name. seconds: shortest and
-    longest. per_clip: of each split, how many cases a clip has; 0 for all."""
+    """seconds: shortest and longest ordinary clip. test: clips of the test; 0: of each kind one, or more
+    while there is a case of each split for every clip. long: how many of them last a minute. cases,
+    validation: the most cases of each split. troupe: how many bodies of a family perform one clip; 0: any.
+    training: clips of each body. numbers: the first of test, validation and training, so that a name
+    stands for one clip only."""
 
-    clips: int
-    first: int
     seconds: tuple[float, float]
-    per_clip: Mapping[str, int]
+    training_seconds: tuple[float, float]
+    test: int
+    long: int
+    cases: Mapping[str, int]
+    validation: Mapping[str, int]
+    troupe: int
+    training: int
+    numbers: tuple[int, int, int]
 
 
-SIZES = {
-    "tiny": Size(5, 1, (2.0, 4.0), {"self": 2, "intra": 4, "cross": 4}),
-    "default": Size(18, 101, (3.0, 8.0), {"self": 0, "intra": 0, "cross": 0}),
-}
+_TINY = Size(
+    seconds=(2.0, 4.0),
+    training_seconds=(2.0, 4.0),
+    test=0,
+    long=0,
+    cases={"self": 46, "intra": 52, "cross": 52},
+    validation={"self": 42, "intra": 42, "cross": 42},
+    troupe=0,
+    training=4,
+    numbers=(1, 51, 1),
+)
+_DEFAULT = Size(
+    seconds=(3.0, 8.0),
+    training_seconds=(3.0, 8.0),
+    test=106,
+    long=8,
+    cases={"self": 420, "intra": 780, "cross": 780},
+    validation={"self": 50, "intra": 100, "cross": 100},
+    troupe=12,
+    training=40,
+    numbers=(101, 301, 1001),
+)
+_LARGE = Size(
+    seconds=_DEFAULT.seconds,
+    training_seconds=(4.0, 16.0),
+    test=_DEFAULT.test,
+    long=_DEFAULT.long,
+    cases=_DEFAULT.cases,
+    validation=_DEFAULT.validation,
+    troupe=_DEFAULT.troupe,
+    training=400,
+    numbers=(*_DEFAULT.numbers[:2], 10001),
+)
+SIZES = {"tiny": _TINY, "default": _DEFAULT, "large": _LARGE}
+"""``large`` is tested on what ``default`` is tested on; only what there is to train on is more."""
 
 
 @dataclass(frozen=True)
@@ -38,47 +80,64 @@ class Clip:
     frames: int
     seed: int
 
+    @property
+    def family(self) -> Family:
+        return family_of(self.kind)
+
+    @property
+    def long(self) -> bool:
+        return self.frames >= LONG * FPS
+
     def score(self) -> Score:
-        return KINDS[self.kind](Stream("puppets", self.seed, self.name), self.frames)
+        return self.family.kinds[self.kind](Stream("puppets", self.seed, self.name), self.frames)
 
 
 @cache
-def clips(size: str, seed: int) -> tuple[Clip, ...]:
-    """The clips of a size, kind by kind."""
-    shortest, longest = SIZES[size].seconds
+def clips(size: str, seed: int, part: Part = "test") -> tuple[Clip, ...]:
+    """The clips of test or validation, kind by kind; the long ones first of theirs."""
+    make = SIZES[size]
+    first = make.numbers[0 if part == "test" else 1]
     found = []
-    for kind in KINDS:
-        for number in range(SIZES[size].clips):
-            name = f"{kind}-{SIZES[size].first + number:03d}"
-            length = Stream("puppets", seed, name, "length").uniform(shortest, longest)
+    for kind, (ordinary, long) in _counts(size, part).items():
+        for number in range(long + ordinary):
+            name = f"{kind}-{first + number:03d}"
+            length = LONG if number < long else _length(name, seed, make.seconds)
             found.append(Clip(name, kind, round(length * FPS), seed))
     return tuple(found)
 
 
 @cache
-def pairs(split: str) -> tuple[tuple[str, str], ...]:
-    """All (source, target) names of a split, so ordered that any stretch of them is well mixed."""
-    cast = [body.name for body in CAST]
-    structure = {body.name: body.structure.name for body in CAST}
-    turns = len(cast)
-    ordered = [(cast[k], cast[(k + step) % turns]) for step in range(turns) for k in range(turns)]
-    return tuple((a, b) for a, b in ordered if _split(a, b, structure[a] == structure[b]) == split)
-
-
-def _split(source: str, target: str, alike: bool) -> str:
-    if source == target:
-        return "self"
-    return "intra" if alike else "cross"
-
-
-@cache
-def cases(size: str, seed: int, split: str) -> tuple[tuple[Clip, str, str], ...]:
-    """(clip, source, target) of a split: every clip with its share of the pairs, going round the pairs, so
-    that characters and kinds come equally often."""
-    every, count = pairs(split), SIZES[size].per_clip[split]
-    found, at = [], 0
-    for clip in clips(size, seed):
-        mine = [every[(at + k) % len(every)] for k in range(count)] if count else every
-        at += count
-        found += [(clip, source, target) for source, target in mine]
+def training_clips(size: str, body: str, seed: int) -> tuple[Clip, ...]:
+    """What one body performs for training, and nobody else: all kinds in turn."""
+    make = SIZES[size]
+    (family,) = (each for each in families() if body in each.bodies)
+    offered = kinds(family, "train")
+    start = 7 * bodies(family, "train").index(body)
+    found = []
+    for number in range(make.training):
+        kind = offered[(start + number) % len(offered)]
+        name = f"{kind}-{body}-{make.numbers[2] + number:04d}"
+        found.append(Clip(name, kind, round(_length(name, seed, make.training_seconds) * FPS), seed))
     return tuple(found)
+
+
+def _length(name: str, seed: int, seconds: tuple[float, float]) -> float:
+    return Stream("puppets", seed, name, "length").uniform(*seconds)
+
+
+def _counts(size: str, part: Part) -> dict[str, tuple[int, int]]:
+    """Kind -> how many ordinary and how many long clips. Where the clips do not go round evenly the first
+    kinds have one more."""
+    make = SIZES[size]
+    long: dict[str, int] = {}
+    offered = [kind for family in families() for kind in kinds(family, part)]
+    if part != "test":
+        return dict.fromkeys(offered, (1, 0))
+    if not make.test:
+        return dict.fromkeys(offered, (max(make.cases["intra"] // len(offered), 1), 0))
+    for family in families():
+        if family.sequence in family.kinds:
+            share = make.long if not long else max(make.long // 4, 1)
+            long[family.sequence] = share
+    each, more = divmod(make.test - sum(long.values()), len(offered))
+    return {kind: (each + (rank < more), long.get(kind, 0)) for rank, kind in enumerate(offered)}

@@ -1,77 +1,91 @@
-"""The puppets as a data set: cases on request, each clip solved when it is first asked for."""
+"""The puppets as a data set: cases on request, each motion solved when it is first asked for."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Literal
 
-import numpy as np
-
-from retarget_bench.api import Case, CaseInfo, Contacts, DatasetCard, Ground
+from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.contact import CONTACT_ROLES
 from retarget_bench.motion.motion import Motion
 
-from . import rigs
-from .cache import Arrays, kept
-from .characters import BODIES
-from .clips import SIZES, Clip, cases, clips
-from .solver import solve
+from . import casting, exclusions, grounds, held_out, labels, parts, training
+from .clips import SIZES, Clip, clips
+from .solved import SECOND, USUAL, Studio
 
-VERSION = "1"
-"""Of the generator: moves when any motion does."""
+VERSION = "2"
+"""Of the generator: moves when any motion or list does."""
+
+RELEASE = "puppets-1.0"
+"""Generator, lists of cases and metrics, frozen together."""
 
 
 class Puppets:
-    """Exactly paired motion of six bodies, made on the spot.
+    """Exactly paired motion of generated bodies, made on the spot.
 
-    size: ``tiny`` (15 clips, 150 cases) or ``default`` (54 clips, all pairs). seed: of the performances.
+    size: ``tiny`` (150 cases at most), ``default`` (106 test clips, about 2,000 cases) or ``large`` (tested
+    like default, with tens of hours to train on). part: the cases of ``test`` or of ``validation``, which
+    has no held-out body or kind. seed: of the performances.
     """
 
     card = DatasetCard(
         name="puppets",
-        summary="Paired performances of six generated bodies, with exact contacts",
+        summary="Paired performances of generated bodies of five structures, with exact contacts",
         version=VERSION,
         licence="CC0 1.0",
         obtain="nothing to download: generated on first use and kept in the cache folder",
         parameters={
-            "size": "tiny (15 clips of 2-4 s, 150 cases) or default (54 clips of 3-8 s, 1944 cases)",
+            "size": "tiny (clips of 2-4 s, at most 150 cases), default (106 clips of 3-8 s and of 60 s, "
+            "about 2,000 cases) or large (the cases of default, tens of hours of training motion)",
+            "part": "test, or validation: other clips, without the bodies and kinds that only the test has",
             "seed": "another number gives another corpus of the same make; published numbers use 0",
         },
     )
 
-    def __init__(self, size: Literal["tiny", "default"] = "tiny", seed: int = 0) -> None:
+    def __init__(
+        self,
+        size: Literal["tiny", "default", "large"] = "tiny",
+        part: Literal["test", "validation"] = "test",
+        seed: int = 0,
+    ) -> None:
         if size not in SIZES:
             raise BenchError(f"puppets: there is no size {size!r}; sizes are {', '.join(SIZES)}")
-        self.size, self.seed = size, seed
-        self._solved = lru_cache(maxsize=64)(self._solve)
+        if part not in ("test", "validation"):
+            raise BenchError(f"puppets: there is no part {part!r}; cases are of test or validation")
+        self.size, self.part, self.seed = size, part, seed
+        self._studio = Studio(f"puppets generator {VERSION}, seed {seed}")
 
     @property
     def content(self) -> str:
-        return f"puppets generator {VERSION}, size {self.size}, seed {self.seed}"
+        return f"puppets generator {VERSION}, size {self.size}, part {self.part}, seed {self.seed}"
 
     @property
     def label(self) -> str:
-        other = f", seed {self.seed}" if self.seed else ""
-        return f"puppets {self.size}{other}"
+        name = f"{RELEASE} {self.size}" if self.seed == 0 else f"puppets {self.size}, seed {self.seed}"
+        return name if self.part == "test" else f"{name}, {self.part}"
 
     @property
     def notes(self) -> Sequence[str]:
-        kinds = dict.fromkeys(clip.kind for clip in clips(self.size, self.seed))
-        return (f"puppets are generated; so far two structures of three bodies each {', '.join(kinds)}.",)
+        listed, left_out = self._clips.values(), self.exclusions()
+        names = {name for short in left_out.values() for name in short}
+        bodies, kinds = len(self._studio.families), len({clip.kind for clip in listed})
+        made = f"puppets are generated: {bodies} bodies, {kinds} kinds of performance."
+        if not left_out:
+            return (made,)
+        return (
+            made,
+            f"Left out: {sum(map(len, left_out.values()))} performances of {len(left_out)} of the "
+            f"{len(listed)} clips, in which one of {len(names)} bodies cannot reach what it has to touch.",
+        )
 
     def characters(self) -> Mapping[str, Character]:
-        return self._cast
-
-    @cached_property
-    def _cast(self) -> dict[str, Character]:
-        return {name: rigs.character(body) for name, body in BODIES.items()}
+        return self._studio.cast
 
     @cached_property
     def _clips(self) -> dict[str, Clip]:
-        return {clip.name: clip for clip in clips(self.size, self.seed)}
+        return {clip.name: clip for clip in clips(self.size, self.seed, self.part)}
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Raises NotSupported for a task or split that the card does not name."""
@@ -91,40 +105,73 @@ class Puppets:
                 kind=clip.kind,
                 frames=clip.frames,
             )
-            for clip, source, target in cases(self.size, self.seed, split)
+            for clip, source, target in casting.cases(self.size, self.part, self.seed, split)
         ]
 
     def load(self, info: CaseInfo) -> Case:
         """Raises BenchError for a case that is none of this corpus."""
-        if info.clip not in self._clips or {info.source, info.target} - set(self._cast):
-            raise BenchError(f"puppets[size={self.size}] has no case {info.id}")
-        reference, planted = self._motion(info.clip, info.target)
-        source, _ = self._motion(info.clip, info.source)
+        clip = self._clip(info)
         return Case(
             info=info,
-            source=source,
-            target=self._cast[info.target],
-            reference=reference,
-            contacts=Contacts(CONTACT_ROLES, planted),
-            ground=Ground(0.0),
+            source=self._studio.motion(clip, info.source),
+            target=self._studio.cast[info.target],
+            reference=self._studio.motion(clip, info.target),
+            contacts=self._studio.contacts(clip, info.target),
+            ground=grounds.ground(self._studio.score(clip), clip.family.bodies[info.target]),
+            alternative=self._studio.motion(clip, info.target, SECOND),
         )
 
-    def _motion(self, clip: str, name: str) -> tuple[Motion, np.ndarray]:
-        arrays = self._solved(clip)
-        local, root = arrays[f"{name}.rotations"], arrays[f"{name}.root"]
-        return rigs.motion(local, root, self._cast[name]), arrays[f"{name}.planted"]
+    def _clip(self, info: CaseInfo) -> Clip:
+        clip = self._clips.get(info.clip)
+        if clip is None or {info.source, info.target} - set(clip.family.bodies):
+            raise BenchError(f"puppets[size={self.size},part={self.part}] has no case {info.id}")
+        return clip
 
-    def _solve(self, clip: str) -> Arrays:
-        names = frozenset(
-            f"{body}.{array}" for body in BODIES for array in ("rotations", "root", "planted")
-        )
-        return kept(self.content, clip, names, lambda: self._build(self._clips[clip]))
+    # ------------------------------------------------------------------------- beyond the contract
+    def labels(self, info: CaseInfo) -> labels.Labels:
+        """Kind, phase, contacts and self-touches of every frame of the case's reference."""
+        clip = self._clip(info)
+        return labels.labels(self._studio.score(clip), self._studio.contacts(clip, info.target))
 
-    def _build(self, clip: Clip) -> Arrays:
-        score, arrays = clip.score(), {}
-        for name, body in BODIES.items():
-            solution = solve(score, body)
-            arrays[f"{name}.rotations"] = rigs.rotations(solution, body, self._cast[name])
-            arrays[f"{name}.root"] = solution.root
-            arrays[f"{name}.planted"] = solution.planted
-        return arrays
+    def unseen(self, info: CaseInfo) -> frozenset[str]:
+        """Out of ``source``, ``target`` and ``kind``: what no training part has. Empty: all is seen."""
+        clip = self._clip(info)
+        held = {name: parts.held_out(body) for name, body in clip.family.bodies.items()}
+        marks = {
+            "source": held[info.source],
+            "target": held[info.target],
+            "kind": clip.kind in held_out.KINDS,
+        }
+        return frozenset(name for name, new in marks.items() if new)
+
+    def motion(self, clip: str, name: str, manner: str = USUAL) -> Motion:
+        """What a body does in a clip of this part, in the usual manner or the second one."""
+        return self._studio.motion(self._clips[clip], name, manner)
+
+    def exclusions(self) -> Mapping[str, Mapping[str, float]]:
+        """Clip -> body -> metres by which it falls short of what it would have to touch."""
+        found = {
+            clip.name: exclusions.unable(clip, parts.bodies(clip.family, self.part))
+            for clip in self._clips.values()
+        }
+        return {name: short for name, short in found.items() if short}
+
+    def parts(self) -> Mapping[str, Puppets]:
+        """The same corpus, part by part."""
+        return {
+            "test": Puppets(self.size, "test", self.seed),
+            "validation": Puppets(self.size, "validation", self.seed),
+        }
+
+    def training(self) -> training.Training:
+        """Structure -> character -> its clips: unpaired, since no two characters perform the same clip."""
+        return training.training(self._studio, self.size, self.seed)
+
+    def training_manifest(self) -> Mapping[str, Sequence[str]]:
+        """Characters, structures and kinds that training has; weights made from it carry this."""
+        return parts.training_manifest()
+
+    def performers(self) -> Mapping[str, tuple[str, ...]]:
+        """Clip -> the bodies that perform it in some case."""
+        found = casting.performers(self.size, self.part, self.seed)
+        return {clip.name: names for clip, (names, _) in found.items()}

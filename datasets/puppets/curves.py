@@ -58,6 +58,19 @@ def through(t: np.ndarray, times: Sequence[float], values: Sequence[float]) -> n
     return curve
 
 
+def spline(
+    t: np.ndarray, times: Sequence[float], values: Sequence[float], slopes: Sequence[float]
+) -> np.ndarray:
+    """Cubics through points with given slopes (per unit of ``t``); straight before and after. A parabola
+    between two of its points is met exactly."""
+    curve = values[0] + slopes[0] * (t - times[0])
+    for k in range(len(times) - 1):
+        ends = (k, k + 1)
+        piece = hermite(t, *(tuple(row[end] for end in ends) for row in (times, values, slopes)))
+        curve = np.where(t >= times[k], piece, curve)
+    return np.where(t > times[-1], values[-1] + slopes[-1] * (t - times[-1]), curve)
+
+
 def wander(
     stream: Stream, t: np.ndarray, amplitude: float, slow: float = 0.15, fast: float = 0.9
 ) -> np.ndarray:

@@ -7,6 +7,7 @@ hands over to the point that will touch next, which makes take-off and landing s
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -14,14 +15,16 @@ import numpy as np
 from .bodies import Body
 from .curves import bump, hermite, smooth
 from .limbs import about
-from .scaling import foot_pitch, foot_place
-from .score import Foot, Plant
+from .scaling import KNEELING_PITCH, foot_pitch, foot_place
+from .score import SIDES, Foot, Plant
 
 
 @dataclass(frozen=True, eq=False)
 class FootPath:
     """ankle: ``(frames, 3)`` metres. yaw: ``(frames,)``. sole, toes: ``(frames, 3, 3)`` world orientations.
-    flat, on_toe: ``(frames,)`` bool, whether ankle and toe joint rest since the frame before."""
+    flat, on_toe: ``(frames,)`` bool, whether ankle and toe joint rest since the frame before.
+    swinging: ``(frames,)`` bool, whether nothing of the foot touches the floor. floor: ``(frames,)`` height
+    of the floor under it, metres."""
 
     ankle: np.ndarray
     yaw: np.ndarray
@@ -29,6 +32,8 @@ class FootPath:
     toes: np.ndarray
     flat: np.ndarray
     on_toe: np.ndarray
+    swinging: np.ndarray
+    floor: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
@@ -71,17 +76,34 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
         bent[away] = pitch[away] * smooth(share / 0.7)
         yaw[away] = _yaw(plant, side) + smooth(share) * (_yaw(after, side) - _yaw(plant, side))
         pivot[away], up[away], ahead[away] = _swing_pivot(plant, after, side, body, sole, share)
-    raised = foot.heel > 0.0
-    pitch = pitch + foot.heel
+    heel = foot.heel if foot.kneel is None else foot.heel + KNEELING_PITCH * risen(foot.kneel)
+    raised = heel > 0.0
+    pitch = pitch + heel
     # a raised heel turns about the toe, whichever point the sole rested on
     toe_place = foot_toe(pivot, up, ahead, yaw, sole)
     pivot = np.where(raised[:, None], toe_place, pivot)
     up, ahead = np.where(raised, sole.toe[0], up), np.where(raised, sole.toe[1], ahead)
     ankle = pivot - _turned(up, ahead, pitch, yaw)
-    ankle[:, 1] += np.where(swinging, _clearing(ankle[:, 1], pitch, bent, sole), 0.0)
+    floor = _floor(foot, t) * body.proportions.leg
+    ankle[:, 1] += np.where(swinging, _clearing(ankle[:, 1] - floor, pitch, bent, sole), 0.0)
     flat, on_toe = _contacts(foot, t)
     turn = about(1, yaw)
-    return FootPath(ankle, yaw, turn @ about(0, pitch), turn @ about(0, bent), flat, on_toe)
+    turns = (turn @ about(0, pitch), turn @ about(0, bent))
+    return FootPath(ankle, yaw, *turns, flat, on_toe, swinging, floor)
+
+
+def risen(kneel: np.ndarray) -> np.ndarray:
+    """Share of its pitch that a foot has while its knee goes down: the heel goes first."""
+    return kneel * (1.7 - 0.7 * kneel)
+
+
+def _floor(foot: Foot, t: np.ndarray) -> np.ndarray:
+    """Level under the foot ``(frames,)``, leg lengths; in a swing the lower one of its two ends."""
+    level = np.full(len(t), foot.plants[0].level)
+    for plant, after in zip(foot.plants[:-1], foot.plants[1:], strict=True):
+        level = np.where(t > plant.off, min(plant.level, after.level), level)
+        level = np.where(t >= after.strike, after.level, level)
+    return level
 
 
 def _fitted(foot: Foot, body: Body) -> Foot:
@@ -91,7 +113,7 @@ def _fitted(foot: Foot, body: Body) -> Foot:
         replace(plant, strike_pitch=share * plant.strike_pitch, off_pitch=share * plant.off_pitch)
         for plant in foot.plants
     )
-    return Foot(plants, share * foot.heel)
+    return replace(foot, plants=plants, heel=share * foot.heel)
 
 
 def foot_toe(
@@ -153,8 +175,27 @@ def _resting(plant: Plant, side: str, body: Body, sole: _Sole) -> tuple[np.ndarr
     """Where heel and toe joint of a planted foot lie on the floor."""
     x, z = foot_place(plant, side, body)
     ahead = np.array([np.sin(_yaw(plant, side)), 0.0, np.cos(_yaw(plant, side))])
-    under = np.array([x, 0.0, z])
+    under = np.array([x, plant.level * body.proportions.leg, z])
     return under + sole.heel[1] * ahead, under + sole.toe[1] * ahead + [0.0, sole.ball_height, 0.0]
+
+
+def _glide(share: np.ndarray, ease: float) -> np.ndarray:
+    """From 0 to 1 at an even speed that is gained and lost, by cubics, within ``ease`` at both ends."""
+    x = 0.5 - np.abs(share - 0.5)
+    u = np.minimum(x / ease, 1.0)
+    half = (ease * (u * u * u - 0.5 * u**4) + np.maximum(x - ease, 0.0)) / (1.0 - ease)
+    return np.where(share < 0.5, half, 1.0 - half)
+
+
+_EDGE = 1.6
+"""How much sooner than its swing ends a foot is up a step, or later than it begins starts to go down."""
+
+
+def _round_the_edge(share: np.ndarray, climb: float) -> np.ndarray:
+    """The share of a swing's time by which a foot goes forward: late up a step, soon down one."""
+    if climb > 0.0:
+        return share**1.8
+    return 1.0 - (1.0 - share) ** 1.8 if climb < 0.0 else share
 
 
 def _swing_pivot(
@@ -165,28 +206,39 @@ def _swing_pivot(
     heel, toe = _resting(after, side, body, sole)
     on_heel = after.strike_pitch < 0.0
     lands, point = (heel, sole.heel) if on_heel else (toe, sole.toe)
-    w = share * share * (3.0 - 2.0 * share)
+    climb = (after.level - plant.level) * body.proportions.leg
+    way = _round_the_edge(share, climb)
+    w = way * way * (3.0 - 2.0 * way)
+    w = w + plant.hurry * (_glide(way, 0.2) - w)
     place = leaves + w[:, None] * (lands - leaves)
+    risen = smooth(_EDGE * share) if climb > 0.0 else 1.0 - smooth(_EDGE * (1.0 - share))
+    place[:, 1] += climb * (risen - w)
     place[:, 1] += plant.lift_height * body.proportions.leg * bump(share)
     return place, sole.toe[0] + w * (point[0] - sole.toe[0]), sole.toe[1] + w * (point[1] - sole.toe[1])
 
 
 def _clearing(ankle: np.ndarray, pitch: np.ndarray, bent: np.ndarray, sole: _Sole) -> np.ndarray:
     """How much a swinging foot must rise so that neither heel, ball nor toes go through the floor."""
-    slack = 0.1 * sole.ball_height
     c, s = np.cos(pitch), np.sin(pitch)
     toe = ankle + sole.toe[0] * c - sole.toe[1] * s
     heel = ankle + sole.heel[0] * c - sole.heel[1] * s
     ball = toe - sole.ball_height
     tip = ball - sole.toes * np.sin(bent)
-    deep = sum(np.maximum(-point, 0.0) ** 4 for point in (heel, ball, tip))
-    return np.asarray((deep + slack**4) ** 0.25 - slack)
+    return lifted((heel, ball, tip), 0.1 * sole.ball_height)
+
+
+def lifted(heights: Iterable[np.ndarray], slack: float) -> np.ndarray:
+    """How much ``(frames,)`` points at ``heights`` over the floor must rise, smoothly, for none to be
+    deeper than ``slack``."""
+    deep = sum((np.maximum(-height, 0.0) ** 4 for height in heights), start=np.array(slack**4))
+    return np.asarray(deep**0.25 - slack)
 
 
 def _contacts(foot: Foot, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Frames in which ankle and toe joint rest, and already rested in the frame before.
 
-    The ankle rests while the sole is flat, and while its heel is held at one height.
+    The ankle rests while the sole is flat, and while its heel is held at one height; not on the raised
+    foot of a kneeling leg.
     """
     stays, on_toe = np.zeros(len(t), dtype=bool), np.zeros(len(t), dtype=bool)
     for plant in foot.plants:
@@ -194,9 +246,19 @@ def _contacts(foot: Foot, t: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         stays |= (t >= plant.flat) & (t <= plant.lift)
         on_toe |= (t >= (plant.strike if toe_first else plant.flat)) & (t <= plant.off)
     held = np.concatenate([foot.heel[:1] == 0.0, foot.heel[1:] == foot.heel[:-1]])
+    if foot.kneel is not None:
+        held &= _since_before(foot.kneel == 0.0)
     return _since_before(stays) & held, _since_before(on_toe)
 
 
 def _since_before(label: np.ndarray) -> np.ndarray:
     """Where a label is set in a frame and in the one before; the first frame has only itself."""
     return label & np.concatenate([label[:1], label[:-1]])
+
+
+def labels(feet: Mapping[str, FootPath]) -> tuple[np.ndarray, np.ndarray]:
+    """``(frames, 4)`` each, of ankle and toe joint, left and right: which rest, and which turn about a
+    point of the sole that rests."""
+    planted = np.stack([row for side in SIDES for row in (feet[side].flat, feet[side].on_toe)], axis=-1)
+    down = np.stack([_since_before(~feet[side].swinging) for side in SIDES for _ in range(2)], axis=-1)
+    return planted, down & ~planted

@@ -126,12 +126,18 @@ def align(bone: np.ndarray, hinge: np.ndarray, to: np.ndarray, about_: np.ndarra
 
 
 def bend(
-    limb: Limb, start: np.ndarray, goal: np.ndarray, frame: np.ndarray, swivel: np.ndarray
+    limb: Limb,
+    start: np.ndarray,
+    goal: np.ndarray,
+    frame: np.ndarray,
+    swivel: np.ndarray,
+    pole: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
     """World orientations ``(frames, 3, 3)`` of a limb's two bones, against the T-pose.
 
     start, goal: ``(frames, 3)`` of the limb's two ends; frame: ``(frames, 3, 3)`` of what it hangs on;
     swivel: ``(frames,)`` turns the middle joint about the line between the ends, left-handed for +1.
+    pole: places ``(frames, 3)`` towards which the middle joint points, and how far ``(frames,)``.
     Goals within ``limb.exact`` are met exactly, those farther are neared ever more slowly.
     """
     line = goal - start
@@ -141,6 +147,11 @@ def bend(
     hinge = carry(ease, to, natural)
     hinge = unit(hinge - to * dot(hinge, to))
     hinge = spin(hinge, to, swivel)
+    if pole is not None:
+        aside = pole[0] - start
+        wanted = cross(unit(aside - to * dot(aside, to)), to)
+        hinge = hinge + pole[1][:, None] * (wanted - hinge)
+        hinge = unit(hinge - to * dot(hinge, to))
     d = _within(distance, limb)
     a, b = limb.upper, limb.lower
     cosine = np.clip((a * a + d * d - b * b) / (2.0 * a * d), -1.0, 1.0)[:, None]

@@ -18,12 +18,18 @@ class Stream:
     Raw Philox-4x64-10 bits are fixed by its publication (Salmon et al. 2011) and by NumPy's promise for
     bit generators; NumPy's *distributions* carry no such promise, so the transforms are our own. Each
     stream is keyed by a hash of its name: drawing from one never moves another.
+
+    person: names the stream that personal style is drawn from; nothing: this one.
     """
 
-    def __init__(self, *name: str | int) -> None:
-        text = "/".join(str(part) for part in name)
-        key = int.from_bytes(hashlib.sha256(text.encode()).digest()[:16], "big")
+    def __init__(self, *name: str | int, person: str = "") -> None:
+        self.name, self.person = "/".join(str(part) for part in name), person
+        key = int.from_bytes(hashlib.sha256(self.name.encode()).digest()[:16], "big")
         self._bits = np.random.Philox(key=key)
+
+    def part(self, *name: str | int) -> Stream:
+        """The stream of a part of what this one is for; the same person throughout."""
+        return Stream(self.name, *name, person=self.person or f"{self.name}/person")
 
     def _units(self, count: int) -> list[float]:
         """``count`` numbers in [0, 1) with 53 random bits."""

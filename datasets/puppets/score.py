@@ -36,6 +36,10 @@ class Plant:
     strike_pitch: of the sole at first touch: below 0 the heel lands, from 0 on the toe.
     off_pitch: how far the heel has risen when the toe leaves.
     lift_height: clearance of the swing that follows, leg lengths.
+    level: height of the floor there over the floor's zero, leg lengths.
+    riser: on stairs, how far before ``place`` the next riser stands, or (below 0) behind it the last one;
+           0: none is near. The foot stands as near to ``place`` as it fits.
+    hurry: of the swing that follows: 0 gains speed up to its middle, 1 within its first fifth.
     """
 
     place: tuple[float, float]
@@ -49,15 +53,40 @@ class Plant:
     strike_pitch: float = -0.3
     off_pitch: float = 0.9
     lift_height: float = 0.05
+    level: float = 0.0
+    hurry: float = 0.0
+    riser: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Air:
+    """A foot on a way of its own between two plants, as in a kick.
+
+    reach:  ``(frames, 3)`` (out, up, forward) from the hip joint to the ankle, leg lengths; the axes stay
+            upright and turn with the pelvis.
+    weight: ``(frames,)`` 1 where the foot goes there; exactly 0 from a touch of the floor to the last one.
+    swivel: ``(frames,)`` turns the knee outward about the line from hip to ankle.
+    point:  ``(frames,)`` how far the toes point away from the shin's square, radians.
+    """
+
+    reach: np.ndarray
+    weight: np.ndarray
+    swivel: np.ndarray
+    point: np.ndarray
 
 
 @dataclass(frozen=True, eq=False)
 class Foot:
     """plants: in time order, the first striking before frame 0. heel: ``(frames,)`` how far the heel is
-    raised about the toe while the foot stays planted; exactly 0 elsewhere."""
+    raised about the toe while the foot stays planted; exactly 0 elsewhere. air: a way through the air.
+    kneel: ``(frames,)`` 1: the knee rests on the floor before the toes, which stay where the plants are.
+    bears: ``(frames,)`` below 1 where a kneeling knee is on its way and bears nothing."""
 
     plants: tuple[Plant, ...]
     heel: np.ndarray
+    air: Air | None = None
+    kneel: np.ndarray | None = None
+    bears: np.ndarray | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -66,6 +95,39 @@ class Touch:
 
     place: str
     weight: np.ndarray
+
+
+@dataclass(frozen=True)
+class HandPlant:
+    """One stay of a hand on the floor, or on something that rests there.
+
+    place:   (x, z) of the body's line of travel beside the hand, leg lengths; ``ahead`` of it along the
+             heading, arm lengths; ``under``: 1 adds how far the shoulders are before the toes on all fours.
+    width:   how far outward of that line, half shoulder widths; ``apart``: arm lengths more.
+    heading: of the body; ``turned`` turns the fingers outward of it.
+    strike, off: frames of the first and of the last touch. coming, going: frames in which the hand comes
+             from where it was before, and in which it is let go; going 0: straight to its next plant.
+    tilt:    how far the wrist is raised over the finger tips, radians.
+    lift:    height of the hand's way here over the straight one, leg lengths.
+    level:   over the floor, leg lengths; above 0 the hand holds something between both palms there.
+    crouch:  whether the hips go lower for a hand that does not reach.
+    """
+
+    place: tuple[float, float]
+    heading: float
+    strike: int
+    off: int
+    coming: int
+    going: int
+    ahead: float = 0.0
+    under: float = 0.0
+    width: float = 1.0
+    apart: float = 0.0
+    turned: float = 0.0
+    tilt: float = 0.35
+    lift: float = 0.0
+    level: float = 0.0
+    crouch: bool = False
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,6 +139,9 @@ class Hand:
     middle:  ``(frames,)`` 0: measured from the own shoulder; 1: from the point between both shoulders.
     swivel:  ``(frames,)`` turns the elbow outward and up about the line from shoulder to wrist.
     wrist:   ``(frames, 3)`` bend towards the palm, bend towards the thumb, palm turned up (supination).
+    aim:     ``(frames, 6)`` where palm and fingers point (out, up, forward), in axes that stay upright and
+             turn with the chest; followed in so far as ``aimed`` ``(frames,)`` is 1.
+    plants:  stays on the floor, in time order.
     """
 
     reach: np.ndarray
@@ -85,6 +150,9 @@ class Hand:
     swivel: np.ndarray
     wrist: np.ndarray
     touches: tuple[Touch, ...] = ()
+    aim: np.ndarray | None = None
+    aimed: np.ndarray | float = 0.0
+    plants: tuple[HandPlant, ...] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -99,7 +167,32 @@ class Trunk:
     pelvis: np.ndarray
     chest: np.ndarray
     gaze: np.ndarray
-    follow: float = 0.2
+    follow: float | np.ndarray = 0.2
+
+
+@dataclass(frozen=True)
+class Act:
+    """A stretch of a performance: what is done from frame ``first`` to before ``end``."""
+
+    kind: str
+    first: int
+    end: int
+
+
+@dataclass(frozen=True)
+class Stairs:
+    """Equal steps in a flat floor, which is ``level`` high before the first of them; in leg lengths.
+
+    edge:   (x, z) of a point on the first riser. heading: of travel over it, a multiple of a right angle.
+    tread, rise: length and height of a step; a negative rise goes down. count: how many risers.
+    """
+
+    edge: tuple[float, float]
+    heading: float
+    tread: float
+    rise: float
+    count: int
+    level: float = 0.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -113,6 +206,14 @@ class Score:
              whose feet would not reach the floor.
     balance: 1: the centre of mass is brought over the feet, wherever ``path`` and ``sway`` put it;
              ``support`` says over which: share of the left foot.
+    flights: (last frame with a foot down, first frame with one down again). Between the two the centre
+             of mass is thrown: ``height`` is a parabola there.
+    impacts: frames at which velocities may jump: landings, and feet that leave at speed.
+    stairs:  in the floor, or None where it is flat.
+    acts:    what is done when, in order and without gaps; empty where it is one kind throughout.
+    phase:   ``(frames,)`` how far along: 0 to 1 within an act, or turns of a cycle; nothing: even progress.
+    sit_back: ``(frames,)`` how far the thighs of kneeling legs lean back from upright, radians.
+    prone:   ``(frames,)`` 1: the trunk is laid forward until straight arms reach the floor, on all fours.
     """
 
     kind: str
@@ -126,7 +227,25 @@ class Score:
     feet: Mapping[str, Foot]
     hands: Mapping[str, Hand]
     parameters: Mapping[str, float | str] = field(default_factory=dict)
+    flights: tuple[tuple[int, int], ...] = ()
+    impacts: tuple[int, ...] = ()
+    stairs: Stairs | None = None
+    acts: tuple[Act, ...] = ()
+    phase: np.ndarray | None = None
+    sit_back: np.ndarray | None = None
+    prone: np.ndarray | None = None
 
     @property
     def frames(self) -> int:
         return len(self.heading)
+
+    def stretches(self) -> tuple[Act, ...]:
+        """What is done when: ``acts``, or the whole as one."""
+        return self.acts or (Act(self.kind, 0, self.frames),)
+
+    def phases(self) -> np.ndarray:
+        """``(frames,)`` how far along its act each frame is."""
+        if self.phase is not None:
+            return self.phase
+        parts = [np.arange(act.end - act.first) / max(act.end - act.first, 1) for act in self.stretches()]
+        return np.concatenate(parts)

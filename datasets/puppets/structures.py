@@ -1,15 +1,23 @@
-"""The two joint sets, with names in the convention of the rigs they stand for.
+"""The joint sets, with names in the convention of the rigs they stand for.
 
-``body22`` is the 22-joint body of motion-capture data sets. ``body28`` is the 28-joint structure of the
-skeleton-aware retargeting papers: toe ends and head top are joints, and each collar bone and one spine
-bone are split by a joint that never turns on its own.
+- ``body22``: the 22-joint body of motion-capture data sets.
+- ``body28``: the 28-joint structure of the skeleton-aware retargeting papers: toe ends and head top are
+  joints, and each collar bone and one spine bone are split by a joint that never turns on its own.
+- ``body23``: the other structure of these papers: a pelvis between the hips and the legs.
+- ``h36m17``: the 17 points of pose estimation: no collar bones, no hands, no feet beyond the ankle.
+
+All are drawn over one body: ``places`` says where each part lies, a structure says which parts it has.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
+
+from retarget_bench.motion.contact import CONTACT_ROLES
+from retarget_bench.motion.roles import is_role
 
 from .proportions import Proportions
 from .score import SIDES, sign
@@ -20,10 +28,11 @@ class Structure:
     """names: of the joints. parts: what each joint is. parents: -1 for the root.
 
     bending: the parts of the spine that bend, with their share of the whole bend.
-    levels:  all parts of the spine, with the share of the trunk's length from their parent; the last is
-             the chest.
+    levels:  all parts of the spine, with their height over the root, shares of the trunk; the last is the
+             chest.
     silent:  parts that never turn on their own.
-    collar:  number of joints that a collar bone has.
+    hidden:  how many of the last parts are no joints of the rig: leaves that the solver alone knows of.
+    roles:   per joint of the rig what the engine knows it as, or None.
     """
 
     name: str
@@ -33,156 +42,257 @@ class Structure:
     bending: tuple[tuple[str, float], ...]
     levels: tuple[tuple[str, float], ...]
     silent: tuple[str, ...]
-    collar: int
+    hidden: int = 0
+    roles: tuple[str | None, ...] = field(default=(), repr=False)
+
+    @property
+    def joints(self) -> int:
+        """How many joints the rig has: the first of the parts."""
+        return len(self.parts) - self.hidden
 
     @property
     def chest(self) -> str:
         return self.levels[-1][0]
 
-    def offset(self, part: str, sizes: Proportions) -> tuple[float, float, float]:
-        """From the parent's joint to this part's joint in the T-pose, metres."""
-        if part == "hips":
-            return (0.0, sizes.leg + sizes.pelvis, 0.0)
-        if part.startswith("spine"):
-            return (0.0, dict(self.levels)[part] * sizes.trunk, _CURVE.get(part, 0.0) * sizes.trunk)
-        side, _, rest = part.partition("_")
-        if side in SIDES:
-            across, up, ahead = self._limb_offset(rest, sizes)
-            return (sign(side) * across, up, ahead)
-        return {
-            "neck": (0.0, self._rest_of_trunk * sizes.trunk, -0.05 * sizes.trunk),
-            "head": (0.0, sizes.neck, 0.25 * sizes.neck),
-            "head_top": (0.0, sizes.head, 0.0),
-        }[part]
+    @property
+    def collars(self) -> bool:
+        """Whether collar bones move."""
+        return "left_shoulder" not in self.silent
 
     @property
-    def _rest_of_trunk(self) -> float:
-        return 1.0 - sum(share for _, share in self.levels)
+    def contacts(self) -> tuple[int, ...]:
+        """Which of ``CONTACT_ROLES`` are joints of the rig."""
+        return tuple(k for k, role in enumerate(CONTACT_ROLES) if role in self.roles)
 
-    def _limb_offset(self, part: str, sizes: Proportions) -> tuple[float, float, float]:
-        """Outward, up and forward."""
-        half = (sizes.shoulder_half - sizes.clavicle) / self.collar
-        return {
-            "up_leg": (sizes.hip_half, -sizes.pelvis, 0.0),
-            "leg": (0.0, -sizes.thigh, 0.0),
-            "foot": (0.0, -sizes.shank, 0.0),
-            "toe": (0.0, sizes.ball_height - sizes.ankle, sizes.ball),
-            "toe_end": (0.0, 0.0, sizes.toes),
-            "shoulder": (sizes.clavicle, self._rest_of_trunk * sizes.trunk - sizes.shoulder_drop, 0.0),
-            "shoulder_split": (half, 0.0, 0.0),
-            "arm": (half, 0.0, 0.0),
-            "forearm": (sizes.upper_arm, 0.0, 0.0),
-            "hand": (sizes.forearm, 0.0, 0.0),
-        }[part]
+    @property
+    def labelled(self) -> tuple[str, ...]:
+        """The roles of the joints whose contacts are labelled."""
+        return tuple(CONTACT_ROLES[column] for column in self.contacts)
+
+    @property
+    def lever(self) -> float:
+        """How far the base of the neck comes forward when the spine bends, shares of the trunk a radian."""
+        height = dict(self.levels)
+        return sum(share * (1.0 - height[part]) for part, share in self.bending)
+
+    def places(self, sizes: Proportions) -> dict[str, np.ndarray]:
+        """Part -> ``(3,)`` metres, standing in the T-pose on the floor."""
+        found = _trunk(sizes, dict(self.levels))
+        for side in SIDES:
+            out = np.array([sign(side), 1.0, 1.0])
+            limbs = {**_leg(sizes), **_arm(sizes)}
+            found |= {f"{side}_{part}": out * np.array(place) for part, place in limbs.items()}
+        return {part: found[part] for part in self.parts}
 
     def tips(self, sizes: Proportions) -> dict[str, np.ndarray]:
-        """Where the last bones end, from their joint."""
-        ends = {f"{side}_hand": np.array([sign(side) * sizes.hand, 0.0, 0.0]) for side in SIDES}
-        if "head_top" in self.parts:
-            return ends
-        ends["head"] = np.array([0.0, sizes.head, 0.0])
+        """Where the last bones end, from their joint; parts that are ends themselves have none."""
+        ends = {}
         for side in SIDES:
-            ends[f"{side}_toe"] = np.array([0.0, 0.0, sizes.toes])
-        return ends
+            toe = np.array([0.0, 0.0, sizes.toes])
+            ends[f"{side}_hand"] = np.array([sign(side) * sizes.hand, 0.0, 0.0])
+            ends[f"{side}_toe"] = toe
+            ends[f"{side}_foot"] = np.array([0.0, -sizes.ankle, 0.0])
+        ends["head"] = np.array([0.0, sizes.head, 0.0])
+        parents = {self.parts[parent] for parent in self.parents[: self.joints] if parent >= 0}
+        rig = self.parts[: self.joints]
+        return {part: end for part, end in ends.items() if part in rig and part not in parents}
 
 
-_CURVE = {"spine_2": 0.03, "spine_3": -0.02}
-"""The small of the back lies forward, the upper back behind (shares of the trunk)."""
+# ---------------------------------------------------------------------------------------- the body
+_CURVE = ((0.0, 0.14, 0.38, 0.64, 1.0), (0.0, 0.0, 0.03, 0.01, -0.04))
+"""Heights over the root and how far forward the spine lies there, shares of the trunk: the small of the
+back lies forward, the upper back behind."""
+_HUNCH = (0.0, 0.0, -0.15, -0.30, 0.70)
+"""Likewise what a hunched back adds, shares of ``hunch``."""
+
+
+def _spine(sizes: Proportions, height: float) -> np.ndarray:
+    """A point of the spine at a height over the root, shares of the trunk."""
+    ahead = float(np.interp(height, *_CURVE)) * sizes.trunk
+    ahead += float(np.interp(height, _CURVE[0], _HUNCH)) * sizes.hunch
+    return np.array([0.0, sizes.leg + sizes.pelvis + height * sizes.trunk, ahead])
+
+
+def _trunk(sizes: Proportions, levels: Mapping[str, float]) -> dict[str, np.ndarray]:
+    neck = _spine(sizes, 1.0)
+    head = neck + np.array([0.0, sizes.neck, 0.25 * sizes.neck + 0.3 * sizes.hunch])
+    return {
+        "hips": _spine(sizes, 0.0),
+        "pelvis": np.array([0.0, sizes.leg + 0.3 * sizes.pelvis, 0.0]),
+        **{part: _spine(sizes, height) for part, height in levels.items()},
+        "neck": neck,
+        "head": head,
+        "head_top": head + np.array([0.0, sizes.head, 0.0]),
+    }
+
+
+def _leg(sizes: Proportions) -> dict[str, tuple[float, float, float]]:
+    """Outward, up and forward from the middle of the floor."""
+    out = sizes.hip_half
+    return {
+        "up_leg": (out, sizes.leg, 0.0),
+        "leg": (out, sizes.ankle + sizes.shank, 0.0),
+        "foot": (out, sizes.ankle, 0.0),
+        "toe": (out, sizes.ball_height, sizes.ball),
+        "toe_end": (out, sizes.ball_height, sizes.ball + sizes.toes),
+    }
+
+
+def _arm(sizes: Proportions) -> dict[str, tuple[float, float, float]]:
+    up = sizes.leg + sizes.pelvis + sizes.trunk - sizes.shoulder_drop
+    ahead = float(_spine(sizes, 0.64)[2]) + 0.4 * sizes.hunch
+    out = sizes.shoulder_half
+    return {
+        "shoulder": (sizes.clavicle, up, ahead),
+        "shoulder_split": (0.5 * (sizes.clavicle + out), up, ahead),
+        "arm": (out, up, ahead),
+        "forearm": (out + sizes.upper_arm, up, ahead),
+        "hand": (out + sizes.upper_arm + sizes.forearm, up, ahead),
+    }
+
+
+# ------------------------------------------------------------------------------------ the structures
+Row = tuple[str, str, str]
+"""Joint name, part, parent's part."""
 
 
 def _structure(
-    name: str, chain: list[tuple[str, str, str]], bending: dict[str, float], levels: dict[str, float]
+    name: str,
+    rows: list[Row],
+    bending: dict[str, float],
+    levels: dict[str, float],
+    *,
+    hidden: list[Row] | None = None,
+    silent: tuple[str, ...] = (),
+    roles: Mapping[str, str] | None = None,
 ) -> Structure:
-    """``chain``: joint name, part and parent's part, the root first."""
-    parts = [part for _, part, _ in chain]
+    """``rows``: the root first. hidden: likewise, what only the solver knows. roles: where they are not
+    the part's own name."""
+    more, told = hidden or [], roles or {}
+    parts = [part for _, part, _ in rows + more]
+    known = (told.get(part, part) for _, part, _ in rows)
     return Structure(
         name=name,
-        names=tuple(joint for joint, _, _ in chain),
+        names=tuple(joint for joint, _, _ in rows),
         parts=tuple(parts),
-        parents=tuple(parts.index(parent) if parent else -1 for _, _, parent in chain),
+        parents=tuple(parts.index(parent) if parent else -1 for _, _, parent in rows + more),
         bending=tuple(bending.items()),
         levels=tuple(levels.items()),
-        silent=tuple(part for part in parts if part.endswith(("_split", "_end", "_top"))),
-        collar=2 if "left_shoulder_split" in parts else 1,
+        silent=(*(part for part in parts if part.endswith(("_split", "_end", "_top"))), *silent),
+        hidden=len(more),
+        roles=tuple(role if is_role(role) else None for role in known),
     )
 
 
-def _both(rows: list[tuple[str, str, str]]) -> list[tuple[str, str, str]]:
-    """The rows for the left, then for the right; ``*`` stands for the side."""
-    centre = ("hips", "spine_3")
+def _both(rows: list[Row], sides: tuple[str, ...] = SIDES) -> list[Row]:
+    """The rows for one side, then for the other; ``*`` stands for the side, ``?`` for its first letter."""
+    centre = ("hips", "pelvis", "spine_3")
     return [
         (
-            joint.replace("*", side.capitalize()),
+            joint.replace("*", side.capitalize()).replace("?", side[0]),
             f"{side}_{part}",
             parent if parent in centre else f"{side}_{parent}",
         )
-        for side in SIDES
+        for side in sides
         for joint, part, parent in rows
     ]
 
 
+def _legs(toe: str, root: str = "hips", end: str = "") -> list[Row]:
+    rows = [
+        ("*UpLeg", "up_leg", root),
+        ("*Leg", "leg", "up_leg"),
+        ("*Foot", "foot", "leg"),
+        (toe, "toe", "foot"),
+    ]
+    return _both([*rows, (end, "toe_end", "toe")] if end else rows)
+
+
+_ARMS = [
+    ("*Shoulder", "shoulder", "spine_3"),
+    ("*Arm", "arm", "shoulder"),
+    ("*ForeArm", "forearm", "arm"),
+    ("*Hand", "hand", "forearm"),
+]
+_SPLIT_ARMS = [
+    _ARMS[0],
+    ("*Shoulder_split", "shoulder_split", "shoulder"),
+    ("*Arm", "arm", "shoulder_split"),
+    *_ARMS[2:],
+]
+_SPINE = [("Spine", "spine_1", "hips"), ("Spine1", "spine_2", "spine_1"), ("Spine2", "spine_3", "spine_2")]
+_SPLIT_SPINE = [
+    *_SPINE[:2],
+    ("Spine1_split", "spine_2_split", "spine_2"),
+    ("Spine2", "spine_3", "spine_2_split"),
+]
+_HEAD = [("Neck", "neck", "spine_3"), ("Head", "head", "neck")]
+
+_BENDING = {"spine_1": 0.30, "spine_2": 0.35, "spine_3": 0.35}
+_LEVELS = {"spine_1": 0.14, "spine_2": 0.38, "spine_3": 0.64}
+
 BODY22 = _structure(
     "body22",
-    [
-        ("Hips", "hips", ""),
-        *_both(
-            [
-                ("*UpLeg", "up_leg", "hips"),
-                ("*Leg", "leg", "up_leg"),
-                ("*Foot", "foot", "leg"),
-                ("*Toe", "toe", "foot"),
-            ]
-        ),
-        ("Spine", "spine_1", "hips"),
-        ("Spine1", "spine_2", "spine_1"),
-        ("Spine2", "spine_3", "spine_2"),
-        ("Neck", "neck", "spine_3"),
-        ("Head", "head", "neck"),
-        *_both(
-            [
-                ("*Shoulder", "shoulder", "spine_3"),
-                ("*Arm", "arm", "shoulder"),
-                ("*ForeArm", "forearm", "arm"),
-                ("*Hand", "hand", "forearm"),
-            ]
-        ),
-    ],
-    bending={"spine_1": 0.30, "spine_2": 0.35, "spine_3": 0.35},
-    levels={"spine_1": 0.14, "spine_2": 0.24, "spine_3": 0.26},
+    [("Hips", "hips", ""), *_legs("*Toe"), *_SPINE, *_HEAD, *_both(_ARMS)],
+    _BENDING,
+    _LEVELS,
 )
 
 BODY28 = _structure(
     "body28",
     [
         ("Hips", "hips", ""),
-        *_both(
-            [
-                ("*UpLeg", "up_leg", "hips"),
-                ("*Leg", "leg", "up_leg"),
-                ("*Foot", "foot", "leg"),
-                ("*ToeBase", "toe", "foot"),
-                ("*Toe_End", "toe_end", "toe"),
-            ]
-        ),
-        ("Spine", "spine_1", "hips"),
-        ("Spine1", "spine_2", "spine_1"),
-        ("Spine1_split", "spine_2_split", "spine_2"),
-        ("Spine2", "spine_3", "spine_2_split"),
-        ("Neck", "neck", "spine_3"),
-        ("Head", "head", "neck"),
+        *_legs("*ToeBase", end="*Toe_End"),
+        *_SPLIT_SPINE,
+        *_HEAD,
         ("HeadTop_End", "head_top", "head"),
+        *_both(_SPLIT_ARMS),
+    ],
+    _BENDING,
+    {"spine_1": 0.14, "spine_2": 0.30, "spine_2_split": 0.46, "spine_3": 0.62},
+)
+
+BODY23 = _structure(
+    "body23",
+    [
+        ("Hips", "hips", ""),
+        ("Pelvis", "pelvis", "hips"),
+        *_legs("*ToeBase", root="pelvis"),
+        *_SPINE,
+        *_HEAD,
+        *_both(_ARMS),
+    ],
+    _BENDING,
+    _LEVELS,
+    silent=("pelvis",),
+)
+
+H36M17 = _structure(
+    "h36m17",
+    [
+        ("pelvis", "hips", ""),
+        *_both(
+            [("?_hip", "up_leg", "hips"), ("?_knee", "leg", "up_leg"), ("?_ankle", "foot", "leg")],
+            SIDES[::-1],
+        ),
+        ("spine", "spine_1", "hips"),
+        ("thorax", "spine_3", "spine_1"),
+        # the joint called neck lies at the base of the skull, the one called head at the crown
+        ("neck", "head", "spine_3"),
+        ("head", "head_top", "head"),
         *_both(
             [
-                ("*Shoulder", "shoulder", "spine_3"),
-                ("*Shoulder_split", "shoulder_split", "shoulder"),
-                ("*Arm", "arm", "shoulder_split"),
-                ("*ForeArm", "forearm", "arm"),
-                ("*Hand", "hand", "forearm"),
+                ("?_shoulder", "arm", "spine_3"),
+                ("?_elbow", "forearm", "arm"),
+                ("?_wrist", "hand", "forearm"),
             ]
         ),
     ],
-    bending={"spine_1": 0.30, "spine_2": 0.35, "spine_3": 0.35},
-    levels={"spine_1": 0.14, "spine_2": 0.16, "spine_2_split": 0.16, "spine_3": 0.16},
+    bending={"spine_1": 0.90, "spine_3": 0.10},
+    levels={"spine_1": 0.40, "spine_3": 1.0},
+    hidden=[("", "neck", "spine_3"), *_both([("", "shoulder", "spine_3"), ("", "toe", "foot")])],
+    silent=("left_shoulder", "right_shoulder"),
+    roles={"spine_3": "spine_2", "head": "neck", "head_top": "head"},
 )
 
-STRUCTURES = {each.name: each for each in (BODY22, BODY28)}
+STRUCTURES = {each.name: each for each in (BODY22, BODY28, BODY23, H36M17)}

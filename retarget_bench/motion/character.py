@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
@@ -12,6 +12,7 @@ from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.alignment import reference_pose
 from retarget_bench.motion.measures import Measures, measure
+from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.motion.roles import find as find_roles
 from retarget_bench.motion.skeleton import Skeleton, frozen
@@ -29,6 +30,7 @@ class Character:
     reference_pose: ``(joints, 4)`` local rotations that bring the rest pose into the common reference
                     pose (T-pose, Y up, facing +Z; see ``alignment.py``).
     measures:       sizes of the native body, kept when joints are left out.
+    skin:           makes the body's mesh, when it is first asked for; None: it has none.
 
     Raises SkeletonError when these do not fit the skeleton. Use ``Character.of`` to find them.
     """
@@ -39,6 +41,7 @@ class Character:
     roles: tuple[str | None, ...]
     reference_pose: np.ndarray
     measures: Measures
+    skin: Callable[[], Mesh] | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "reference_pose", frozen(self.reference_pose, np.float64))
@@ -84,6 +87,11 @@ class Character:
     def joints(self, roles: Sequence[str]) -> list[int]:
         """The joints that have one of these roles, in the order asked, missing ones left out."""
         return [self.joint_of[role] for role in roles if role in self.joint_of]
+
+    @cached_property
+    def mesh(self) -> Mesh | None:
+        """The body's surface on its own skeleton, None if the data set gives none."""
+        return None if self.skin is None else self.skin()
 
     @property
     def height(self) -> float:

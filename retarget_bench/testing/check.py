@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import Case, Dataset, Prediction
+from retarget_bench.api import Case, Contacts, Dataset, Prediction
 from retarget_bench.errors import BenchError
 
 
@@ -65,9 +65,16 @@ def resized(case: Case, frames: int) -> Case:
     there_and_back = np.arange(max(2 * case.source.frames - 2, 1))
     turning = np.minimum(there_and_back, len(there_and_back) - there_and_back)
     part = np.resize(turning, frames)
-    contacts = case.contacts and replace(case.contacts, planted=case.contacts.planted[part])
-    reference = None if case.reference is None else case.reference.at(part)
-    return replace(case, source=case.source.at(part), reference=reference, contacts=contacts)
+    contacts = case.contacts and Contacts(
+        case.contacts.roles,
+        case.contacts.planted[part],
+        None if case.contacts.pivoting is None else case.contacts.pivoting[part],
+    )
+    answers = (None if each is None else each.at(part) for each in (case.reference, case.alternative))
+    reference, other = answers
+    return replace(
+        case, source=case.source.at(part), reference=reference, alternative=other, contacts=contacts
+    )
 
 
 def arrays(thing: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:

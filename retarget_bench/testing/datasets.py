@@ -107,7 +107,7 @@ class _Trial:
 
     def finite(self) -> str | None:
         for case in self.loaded:
-            for name in ("source", "reference"):
+            for name in ("source", "reference", "alternative"):
                 motion = getattr(case, name)
                 if motion is not None and not np.isfinite(motion.positions).all():
                     return f"{case.info.id}: a position of the {name} is not finite"
@@ -129,26 +129,28 @@ def _listed(data: Dataset) -> list[CaseInfo]:
 
 def _misfit(case: Case) -> str | None:
     """What does not fit together in a loaded case."""
-    frames, reference, contacts = case.source.frames, case.reference, case.contacts
+    frames, contacts = case.source.frames, case.contacts
     facts: list[tuple[bool, Any]] = [
         (frames > 0, "no frames"),
         (case.info.frames in (0, frames), f"{case.info.frames} frames listed, {frames} loaded"),
     ]
-    if reference is not None:
-        facts += [
-            (reference.frames == frames, f"reference of {reference.frames} frames, source of {frames}"),
-            (
-                reference.fps == case.source.fps,
-                f"reference at {reference.fps}, source at {case.source.fps}",
-            ),
-            (reference.skeleton.same_as(case.target.skeleton), "the reference has another skeleton"),
-        ]
+    for name, answer in (("reference", case.reference), ("alternative", case.alternative)):
+        if answer is not None:
+            facts += [
+                (answer.frames == frames, f"{name} of {answer.frames} frames, source of {frames}"),
+                (answer.fps == case.source.fps, f"{name} at {answer.fps}, source at {case.source.fps}"),
+                (answer.skeleton.same_as(case.target.skeleton), f"the {name} has another skeleton"),
+            ]
     if contacts is not None:
         unknown = set(contacts.roles) - set(case.target.joint_of)
         wanted = (frames, len(contacts.roles))
         facts += [
             (contacts.planted.shape == wanted, f"contacts {contacts.planted.shape}, not {wanted}"),
             (contacts.planted.dtype == bool, f"contacts of type {contacts.planted.dtype}, not bool"),
+            (
+                contacts.pivoting is None or contacts.pivoting.shape == wanted,
+                "contacts that pivot have another shape than those that are planted",
+            ),
             (not unknown, f"contacts of {', '.join(sorted(unknown))}, which the target does not have"),
         ]
     return next((f"{case.info.id}: {text}" for fits, text in facts if not fits), None)

@@ -15,7 +15,7 @@ from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.spec import Spec
 from retarget_bench.testing.check import Check, Checks, changed, difference, resized, sample, snapshot
 
-PRIVILEGED = ("reference", "target_motions", "other_clips")
+PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips")
 KINDS_OF_SOURCE = ("motion", "positions")
 
 
@@ -133,7 +133,12 @@ class _Trial:
 def _leaks(case: Case) -> dict[str, Any]:
     """Privileged inputs that no method may use undeclared."""
     motions = [case.reference]
-    return {"reference": case.reference, "target_motions": motions, "other_clips": motions}
+    return {
+        "reference": case.reference,
+        "second_reference": case.alternative or case.reference,
+        "target_motions": motions,
+        "other_clips": motions,
+    }
 
 
 def undescribed(kind: registry.Kind, spec: Spec, described: Any) -> str | None:
@@ -161,8 +166,11 @@ def _first_difference(
 
 
 def _at_rate(case: Case, fps: float) -> Case:
-    reference = None if case.reference is None else replace(case.reference, fps=fps)
-    return replace(case, source=replace(case.source, fps=fps), reference=reference)
+    reference, other = (
+        None if answer is None else replace(answer, fps=fps)
+        for answer in (case.reference, case.alternative)
+    )
+    return replace(case, source=replace(case.source, fps=fps), reference=reference, alternative=other)
 
 
 def _by_positions(case: Case) -> Case:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import fields, replace
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -22,17 +22,16 @@ from retarget_bench.datasets.puppets.curves import (
     soft_min,
     through,
 )
-from retarget_bench.datasets.puppets.proportions import human
 from retarget_bench.datasets.puppets.score import SIDES, Score
 from retarget_bench.datasets.puppets.solver import Manner, solve
-from retarget_bench.datasets.puppets.structures import STRUCTURES
 
 number = st.floats(-1.0, 1.0)
 vector = st.tuples(number, number, number).map(np.array)
 
 
 def scores() -> list[Score]:
-    return [clip.score() for clip in clips("tiny", 0)[::2]]
+    mine = [clip for clip in clips("tiny", "test", 0) if clip.family.name == "people"]
+    return [clip.score() for clip in mine[::2]]
 
 
 # --------------------------------------------------------------------------------------------- limbs
@@ -121,17 +120,17 @@ def test_a_body_twice_as_large_moves_twice_as_far(name: str) -> None:
 
 
 def test_how_a_rest_pose_is_drawn_changes_nothing() -> None:
-    """T-pose, A-pose and bones along X: other rotations, the same places."""
-    drawn = [replace(BODIES["clara"], rest=rest) for rest in ("t_pose", "a_pose", "along_x")]
+    """Other rotations, the same places."""
+    drawn = [replace(BODIES["clara"], rest=rest) for rest in rigs.RESTS]
     solution = solve(scores()[0], drawn[0])
     characters = [rigs.character(body) for body in drawn]
     motions = [
         rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
         for body, who in zip(drawn, characters, strict=True)
     ]
-    np.testing.assert_allclose(motions[1].positions, motions[0].positions, atol=1e-9)
-    np.testing.assert_allclose(motions[2].positions, motions[0].positions, atol=1e-9)
-    assert np.abs(motions[2].rotations - motions[0].rotations).max() > 0.5
+    for other in motions[1:]:
+        np.testing.assert_allclose(other.positions, motions[0].positions, atol=1e-9)
+        assert np.abs(other.rotations - motions[0].rotations).max() > 0.3
     np.testing.assert_allclose(
         motions[0].positions, drawn[0].place(solution.turned, solution.root), atol=1e-9
     )
@@ -163,47 +162,6 @@ def test_travel_is_in_leg_lengths() -> None:
 def _solution(score: Score, body: Body) -> tuple[np.ndarray, np.ndarray]:
     found = solve(score, body)
     return found.turned, found.root
-
-
-# ------------------------------------------------------------------------------------------- bodies
-def test_proportions_are_the_published_ones() -> None:
-    """de Leva (1996), table 4: lengths in millimetres for statures of 1.735 m (women) and 1.741 m (men)."""
-    woman, man = human("woman", 1.735), human("man", 1.741)
-    assert [round(1000 * x, 1) for x in (woman.thigh, woman.shank, woman.upper_arm, woman.forearm)] == [
-        368.5,
-        432.3,
-        275.1,
-        264.3,
-    ]
-    assert [round(1000 * x, 1) for x in (man.thigh, man.shank, man.upper_arm, man.forearm)] == [
-        422.2,
-        434.0,
-        281.7,
-        268.9,
-    ]
-
-
-@pytest.mark.parametrize("structure", STRUCTURES.values(), ids=str)
-def test_people_are_as_tall_as_they_say(structure: object) -> None:
-    """From sole to crown, for any stature; every length is positive."""
-    for sex, stature in (("woman", 1.5), ("man", 2.0)):
-        sizes = human(sex, stature)
-        assert all(getattr(sizes, each.name) > 0 for each in fields(sizes))
-        body = Body("somebody", structure, sizes, "t_pose")
-        top = body.reach("head", "hips")[1] + body.offsets[0, 1] + sizes.head
-        assert abs(top - stature) < 1e-9
-
-
-def test_masses_add_up_and_balance_on_the_middle() -> None:
-    body = BODIES["ada"]
-    still = np.tile(np.eye(3), (1, len(body.structure.parts), 1, 1))
-    places = body.place(still, body.offsets[:1])
-    centre = anatomy.centre_of_mass(body, places)[0]
-    # a standing woman's centre of mass lies at 53 to 59 % of her stature (de Leva 1996: 57 %)
-    assert 0.53 < centre[1] / 1.629 < 0.60
-    assert abs(centre[0]) < 1e-9
-    moved = anatomy.centre_of_mass(body, places + np.array([1.0, 2.0, 3.0]))[0]
-    np.testing.assert_allclose(moved - centre, [1.0, 2.0, 3.0])
 
 
 # -------------------------------------------------------------------------------------------- curves

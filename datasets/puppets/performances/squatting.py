@@ -146,5 +146,7 @@ def _clasped(stream: Stream, style: Style, t: np.ndarray, down: np.ndarray, side
     low = wander(stream, t, 0.015 * style.loose)
     reach = np.stack([0.03 + 0.0 * t, -0.30 + 0.08 * down + low, 0.58 + 0.06 * down], axis=-1)
     touches = (Touch("left_palm", np.ones_like(t)),) if side == "right" else ()
-    wrist = np.stack([0.0 * t, 0.25 + 0.0 * t, 0.15 + 0.0 * t], axis=-1)
-    return hand(stream, t, reach, style, upright=0.5, middle=1.0, wrist=wrist, touches=touches)
+    held = hand(stream, t, reach, style, upright=0.5, middle=1.0, touches=touches)
+    # palms face each other, fingers ahead and up
+    aim = np.tile([-1.0, 0.0, 0.0, 0.0, 0.45, 0.9], (len(t), 1))
+    return replace(held, aim=aim, aimed=np.ones_like(t))

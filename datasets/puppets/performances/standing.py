@@ -75,17 +75,25 @@ STEP = 18
 
 
 def small_step(
-    feet: Stance, side: str, start: int, ahead: float = 0.0, wider: float = 0.0, turned: float = 0.0
+    feet: Stance,
+    side: str,
+    start: int,
+    ahead: float = 0.0,
+    wider: float = 0.0,
+    turned: float = 0.0,
+    lasting: int = STEP,
 ) -> Stance:
     """One foot is lifted, toe last, and set down elsewhere, toe first, while the other bears the weight.
 
     ahead: leg lengths. wider: half hip widths outward. turned: radians, of the foot and of its place
-    around the body.
+    around the body. lasting: frames from lifting the heel to the sole's being flat again.
     """
     foot = feet.feet[side]
     last = foot.plants[-1]
-    off, strike, flat = start + 5, start + 14, start + STEP
-    leaving = replace(last, lift=start, off=off, off_pitch=0.45, lift_height=0.06)
+    off, strike, flat = start + 5, start + lasting - 4, start + lasting
+    # a foot that goes back is not pushed off
+    pitch = (0.45 if ahead >= 0.0 else 0.15) * STEP / lasting
+    leaving = replace(last, lift=start, off=off, off_pitch=pitch, lift_height=0.06)
     heading = last.heading + turned
     x, z = last.place
     landing = replace(
@@ -99,6 +107,19 @@ def small_step(
     )
     plants = (*foot.plants[:-1], leaving, landing)
     return feet.moved(side, replace(foot, plants=plants), _relieved(feet, side, start, flat, 0.95))
+
+
+def step_to(
+    feet: Stance, side: str, start: int, place: tuple[float, float], heading: float, lasting: int
+) -> Stance:
+    """One foot goes within so many frames to its place beside a middle (leg lengths), toe first, as in a
+    dance. The weight is left to the caller."""
+    foot = feet.feet[side]
+    last = foot.plants[-1]
+    off, flat = start + max(round(0.28 * lasting), 3), start + lasting - 1
+    leaving = replace(last, lift=start, off=off, off_pitch=0.40, lift_height=0.05)
+    landing = replace(last, place=place, heading=heading, strike=flat - 3, flat=flat, strike_pitch=0.16)
+    return feet.moved(side, replace(foot, plants=(*foot.plants[:-1], leaving, landing)), feet.support)
 
 
 def turn(feet: Stance, start: int, angle: float) -> Stance:

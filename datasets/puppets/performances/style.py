@@ -29,6 +29,9 @@ class Style:
 
     @classmethod
     def draw(cls, stream: Stream) -> Style:
+        """A person's style: each time the same one for a stream that belongs to a person."""
+        if stream.person:
+            stream = Stream(stream.person)
         return cls(
             posture=stream.uniform(-0.02, 0.10),
             bounce=stream.uniform(0.7, 1.4),

@@ -1,217 +1,272 @@
-"""Walking: straight, along arcs, starting from a stand and coming to one."""
+"""Walking: forward and backward, along arcs, sneaking, marching, limping."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from functools import cached_property
+from dataclasses import replace
 
 import numpy as np
 
-from ..curves import ramp, wander
 from ..randomness import Stream
-from ..score import FPS, SIDES, Foot, Hand, Plant, Score, Trunk, sign
-from .style import Style, hand, hanging, seconds, trunk
+from ..score import FPS, SIDES, Score, sign
+from .gait import Course, Gait, Tread
+from .striding import Carriage, stepping, striding, with_air
+from .style import Style
+from .swing import carried
 
-_MARGIN = 90
-"""Frames drawn before and after the clip, so that it may begin and end in the middle of a walk."""
-_EVER = 10_000
-
-
-@dataclass(frozen=True, eq=False)
-class _Gait:
-    """mode: steady, start or stop. frames: of the clip. stride: frames from one strike of a foot to its
-    next. first: frame of a strike of the leading side. step: leg lengths. duty: share of a stride that a
-    foot is down. turned: angle walked along the clip. heading: in the middle of the clip."""
-
-    mode: str
-    frames: int
-    stride: float
-    first: float
-    lead: str
-    step: float
-    duty: float
-    turned: float
-    heading: float
-    style: Style
-
-    @classmethod
-    def draw(cls, stream: Stream, frames: int) -> _Gait:
-        mode = stream.choice(("steady", "steady", "start", "stop"))
-        stride = 2.0 * FPS / stream.uniform(1.6, 2.1)
-        first = stream.uniform(0.0, 1.0)
-        turned = stream.choice((0.0, 0.0, 0.35, 0.8, 1.4)) * stream.sign() * frames / 100.0
-        return cls(
-            mode=mode,
-            frames=frames,
-            stride=stride,
-            first=0.62 * stride + 12.0 * first if mode == "start" else first * stride,
-            lead=stream.choice(SIDES),
-            step=stream.uniform(0.60, 0.84) * (1.0 - 0.12 * abs(turned)),
-            duty=stream.uniform(0.60, 0.65),
-            turned=turned + stream.normal(0.04),
-            heading=stream.uniform(-np.pi, np.pi),
-            style=Style.draw(stream),
-        )
-
-    def strike(self, k: int) -> float:
-        """Frame of the k-th strike; even ones are the leading side's."""
-        return self.first + 0.5 * k * self.stride
-
-    def side(self, k: int) -> str:
-        return self.lead if k % 2 == 0 else SIDES[self.lead == "left"]
-
-    @property
-    def steps(self) -> range:
-        """The strikes that matter to the clip."""
-        half = 0.5 * self.stride
-        low = int(np.floor((-1.2 * self.stride - self.first) / half))
-        high = int(np.ceil((self.frames + 1.2 * self.stride - self.first) / half))
-        if self.mode == "start":
-            return range(0, high)
-        if self.mode == "stop":
-            return range(low, int(np.floor((self.frames - 0.5 * self.stride - self.first) / half)) + 1)
-        return range(low, high)
-
-    @cached_property
-    def phase(self) -> np.ndarray:
-        """``(frames,)`` 0 at every strike of the left foot, 2 pi a stride."""
-        shift = 0.0 if self.lead == "left" else 0.5 * self.stride
-        return 2.0 * np.pi * (np.arange(self.frames) - self.first - shift) / self.stride
+MODES = ("steady", "steady", "start", "stop", "there")
 
 
-@dataclass(frozen=True, eq=False)
-class _Course:
-    """Where the walk leads, on frames from ``-_MARGIN`` on: activity (0 standing, 1 walking), heading,
-    place ``(n, 2)`` leg lengths."""
+def gait(
+    stream: Stream,
+    frames: int,
+    *,
+    mode: str,
+    rate: tuple[float, float],
+    step: tuple[float, float],
+    duty: tuple[float, float],
+    turns: tuple[float, ...] = (0.0,),
+    bearing: float = 0.0,
+    lame: str = "",
+    limp: float = 0.0,
+) -> Gait:
+    """A gait drawn from ranges. rate: steps a second. turns: angles a hundred frames, to either side."""
+    stride = 2.0 * FPS / stream.uniform(*rate)
+    first = stream.uniform(0.0, 1.0)
+    later = min(12.0, max(frames - 1.65 * stride, 0.0)) if mode == "there" else 12.0
+    turned = stream.choice(turns) * stream.sign() * min(frames, 200) / 100.0
+    if mode == "there" and frames < 1.65 * stride:
+        mode = "start"
+    return Gait(
+        mode=mode,
+        frames=frames,
+        stride=stride,
+        first=first * stride if mode in ("steady", "stop") else 0.62 * stride + later * first,
+        lead=stream.choice(SIDES),
+        step=stream.uniform(*step) * (1.0 - 0.12 * min(abs(turned), 2.0)),
+        duty=stream.uniform(*duty),
+        turned=turned + stream.normal(0.04),
+        heading=stream.uniform(-np.pi, np.pi),
+        style=Style.draw(stream),
+        bearing=bearing,
+        lame=lame,
+        limp=limp,
+    )
 
-    activity: np.ndarray
-    heading: np.ndarray
-    place: np.ndarray
 
-    @classmethod
-    def of(cls, gait: _Gait) -> _Course:
-        k = np.arange(gait.frames + 2 * _MARGIN) - float(_MARGIN)
-        activity = np.ones_like(k)
-        if gait.mode == "start":
-            begin = gait.strike(0)
-            activity = ramp(k, begin - 0.45 * gait.stride, begin + 0.35 * gait.stride)
-        elif gait.mode == "stop":
-            end = gait.strike(gait.steps[-1])
-            activity = 1.0 - ramp(k, end - 0.85 * gait.stride, end + 0.25 * gait.stride)
-        share = ramp(k, -0.35 * gait.frames, 1.35 * gait.frames)
-        heading = gait.heading + gait.turned * 1.2 * (share - 0.5)
-        speed = activity * (2.0 * gait.step / gait.stride)
-        place = np.cumsum(np.stack([speed * np.sin(heading), speed * np.cos(heading)], axis=-1), axis=0)
-        return cls(activity, heading, place - place[_MARGIN + gait.frames // 2])
-
-    def at(self, frame: float) -> tuple[float, tuple[float, float], float]:
-        """Heading, place and activity at any frame, held at the ends."""
-        k = np.arange(len(self.heading)) - float(_MARGIN)
-        rows = (self.heading, self.place[:, 0], self.place[:, 1], self.activity)
-        heading, x, z, activity = (float(np.interp(frame, k, row)) for row in rows)
-        return heading, (x, z), activity
-
-
-def walk(stream: Stream, frames: int) -> Score:
+def walk(stream: Stream, frames: int, mode: str = "") -> Score:
     """Walking at 0.45 to 0.8 leg lengths a step, with heel strike and toe-off."""
-    gait = _Gait.draw(stream, frames)
-    course, style = _Course.of(gait), gait.style
-    t, phase, still = seconds(frames), gait.phase, np.zeros(frames)
-    inside = slice(_MARGIN, _MARGIN + frames)
-    active = course.activity[inside]
-    over_left = phase - 0.6 * np.pi
-    sway = [0.030 * active * np.cos(over_left), 0.010 * active * np.sin(2.0 * over_left)]
-    sway[0] = sway[0] + wander(stream, t, 0.004 * style.loose)
-    height = 0.994 - 0.018 * active + 0.017 * style.bounce * active * np.cos(2.0 * over_left)
-    return Score(
-        kind="walk",
-        heading=course.heading[inside],
-        path=course.place[inside],
-        sway=np.stack(sway, axis=-1),
-        height=height,
-        balance=1.0 - active,
-        support=_support(gait),
-        trunk=_trunk(stream, gait, course, t, active),
-        feet={side: Foot(_plants(gait, course, side), still) for side in SIDES},
-        hands={side: _arm(stream, gait, side, t, active) for side in SIDES},
-        parameters={"mode": gait.mode, "step": gait.step, "stride": gait.stride, "turned": gait.turned},
+    drawn = gait(
+        stream,
+        frames,
+        mode=mode or stream.choice(MODES),
+        rate=(1.5, 2.15),
+        step=(0.54, 0.90),
+        duty=(0.60, 0.65),
+        turns=(0.0, 0.0, 0.35, 0.8, 1.4),
     )
-
-
-def _support(gait: _Gait) -> np.ndarray:
-    """On which foot a standing walker rests: before a start on the one that stays."""
-    even = np.full(gait.frames, 0.5)
-    if gait.mode != "start":
-        return even
-    off = gait.strike(0) - (1.0 - gait.duty) * gait.stride
-    return even - 0.42 * sign(gait.lead) * ramp(np.arange(gait.frames), off - 0.45 * gait.stride, off)
-
-
-def _plants(gait: _Gait, course: _Course, side: str) -> tuple[Plant, ...]:
-    plants = []
-    mine = [k for k in gait.steps if gait.side(k) == side]
-    if gait.mode == "start":
-        off = round(gait.strike(mine[0]) - (1.0 - gait.duty) * gait.stride)
-        plants.append(_plant(gait, course, -_EVER, off, place_at=-_MARGIN))
-    for k in mine:
-        strike = round(gait.strike(k))
-        off = round(gait.strike(k) + gait.duty * gait.stride)
-        place_at = gait.strike(k) + 0.275 * gait.stride
-        if gait.mode == "stop" and k >= gait.steps[-2]:
-            off, place_at = _EVER, float(_EVER)
-        plants.append(_plant(gait, course, strike, off, place_at))
-    return tuple(plants)
-
-
-def _plant(gait: _Gait, course: _Course, strike: int, off: int, place_at: float) -> Plant:
-    heading, place, _ = course.at(place_at)
-    landing, leaving = course.at(strike)[2], course.at(off)[2]
-    stays = off == _EVER
-    return Plant(
-        place=place,
-        width=gait.style.stance * (0.75 + 0.25 * (1.0 - landing)),
-        heading=heading,
-        toe_out=gait.style.toe_out,
-        strike=strike,
-        flat=strike + max(round(0.10 * gait.stride), 2),
-        lift=_EVER if stays else off - max(round((0.14 + 0.08 * leaving) * gait.stride), 3),
-        off=off,
-        strike_pitch=-0.06 - 0.40 * landing * gait.step,
-        off_pitch=0.45 + 0.60 * leaving * gait.step,
-        lift_height=0.035 + 0.02 * gait.style.bounce,
+    course = Course.of(drawn)
+    carriage = Carriage(
+        lean=stream.uniform(-0.02, 0.12),
+        swing=stream.uniform(0.30, 0.55),
+        ahead=stream.uniform(-0.24, -0.08),
+        bend=stream.choice((0.0, 0.0, stream.uniform(0.1, 0.9))),
     )
+    return striding(stream, "walk", drawn, course, stepping(drawn, course, Tread()), carriage)
 
 
-def _trunk(stream: Stream, gait: _Gait, course: _Course, t: np.ndarray, active: np.ndarray) -> Trunk:
-    """The pelvis turns with the leg in front and drops on the swinging side, the chest counters both."""
-    style = gait.style
-    size = active * gait.step / 0.7
-    turn = -0.10 * size * np.cos(gait.phase)
-    drop = -0.065 * size * style.bounce * np.cos(gait.phase - 0.35 * np.pi)
-    tilt = 0.05 * active + 0.02 * size * np.cos(2.0 * gait.phase)
-    ahead = np.array([course.at(frame)[0] for frame in np.arange(len(t)) + 9.0])
-    looking = ahead - course.heading[_MARGIN : _MARGIN + len(t)]
-    pelvis = np.stack([turn, tilt, drop], axis=-1)
-    chest = np.stack(
-        [
-            -turn * (1.0 + 0.8 * style.swing),
-            0.03 * active + 0.015 * size * np.cos(2.0 * gait.phase - 0.8),
-            -0.8 * drop,
-        ],
-        axis=-1,
+def arc(stream: Stream, frames: int) -> Score:
+    """Walking round a narrow bend, the body leaning into it."""
+    drawn = gait(
+        stream,
+        frames,
+        mode="steady",
+        rate=(1.6, 2.0),
+        step=(0.50, 0.72),
+        duty=(0.60, 0.65),
+        turns=(1.6, 2.2, 2.8),
     )
-    gaze = np.stack([1.6 * looking, 0.06 - 0.012 * size * np.cos(2.0 * gait.phase), 0.0 * t], axis=-1)
-    return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze, follow=0.15)
+    course = Course.of(drawn)
+    return striding(stream, "arc", drawn, course, stepping(drawn, course, Tread()), Carriage())
 
 
-def _arm(stream: Stream, gait: _Gait, side: str, t: np.ndarray, active: np.ndarray) -> Hand:
-    """Each arm swings with the other side's leg, a little late, and bends more in front."""
-    style = gait.style
-    own = 1.0 + sign(side) * style.asymmetry
-    wave = -sign(side) * np.cos(gait.phase - 0.15)
-    swing = 0.36 * style.swing * own * active * gait.step / 0.7
-    ahead = swing * wave - 0.14 + wander(stream, t, 0.02 * style.loose)
-    lagging = -sign(side) * np.cos(gait.phase - 0.55)
-    bend = style.elbow + swing * (0.3 + 0.3 * lagging) + wander(stream, t, 0.03 * style.loose)
-    aside = style.aside + wander(stream, t, 0.015 * style.loose)
-    return hand(stream, t, hanging(ahead, aside, bend), style, upright=0.8)
+def walk_backwards(stream: Stream, frames: int, mode: str = "") -> Score:
+    """Short careful steps, toe first, looking over a shoulder or straight ahead."""
+    drawn = gait(
+        stream,
+        frames,
+        mode=mode or stream.choice(MODES),
+        rate=(1.4, 1.9),
+        step=(0.36, 0.58),
+        duty=(0.62, 0.68),
+        turns=(0.0, 0.0, 0.5),
+        bearing=np.pi,
+    )
+    course = Course.of(drawn)
+    tread = Tread(
+        landing=(0.10, 0.45), leaving=(0.12, 0.10), flat=0.14, peel=(0.10, 0.04), width=0.95, under=0.30
+    )
+    carriage = Carriage(low=0.030, bob=0.010, lean=0.08, tilt=0.06, swing=0.20, bend=0.15, aside=0.06)
+    return striding(stream, "walk_backwards", drawn, course, stepping(drawn, course, tread), carriage)
+
+
+def sneak(stream: Stream, frames: int) -> Score:
+    """Slow, low and soft: the toe feels for the floor, the arms are held ready."""
+    drawn = gait(
+        stream,
+        frames,
+        mode="steady",
+        rate=(0.95, 1.35),
+        step=(0.42, 0.62),
+        duty=(0.60, 0.66),
+        turns=(0.0, 0.0, 0.4, 0.9),
+    )
+    course = Course.of(drawn)
+    tread = Tread(
+        landing=(0.22, 0.20),
+        leaving=(0.35, 0.30),
+        flat=0.12,
+        peel=(0.16, 0.0),
+        lift=(0.05, 0.02),
+        width=0.9,
+    )
+    feet = stepping(drawn, course, tread)
+    high = stream.uniform(0.0, 1.0)
+    shares, knee = (0.0, 0.45, 0.7, 1.0), (60.0, 85.0 + 15.0 * high, 60.0, 40.0)
+    air = {
+        side: carried(
+            foot.plants,
+            frames,
+            shares,
+            (5.0, 48.0 + 12.0 * high, 50.0, 38.0),
+            knee,
+            most=0.7,
+            point=0.05,
+            full=(0.45, 0.55),
+        )
+        for side, foot in feet.items()
+    }
+    low = stream.uniform(0.09, 0.17)
+    carriage = Carriage(
+        low=low,
+        bob=0.012,
+        lean=0.15 + 1.2 * low,
+        tilt=0.15,
+        gaze=0.02,
+        turn=0.12,
+        drop=0.03,
+        swing=0.22,
+        ahead=stream.uniform(0.0, 0.3),
+        aside=stream.uniform(0.05, 0.25),
+        bend=stream.uniform(0.7, 1.25),
+    )
+    score = striding(stream, "sneak", drawn, course, with_air(feet, air), carriage, low=low)
+    return _groping(stream, score)
+
+
+def _groping(stream: Stream, score: Score) -> Score:
+    """One hand is held before and above the other."""
+    size, hands = stream.sign() * stream.uniform(0.04, 0.14), {}
+    for side, hand in score.hands.items():
+        off = sign(side) * size
+        reach = hand.reach * (1.0 - 0.4 * abs(size)) + np.array([-0.3 * off, off, 0.8 * off])
+        hands[side] = replace(hand, reach=reach)
+    return replace(score, hands=hands)
+
+
+def march(stream: Stream, frames: int) -> Score:
+    """On parade: knees high, flat feet, stretched arms, everything on the beat."""
+    drawn = gait(
+        stream,
+        frames,
+        mode="steady",
+        rate=(1.6, 1.9),
+        step=(0.40, 0.62),
+        duty=(0.56, 0.60),
+        turns=(0.0, 0.0, 0.0, 0.6),
+    )
+    course = Course.of(drawn)
+    tread = Tread(
+        landing=(0.12, 0.08),
+        leaving=(0.40, 0.35),
+        flat=0.08,
+        peel=(0.12, 0.04),
+        lift=(0.06, 0.02),
+        width=0.85,
+    )
+    feet = stepping(drawn, course, tread)
+    thigh = stream.uniform(46.0, 70.0)
+    air = {
+        side: carried(
+            foot.plants,
+            frames,
+            (0.0, 0.25, 0.5, 0.75, 1.0),
+            (-5.0, 0.6 * thigh, thigh, 0.7 * thigh, 20.0),
+            (40.0, 75.0, thigh + 10.0, 0.7 * thigh + 8.0, 20.0),
+            full=(0.48, 0.52),
+            point=0.0,
+        )
+        for side, foot in feet.items()
+    }
+    carriage = Carriage(
+        low=0.020,
+        bob=0.012,
+        lean=-0.06,
+        tilt=0.0,
+        gaze=-0.02,
+        sway=0.022,
+        turn=0.05,
+        drop=0.03,
+        swing=stream.uniform(0.65, 1.0),
+        ahead=0.0,
+        bend=stream.choice((-0.1, 0.2, 0.7)),
+        hinge=0.1,
+    )
+    score = striding(stream, "march", drawn, course, with_air(feet, air), carriage, thigh=thigh)
+    strikes = sorted(plant.strike for foot in feet.values() for plant in foot.plants)
+    return replace(score, impacts=tuple(strike for strike in strikes if 0 <= strike < frames))
+
+
+def limp(stream: Stream, frames: int) -> Score:
+    """One leg is spared: it bears weight for a short time only, hardly rolls, and the body dips over it."""
+    lame, size = stream.choice(SIDES), stream.uniform(0.035, 0.085)
+    drawn = gait(
+        stream,
+        frames,
+        mode="steady",
+        rate=(1.2, 1.6),
+        step=(0.34, 0.52),
+        duty=(0.64, 0.68),
+        turns=(0.0, 0.0, 0.5),
+        lame=lame,
+        limp=size,
+    )
+    course = Course.of(drawn)
+    stiff = Tread(landing=(0.05, 0.0), leaving=(0.20, 0.15), flat=0.08, peel=(0.12, 0.0), under=0.22)
+    treads = {side: stiff if side == lame else Tread(under=0.31) for side in SIDES}
+    carriage = Carriage(
+        low=0.035,
+        bob=0.012,
+        sway=0.034,
+        lean=0.12,
+        gaze=0.18,
+        swing=0.22,
+        bend=0.25,
+        turn=0.07,
+    )
+    score = striding(
+        stream, "limp", drawn, course, stepping(drawn, course, treads), carriage, lame=lame, limp=size
+    )
+    return _dipping(score, drawn)
+
+
+def _dipping(score: Score, drawn: Gait) -> Score:
+    """The trunk is thrown over the lame foot while that one is down, and the hip sinks."""
+    shift = 0.0 if drawn.lame == "left" else np.pi
+    over = np.exp(2.5 * (np.cos(drawn.phase - shift - 0.45 * np.pi) - 1.0))
+    size = drawn.limp / 0.06
+    chest, to = score.trunk.chest.copy(), 1.0 if drawn.lame == "left" else -1.0
+    chest[:, 2] += 0.13 * to * size * over
+    chest[:, 1] += 0.08 * size * over
+    return replace(
+        score, height=score.height - 0.030 * size * over, trunk=replace(score.trunk, chest=chest)
+    )

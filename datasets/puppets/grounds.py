@@ -1,0 +1,64 @@
+"""The floor of a case: flat, or with the performance's steps in the performer's own measure."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from retarget_bench.api import Ground
+from retarget_bench.ground import ground_height
+
+from .bodies import Body
+from .score import SIDES, Score, Stairs, sign
+from .solver import Solution
+
+
+def misfit(score: Score, body: Body, solution: Solution) -> float:
+    """Metres by which stairs do not suit a body: its ankle hangs over the edge of a tread, its hands reach
+    into the steps. 0 on a flat floor."""
+    if score.stairs is None:
+        return 0.0
+    floor, places = ground(score, body), body.place(solution.turned, solution.root)
+    worst = 0.0
+    for side, flat in zip(SIDES, solution.planted.T[[0, 2]], strict=True):
+        ankle = places[flat, body.part[f"{side}_foot"]]
+        if len(ankle):
+            over = ankle[:, 1] - ground_height(floor, ankle[:, 0], ankle[:, 2]) - body.proportions.ankle
+            worst = max(worst, float(over.max()))
+        hand = body.part[f"{side}_hand"]
+        out = np.array([sign(side) * body.proportions.hand, 0.0, 0.0])
+        tip = places[:, hand] + solution.turned[:, hand] @ out
+        worst = max(worst, float((ground_height(floor, tip[:, 0], tip[:, 2]) - tip[:, 1]).max()))
+    return worst
+
+
+_SPACING = 0.01
+"""Between samples of a height field, leg lengths: how thick a riser is."""
+
+
+def ground(score: Score, body: Body) -> Ground:
+    """The floor under a body that performs the score: see ``scaling.py``."""
+    if score.stairs is None:
+        return Ground(0.0)
+    return _field(score.stairs, body.proportions.leg)
+
+
+def _field(stairs: Stairs, leg: float) -> Ground:
+    """A height field across the stairs; beyond its edge the nearest sample goes on, so it is two wide.
+
+    Between two samples a riser slopes over one spacing, just before its edge going up, just after it going
+    down, so that no tread is cut.
+    """
+    direction = np.round([np.sin(stairs.heading), np.cos(stairs.heading)]).astype(int)
+    axis, way = (0, direction[0]) if direction[0] else (1, direction[1])
+    samples = np.arange(-2, int(np.ceil(stairs.count * stairs.tread / _SPACING)) + 3) * _SPACING
+    # counted from the first edge along the way; a riser's upper sample lies on the edge
+    over = np.floor(samples / stairs.tread + 1e-6) + 1.0
+    if stairs.rise < 0.0:
+        over = np.ceil(samples / stairs.tread - 1e-6)
+    heights = leg * (stairs.level + stairs.rise * np.clip(over, 0.0, stairs.count))
+    start = stairs.edge[axis] + way * samples[0]
+    if way < 0:
+        heights, start = heights[::-1], stairs.edge[axis] - samples[-1]
+    field = heights[None, :] if axis == 0 else heights[:, None]
+    origin = (start * leg, 0.0) if axis == 0 else (0.0, start * leg)
+    return Ground(heights=np.ascontiguousarray(field), origin=origin, spacing=_SPACING * leg)

@@ -1,0 +1,112 @@
+"""Channels of two performances joined over a bridge of frames, without a jump in value or speed."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..curves import bump, smooth
+from ..score import Air, Hand, Touch, Trunk
+
+_FADE = 5.0
+"""Frames in which a speed dies away."""
+
+
+def bridged(
+    a: np.ndarray, b: np.ndarray, length: int, low: float | None = None, high: float | None = None
+) -> np.ndarray:
+    """``(frames a + length + frames b, ...)``: both run on into the bridge, ever more slowly, and are
+    cross-faded there. low, high: limits that the channel keeps."""
+    after = np.arange(1, length + 1, dtype=float).reshape(-1, *[1] * (a.ndim - 1))
+    before = length + 1.0 - after
+    on = a[-1] + (a[-1] - a[-2]) * _FADE * (1.0 - np.exp(-after / _FADE))
+    back = b[0] - (b[1] - b[0]) * _FADE * (1.0 - np.exp(-before / _FADE))
+    if low is not None:
+        on, back = np.clip(on, low, high), np.clip(back, low, high)
+    return np.concatenate([a, on + smooth(after / (length + 1.0)) * (back - on), b])
+
+
+def either(
+    a: np.ndarray | None, b: np.ndarray | None, frames_a: int, frames_b: int, length: int
+) -> np.ndarray | None:
+    """A channel that is 0 on the bridge, and in a performance that has none."""
+    if a is None and b is None:
+        return None
+    one = np.zeros(frames_a) if a is None else a
+    return np.concatenate([one, np.zeros(length), np.zeros(frames_b) if b is None else b])
+
+
+def joined_trunk(a: Trunk, b: Trunk, frames_a: int, frames_b: int, length: int) -> Trunk:
+    follow = [np.full(n, 1.0) * each.follow for each, n in ((a, frames_a), (b, frames_b))]
+    return Trunk(
+        pelvis=bridged(a.pelvis, b.pelvis, length),
+        chest=bridged(a.chest, b.chest, length),
+        gaze=bridged(a.gaze, b.gaze, length),
+        follow=bridged(follow[0], follow[1], length),
+    )
+
+
+def joined_hand(a: Hand, b: Hand, length: int) -> Hand:
+    """A hand that leaves one place and settles on another one, or stays on the same."""
+    start = len(a.swivel) + length
+    later = (replace(plant, strike=plant.strike + start, off=plant.off + start) for plant in b.plants)
+    aim, aimed = _joined_aim(a, b, length)
+    return Hand(
+        reach=_round_the_shoulder(bridged(a.reach, b.reach, length), len(a.swivel), length),
+        upright=bridged(a.upright, b.upright, length),
+        middle=bridged(a.middle, b.middle, length),
+        swivel=bridged(a.swivel, b.swivel, length),
+        wrist=bridged(a.wrist, b.wrist, length),
+        touches=_joined_touches(a, b, length),
+        aim=aim,
+        aimed=aimed,
+        plants=(*a.plants, *later),
+    )
+
+
+def _round_the_shoulder(reach: np.ndarray, start: int, length: int) -> np.ndarray:
+    """A way on the bridge that would lead close by the shoulder bows out to the front and the side."""
+    middle = reach[start + length // 2]
+    close = smooth((0.75 - float(np.sqrt((middle**2).sum()))) / 0.35)
+    bow = np.zeros_like(reach)
+    share = np.arange(1, length + 1) / (length + 1.0)
+    bow[start : start + length] = bump(share)[:, None] * (close * np.array([0.20, 0.0, 0.35]))
+    return reach + bow
+
+
+def _joined_touches(a: Hand, b: Hand, length: int) -> tuple[Touch, ...]:
+    nothing = {"a": np.zeros(len(a.swivel)), "b": np.zeros(len(b.swivel))}
+    one, two = ({touch.place: touch.weight for touch in hand.touches} for hand in (a, b))
+    return tuple(
+        Touch(name, bridged(one.get(name, nothing["a"]), two.get(name, nothing["b"]), length, 0.0, 1.0))
+        for name in dict.fromkeys((*one, *two))
+    )
+
+
+def _joined_aim(a: Hand, b: Hand, length: int) -> tuple[np.ndarray | None, np.ndarray]:
+    """Where only one is aimed the other keeps its aim, unfollowed."""
+    aimed = [np.zeros(len(hand.swivel)) + hand.aimed for hand in (a, b)]
+    share = bridged(aimed[0], aimed[1], length, 0.0, 1.0)
+    if a.aim is None and b.aim is None:
+        return None, share
+    one = a.aim if a.aim is not None else np.tile(b.aim[0], (len(a.swivel), 1))  # type: ignore[index]
+    two = b.aim if b.aim is not None else np.tile(one[-1], (len(b.swivel), 1))
+    return bridged(one, two, length), share
+
+
+def joined_air(a: Air | None, b: Air | None, frames_a: int, frames_b: int, length: int) -> Air | None:
+    """Ways through the air; on the bridge both feet are on the floor."""
+    if a is None and b is None:
+        return None
+    parts = [a or _no_air(frames_a), _no_air(length), b or _no_air(frames_b)]
+    return Air(
+        *(
+            np.concatenate([getattr(part, name) for part in parts])
+            for name in ("reach", "weight", "swivel", "point")
+        )
+    )
+
+
+def _no_air(frames: int) -> Air:
+    return Air(np.zeros((frames, 3)), np.zeros(frames), np.zeros(frames), np.zeros(frames))

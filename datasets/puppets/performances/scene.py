@@ -1,0 +1,151 @@
+"""A performance on the spot in the making: feet, arms and trunk are told what to do, then it is a Score."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..curves import plateau
+from ..randomness import Stream
+from ..score import FPS, SIDES, Air, Score
+from .arms import Move, Shape, Triple, moving
+from .standing import STEP, Stance, lift_heel, shifting, small_step, stance, turn
+from .style import Style, seconds, trunk
+
+_NONE = (0.0, 0.0, 0.0)
+
+
+class Scene:
+    """What a performer on the spot does in ``frames`` frames; all times are in frames.
+
+    Begins and ends standing on both soles with the arms at ease, so that it may follow anything.
+    """
+
+    def __init__(self, stream: Stream, frames: int, width: float = 1.2, shift: float = 0.3) -> None:
+        """width: of the stance, half hip widths, times the style's. shift: how far weight wanders."""
+        self.stream, self.frames, self.style = stream, frames, Style.draw(stream)
+        self.k = np.arange(frames, dtype=float)
+        heading = stream.uniform(-np.pi, np.pi)
+        support = shifting(stream, frames, shift)
+        self.feet: Stance = stance(heading, self.style, frames, support, width * self.style.stance)
+        self.moves: dict[str, list[Move]] = {side: [] for side in SIDES}
+        self.pelvis, self.chest, self.gaze = (np.zeros((frames, 3)) for _ in range(3))
+        self.low, self.ahead = np.zeros(frames), np.zeros(frames)
+        self.parameters: dict[str, float | str] = {}
+
+    # ------------------------------------------------------------------------------------- telling
+    def bend(
+        self, share: np.ndarray, pelvis: Triple = _NONE, chest: Triple = _NONE, gaze: Triple = _NONE
+    ) -> None:
+        """Add angles (turn left, lean forward, lean left) in proportion to ``share``."""
+        for angles, added in ((self.pelvis, pelvis), (self.chest, chest), (self.gaze, gaze)):
+            angles += share[:, None] * np.array(added)
+
+    def held(self, start: float, top: float, fall: float, end: float) -> np.ndarray:
+        """``(frames,)`` up between the first two frames, down between the last two."""
+        return plateau(self.k, start, top, fall, end)
+
+    def weight(self, on_left: float, start: float, top: float, fall: float, end: float) -> None:
+        """The weight goes to a share of the left foot, and back to where it would have been."""
+        away = self.held(start, top, fall, end)
+        self.feet = replace(self.feet, support=self.feet.support + away * (on_left - self.feet.support))
+
+    def shift_weight(self, share: np.ndarray, on_left: np.ndarray) -> None:
+        """The weight goes, so far as ``share`` says, to a course of shares of the left foot."""
+        self.feet = replace(self.feet, support=self.feet.support + share * (on_left - self.feet.support))
+
+    def arm(
+        self, side: str, start: float, end: float, to: Shape | None = None, arc: Triple = _NONE
+    ) -> None:
+        self.moves[side].append(Move(start, end, to, arc))
+
+    def touch(self, side: str, to: Shape, start: float, end: float, up: float) -> None:
+        """A hand goes before a place, then onto it, and leaves the same way; ``up`` frames each."""
+        before = replace(to, touch="")
+        self.arm(side, start, start + 0.7 * up, before, (0.10, 0.0, 0.10))
+        self.arm(side, start + 0.3 * up, start + up, to)
+        self.arm(side, end - up, end - 0.3 * up, before)
+        self.arm(side, end - 0.7 * up, end, None, (0.10, 0.0, 0.10))
+
+    def step(
+        self,
+        side: str,
+        start: float,
+        ahead: float = 0.0,
+        wider: float = 0.0,
+        turned: float = 0.0,
+        lasting: int = STEP,
+    ) -> None:
+        self.feet = small_step(self.feet, side, round(start), ahead, wider, turned, lasting)
+
+    def air(self, side: str, air: Air) -> None:
+        """A foot's way through the air, after those it already has."""
+        foot, before = self.feet.feet[side], self.feet.feet[side].air
+        if before is not None:
+            mine = air.weight > 0.0
+            air = Air(
+                np.where(mine[:, None], air.reach, before.reach),
+                np.where(mine, air.weight, before.weight),
+                np.where(mine, air.swivel, before.swivel),
+                np.where(mine, air.point, before.point),
+            )
+        self.feet = self.feet.moved(side, replace(foot, air=air), self.feet.support)
+
+    def fidget(self) -> None:
+        """Now and then a heel lifts, or a foot is set elsewhere, or the body turns a little."""
+        stream, latest = self.stream, self.frames - 62
+        what = stream.choice(("turn", "step", "heel", "nothing"))
+        start, side = round(stream.uniform(14.0, max(latest, 15.0))), stream.choice(SIDES)
+        if latest < 15:
+            return
+        if what == "turn":
+            self.feet = turn(self.feet, start, stream.sign() * stream.uniform(0.2, 0.5))
+        elif what == "step":
+            self.step(side, start, stream.uniform(-0.12, 0.15), stream.uniform(-0.2, 0.4))
+        elif what == "heel":
+            length = round(stream.uniform(24.0, 45.0))
+            self.feet = lift_heel(self.feet, side, start, start + length, stream.uniform(0.2, 0.45))
+
+    # ------------------------------------------------------------------------------------- telling all
+    def score(self, kind: str, **parameters: float | str) -> Score:
+        """The performance. The hip drops over the idle leg, the chest evens that out, as anyone's does."""
+        feet, still = self.feet, np.zeros(self.frames)
+        self.bend(feet.tip, pelvis=(0.05, 0.0, -0.07), chest=(-0.03, 0.0, 0.09))
+        hands = {side: moving(self.stream, self.frames, self.style, self.moves[side]) for side in SIDES}
+        return Score(
+            kind=kind,
+            heading=feet.heading,
+            path=np.zeros((self.frames, 2)),
+            sway=np.zeros((self.frames, 2)),
+            height=0.990 - 0.012 * np.abs(feet.tip) - self.low,
+            balance=still + 1.0,
+            support=feet.support,
+            trunk=trunk(
+                self.stream,
+                seconds(self.frames),
+                self.style,
+                pelvis=self.pelvis,
+                chest=self.chest,
+                gaze=self.gaze,
+                follow=0.1,
+            ),
+            feet=feet.feet,
+            hands=hands,
+            parameters={**self.parameters, **parameters},
+        )
+
+
+def slots(stream: Stream, frames: int, shortest: float, longest: float) -> list[tuple[float, float]]:
+    """Stretches (start, end), whole frames, in which things happen one after the other: as many as fit when
+    each takes between so many seconds, at least one; the clip's first and last five frames stay free."""
+    length = FPS * stream.uniform(shortest, longest)
+    room = frames - 11.0
+    count = max(1, int(room / length))
+    share = room / count
+    found = []
+    for number in range(count):
+        start = 5.0 + share * (number + stream.uniform(0.0, 0.08))
+        end = 5.0 + share * (number + stream.uniform(0.92, 1.0))
+        found.append((float(round(start)), float(round(end))))
+    return found

@@ -1,0 +1,1 @@
+"""Dogs: bodies, scores, solver and performances of four-legged puppets."""

@@ -1,0 +1,60 @@
+"""What there is to train on: structure, character, clips; no clip is performed by two characters."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import overload
+
+from retarget_bench.motion.motion import Motion
+
+from .clips import Clip, training_clips
+from .exclusions import unable
+from .families import families
+from .parts import bodies
+from .solved import Studio
+
+Training = Mapping[str, Mapping[str, "Clips"]]
+"""Structure -> character -> its clips."""
+
+
+class Clips(Sequence[Motion]):
+    """Motions of one character, each solved when it is first asked for."""
+
+    def __init__(self, studio: Studio, character: str, listed: Sequence[Clip]) -> None:
+        self._studio, self.character, self.clips = studio, character, tuple(listed)
+
+    def __len__(self) -> int:
+        return len(self.clips)
+
+    @overload
+    def __getitem__(self, index: int) -> Motion: ...
+    @overload
+    def __getitem__(self, index: slice) -> Clips: ...
+    def __getitem__(self, index: int | slice) -> Motion | Clips:
+        if isinstance(index, slice):
+            return Clips(self._studio, self.character, self.clips[index])
+        return self._studio.motion(self.clips[index], self.character)
+
+    def __iter__(self) -> Iterator[Motion]:
+        return (self[index] for index in range(len(self)))
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(clip.name for clip in self.clips)
+
+    @property
+    def frames(self) -> int:
+        """Of all clips together, known without solving any."""
+        return sum(clip.frames for clip in self.clips)
+
+
+def training(studio: Studio, size: str, seed: int) -> Training:
+    """Every training character with what it is able to do; held-out bodies, structures and kinds are
+    absent."""
+    found: dict[str, dict[str, Clips]] = {}
+    for family in families():
+        for name in bodies(family, "train"):
+            mine = [clip for clip in training_clips(size, name, seed) if not unable(clip, (name,))]
+            structure = family.bodies[name].structure.name
+            found.setdefault(structure, {})[name] = Clips(studio, name, mine)
+    return found

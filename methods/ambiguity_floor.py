@@ -1,0 +1,35 @@
+"""Control: a second answer that is as right as the reference (how far two right answers lie apart)."""
+
+from __future__ import annotations
+
+from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion.character import Character
+
+
+class AmbiguityFloor:
+    """The same performance by the same body in another manner, where the data set knows one.
+
+    A body that does the same steps and touches may turn its knees and elbows, bend its spine and keep its
+    balance in other ways. Errors against the reference below those of this row say nothing.
+    """
+
+    card = MethodCard(
+        name="ambiguity_floor",
+        summary="Control: another answer that is as right as the reference; less error means nothing",
+        version="1",
+        accepts=("motion", "positions"),
+        needs=("second_reference",),
+        control=True,
+    )
+
+    def supports(self, source: Character, target: Character) -> str | None:  # noqa: ARG002
+        return None
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:  # noqa: ARG002
+        if context.second_reference is None:
+            raise NotSupported("this case has no second right answer")
+        return context.second_reference
+
+
+plugin = AmbiguityFloor

@@ -1,0 +1,51 @@
+"""``bench data``: what can be done with data sets themselves."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from retarget_bench import registry
+from retarget_bench.commands import options
+
+
+@click.group("data")
+def command() -> None:
+    """Work with data sets themselves."""
+
+
+@command.command("export")
+@click.argument("dataset", metavar="DATASET", shell_complete=options.plugin_names("datasets"))
+@click.argument("folder", metavar="DIR", type=click.Path(path_type=Path))
+@click.option(
+    "--format",
+    "form",
+    type=click.Choice(["bvh"]),
+    default="bvh",
+    show_default=True,
+    help="How motions are written.",
+)
+@options.root_option
+@options.plugin_option
+def export(dataset: str, folder: Path, form: str, root: str | None, plugins: tuple[str, ...]) -> None:
+    """Write a whole data set, references, labels and training clips included, as files.
+
+    DIR/manifest.json lists characters, cases and files, DIR/SHA256SUMS their check sums. Interrupted, the
+    same command goes on where it stopped; on a finished folder it checks every file and replaces what is
+    damaged.
+    """
+    del plugins, form
+    from tqdm import tqdm
+
+    from retarget_bench import publishing
+
+    spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
+    data = registry.create("datasets", spec)
+    with tqdm(unit="clip", leave=False, disable=None) as bar:
+        for done, total in publishing.export(data, str(spec), folder):
+            bar.total = total
+            bar.update(done - bar.n)
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    size = sum(path.stat().st_size for path in files) / 1e6
+    click.echo(f"{folder}: {len(files)} files, {size:.0f} MB. Check them with: sha256sum -c SHA256SUMS")

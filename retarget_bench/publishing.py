@@ -1,0 +1,255 @@
+"""A data set as plain files for other programs: motions, labels, a manifest and check sums."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench import __version__
+from retarget_bench.api import CaseInfo, Dataset, Prediction
+from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.files import slug, write_text
+from retarget_bench.motion import bvh
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.contact import runs
+from retarget_bench.motion.motion import Motion
+
+SCHEMA = 1
+MANIFEST, SUMS, JOURNAL = "manifest.json", "SHA256SUMS", "unfinished.txt"
+SCALE = 100.0
+CONVENTIONS = (
+    "BVH in centimetres, Y up, characters face +Z, left is +X; angles in degrees, channels in the order "
+    "that each file names. A file under characters/ stands in the reference pose (T-pose) that the "
+    "character's motions are relative to. Labels are stretches [first frame, frame after the last]. A case "
+    "asks for the motion of 'target' that does what 'source_file' does; 'reference_file' is the right "
+    "answer, and 'alternative_file' another that is as right. Check: sha256sum -c SHA256SUMS"
+)
+
+
+@dataclass
+class _Folder:
+    """The folder that is written, and what is in it already: path -> (check sum, bytes)."""
+
+    path: Path
+    head: str
+    done: dict[str, tuple[str, int]] = field(default_factory=dict)
+
+    @classmethod
+    def open(cls, path: Path, head: str) -> _Folder:
+        """A new folder, or one that holds (part of) the same export. Raises BenchError for any other."""
+        folder = cls(path, head)
+        if path.exists() and not path.is_dir():
+            raise BenchError(f"{path} is a file; name a folder")
+        if not path.exists() or not any(path.iterdir()):
+            folder._begin()
+        elif (path / JOURNAL).exists():
+            folder._take_up()
+        elif (path / MANIFEST).exists():
+            folder._look_through()
+        else:
+            raise BenchError(f"{path} is not empty and holds no export; name a new or empty folder")
+        return folder
+
+    def _take_up(self) -> None:
+        """What an interrupted export finished; a line that was cut off is ignored."""
+        head, *lines = (self.path / JOURNAL).read_text(encoding="utf-8").split("\n")
+        self._same(head)
+        for line in lines[:-1]:
+            total, size, name = line.split(" ", 2)
+            file = self.path / name
+            if file.is_file() and file.stat().st_size == int(size):
+                self.done[name] = (total, int(size))
+        self._begin()
+
+    def _begin(self) -> None:
+        """A journal of what is there, to be added to."""
+        lines = [f"{total} {size} {name}\n" for name, (total, size) in self.done.items()]
+        write_text(self.path / JOURNAL, f"{self.head}\n{''.join(lines)}")
+
+    def _look_through(self) -> None:
+        """Files of a finished export that are still what they were."""
+        try:
+            manifest = json.loads((self.path / MANIFEST).read_text(encoding="utf-8"))
+            self._same(str(manifest["export"]))
+            listed = dict(manifest["files"])
+        except (ValueError, KeyError, TypeError) as error:
+            raise BenchError(
+                f"{self.path / MANIFEST} is no manifest of an export; name a new folder"
+            ) from error
+        for name, known in listed.items():
+            file = self.path / name
+            if file.is_file() and checksum(file) == known["sha256"]:
+                self.done[name] = (known["sha256"], known["bytes"])
+        self._begin()
+
+    def _same(self, head: str) -> None:
+        if head != self.head:
+            raise BenchError(f"{self.path} holds another export ({head}); name a new folder")
+
+    def add(self, name: str, write: Callable[[Path], None]) -> None:
+        """Write a file that is not there yet, and note its check sum."""
+        if name in self.done:
+            return
+        file = self.path / name
+        write(file)
+        self.done[name] = (checksum(file), file.stat().st_size)
+        try:
+            with (self.path / JOURNAL).open("a", encoding="utf-8", newline="\n") as journal:
+                journal.write(f"{self.done[name][0]} {self.done[name][1]} {name}\n")
+        except OSError as error:
+            raise FileError(self.path / JOURNAL, f"cannot be written ({error.strerror})") from error
+
+    def finish(self, manifest: Mapping[str, Any]) -> None:
+        files = {
+            name: {"sha256": total, "bytes": size} for name, (total, size) in sorted(self.done.items())
+        }
+        whole = {"export": self.head, **manifest, "files": files}
+        write_text(self.path / MANIFEST, json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
+        sums = {name: known["sha256"] for name, known in files.items()}
+        sums[MANIFEST] = checksum(self.path / MANIFEST)
+        write_text(self.path / SUMS, "".join(f"{total}  {name}\n" for name, total in sums.items()))
+        (self.path / JOURNAL).unlink()
+
+
+def export(data: Dataset, name: str, folder: Path) -> Iterator[tuple[int, int]]:
+    """Write a data set to a folder; yields (done, of how many) after every case and training clip.
+
+    What an earlier, interrupted call wrote is kept. A data set may have ``parts()`` (name -> data set),
+    ``training()`` (structure -> character -> motions with ``names``) and ``labels(info)``; all are written.
+    Raises BenchError where the folder holds something else, NotSupported for motions without rotations.
+    """
+    target = _Folder.open(folder, f"retarget-bench export of {name}: {data.content}")
+    parts: Mapping[str, Dataset] = getattr(data, "parts", lambda: {"": data})()
+    listed = [
+        (part, each, info)
+        for part, each in parts.items()
+        for split in each.card.splits
+        for info in each.cases("retarget", split)
+    ]
+    training = [
+        (structure, character, clips, number)
+        for structure, mine in getattr(data, "training", dict)().items()
+        for character, clips in mine.items()
+        for number in range(len(clips))
+    ]
+    total = len(listed) + len(training)
+    characters = _characters(target, data)
+    cases = []
+    for count, (part, each, info) in enumerate(listed, 1):
+        cases.append(_case(target, each, part, info))
+        yield count, total
+    trained = []
+    for count, (structure, character, clips, number) in enumerate(training, len(listed) + 1):
+        trained.append(_training_clip(target, structure, character, clips, number))
+        yield count, total
+    target.finish(
+        {
+            "schema": SCHEMA,
+            "made_by": f"retarget-bench {__version__}",
+            "dataset": name,
+            "label": data.label,
+            "version": data.card.version,
+            "licence": data.card.licence,
+            "content": data.content,
+            "conventions": CONVENTIONS,
+            "notes": list(data.notes),
+            "characters": characters,
+            "cases": cases,
+            "training": trained,
+        }
+    )
+
+
+def _characters(target: _Folder, data: Dataset) -> list[dict[str, Any]]:
+    found = []
+    for name, body in data.characters().items():
+        file = f"characters/{slug(name)}.bvh"
+        target.add(file, lambda path, body=body: _write(path, _standing(body)))  # type: ignore[misc]
+        found.append(
+            {
+                "name": name,
+                "structure": body.structure,
+                "height": round(float(body.height), 6),
+                "file": file,
+            }
+        )
+    return found
+
+
+def _standing(body: Character) -> Motion:
+    root = np.array([[0.0, body.measures.hip_height, 0.0]])
+    return body.motion(body.reference_pose[None], root, fps=30.0)
+
+
+def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str, Any]:
+    """Write what a case needs and is not there; its row of the manifest."""
+    stem, clip = f"{slug(info.clip)}/{slug(info.target)}", slug(info.clip)
+    files = {
+        "source_file": f"motions/{clip}/{slug(info.source)}.bvh",
+        "reference_file": f"motions/{stem}.bvh",
+        "alternative_file": f"alternatives/{stem}.bvh",
+        "labels_file": f"labels/{stem}.json",
+    }
+    if not set(files.values()) <= set(target.done):
+        case = data.load(info)
+        motions = {
+            "source_file": case.source,
+            "reference_file": case.reference,
+            "alternative_file": case.alternative,
+        }
+        for key, motion in motions.items():
+            if motion is not None:
+                target.add(files[key], lambda path, motion=motion: _write(path, motion))  # type: ignore[misc]
+        if known := _labels(data, info, case.contacts):
+            text = json.dumps(known) + "\n"
+            target.add(files["labels_file"], lambda path: write_text(path, text))
+    present = {key: file for key, file in files.items() if file in target.done}
+    row = {**asdict(info), **present}
+    if hasattr(data, "unseen"):
+        row["not_in_training"] = sorted(data.unseen(info))
+    return {"part": part, **row} if part else row
+
+
+def _training_clip(
+    target: _Folder, structure: str, character: str, clips: Any, number: int
+) -> dict[str, Any]:
+    name = clips.names[number]
+    file = f"training/{slug(structure)}/{slug(character)}/{slug(name)}.bvh"
+    target.add(file, lambda path: _write(path, clips[number]))
+    return {"structure": structure, "character": character, "clip": name, "file": file}
+
+
+def _labels(data: Dataset, info: CaseInfo, contacts: Any) -> dict[str, Any]:
+    """Contacts, and whatever else the data set knows of every frame."""
+    found: dict[str, Any] = {}
+    if contacts is not None:
+        for name in ("planted", "pivoting"):
+            if (label := getattr(contacts, name)) is not None:
+                columns = zip(contacts.roles, np.asarray(label).T, strict=True)
+                found[name] = {role: runs(column).tolist() for role, column in columns}
+    if hasattr(data, "labels"):
+        known = data.labels(info)
+        starts = [0, *(np.flatnonzero(known.kind[1:] != known.kind[:-1]) + 1).tolist(), len(known.kind)]
+        found["kind"] = [[str(known.kind[first]), first, end] for first, end in pairwise(starts)]
+        found["phase"] = [round(float(value), 4) for value in known.phase]
+        found["touches"] = {name: runs(label).tolist() for name, label in known.touches.items()}
+    return found
+
+
+def _write(path: Path, motion: Prediction) -> None:
+    if not isinstance(motion, Motion):
+        raise NotSupported(f"{motion.character.name} is known by joint positions only; BVH needs rotations")
+    bvh.write(path, motion, scale=SCALE)
+
+
+def checksum(path: Path) -> str:
+    """SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,295 @@
+"""Who the puppets are: proportions, joint sets and rest poses, against publications and the engine."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import fields
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench.datasets.puppets import anatomy, rigs, structures
+from retarget_bench.datasets.puppets.abilities import able, reach_of
+from retarget_bench.datasets.puppets.anthropometry import ADULT, STATURE, correlation, drawn, human
+from retarget_bench.datasets.puppets.bodies import Body
+from retarget_bench.datasets.puppets.characters import BODIES, CAST
+from retarget_bench.datasets.puppets.performances import KINDS
+from retarget_bench.datasets.puppets.proportions import Proportions
+from retarget_bench.datasets.puppets.randomness import Stream
+from retarget_bench.datasets.puppets.solver import solve
+from retarget_bench.datasets.puppets.structures import BODY22, H36M17, STRUCTURES, Structure
+from retarget_bench.motion import rotation
+from retarget_bench.motion.alignment import reference_pose
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.roles import ESSENTIAL, find, in_order, is_quadruped
+from retarget_bench.motion.structures import S23, S28, reduce
+
+everybody = pytest.mark.parametrize("body", CAST, ids=lambda body: body.name)
+
+
+# --------------------------------------------------------------------------------------- proportions
+def test_mean_people_are_the_published_ones() -> None:
+    """Arms: de Leva (1996), table 4, millimetres at statures of 1.735 m (women) and 1.741 m (men). Legs:
+    heights of trochanterion and lateral femoral epicondyle in ANSUR II, shares of stature."""
+    woman, man = human("woman", 1.735), human("man", 1.741)
+    arms = [round(1000 * x, 1) for p in (woman, man) for x in (p.upper_arm, p.forearm)]
+    assert arms == [275.1, 264.3, 281.7, 268.9]
+    for sizes, stature, hip, knee in ((woman, 1.735, 0.519, 0.286), (man, 1.741, 0.5128, 0.2799)):
+        assert abs(sizes.leg / stature - hip) < 1e-9
+        assert abs((sizes.shank + sizes.ankle) / stature - knee) < 1e-9
+
+
+def crown(sizes: Proportions) -> float:
+    return float(BODY22.places(sizes)["head"][1] + sizes.head)
+
+
+@pytest.mark.parametrize("structure", STRUCTURES.values(), ids=lambda each: each.name)
+def test_people_are_as_tall_as_they_say(structure: Structure) -> None:
+    """From sole to crown, for any stature and age, in every structure; every length is positive."""
+    for sex, stature, age in (("woman", 1.5, ADULT), ("man", 2.0, ADULT), ("man", 1.2, 6)):
+        sizes = human(sex, stature, age)
+        assert all(getattr(sizes, each.name) > 0 for each in fields(sizes) if each.name != "hunch")
+        top = structure.places(sizes)["head"][1] + sizes.head
+        assert abs(top - stature) < 1e-9
+
+
+def test_children_are_no_small_adults() -> None:
+    """Larger heads, shorter legs and arms for their stature (Snyder et al. 1977, Fredriks et al. 2005)."""
+    for sex in ("woman", "man"):
+        child, grown = human(sex, 1.0, 6), human(sex, 1.0)
+        assert 1.2 < child.head / grown.head < 1.3
+        assert 0.95 < child.leg / grown.leg < 0.98
+        assert 0.92 < child.arm / grown.arm < 0.97
+        assert human(sex, 1.0, 12).leg > human(sex, 1.0, 8).leg
+
+
+def test_drawn_people_have_the_spreads_and_correlations_of_the_tables() -> None:
+    people = [drawn(f"somebody {k}", "woman") for k in range(1500)]
+    stature = np.array([crown(sizes) for sizes in people])
+    assert abs(stature.mean() - STATURE["woman"][0]) < 0.006
+    assert abs(stature.std() - STATURE["woman"][1]) < 0.006
+    parts = ("thigh", "shank", "upper_arm", "forearm", "hand", "ball", "shoulder_half", "hip_half")
+    shares = np.array([[getattr(sizes, part) for part in parts] for sizes in people]) / stature[:, None]
+    spread = shares.std(axis=0) / shares.mean(axis=0)
+    assert np.abs(spread - [0.032, 0.034, 0.035, 0.036, 0.040, 0.033, 0.041, 0.055]).max() < 0.003
+    assert np.abs(np.corrcoef(shares.T) - correlation()[:8, :8]).max() < 0.08
+    # who has long legs sits low: ANSUR II, sitting height and stature correlate by 0.78
+    sitting = stature - np.array([sizes.leg for sizes in people])
+    assert 0.6 < np.corrcoef(stature, sitting)[0, 1] < 0.9
+    assert drawn("ada", "woman") == drawn("ada", "woman") != drawn("eva", "woman")
+
+
+def test_masses_add_up_and_balance_on_the_middle() -> None:
+    body = BODIES["ada"]
+    still = np.tile(np.eye(3), (1, len(body.structure.parts), 1, 1))
+    places = body.place(still, body.offsets[:1])
+    centre = anatomy.centre_of_mass(body, places)[0]
+    # a standing woman's centre of mass lies at 53 to 60 % of her stature (de Leva 1996: 57 %)
+    assert 0.53 < centre[1] / 1.629 < 0.60
+    assert abs(centre[0]) < 1e-9
+    moved = anatomy.centre_of_mass(body, places + np.array([1.0, 2.0, 3.0]))[0]
+    np.testing.assert_allclose(moved - centre, [1.0, 2.0, 3.0])
+
+
+# ---------------------------------------------------------------------------------------------- cast
+def test_the_cast_is_large_enough_and_part_of_it_held_out() -> None:
+    count = Counter(body.structure.name for body in CAST)
+    assert len(BODIES) == len(CAST)
+    for structure, least in {"body22": 12, "body28": 12, "body23": 6, "h36m17": 6}.items():
+        assert count[structure] >= least
+        mine = [body for body in CAST if body.structure.name == structure]
+        held = sum(body.held_out for body in mine)
+        assert held == len(mine) if structure == "h36m17" else 0.25 <= held / len(mine) <= 0.5
+        assert {body.rest for body in mine} == set(rigs.RESTS)
+
+
+def test_the_page_about_the_bodies_says_who_there_is() -> None:
+    page = Path(structures.__file__).with_name("BODIES.md").read_text()
+    rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
+    told = {row[0]: row for row in rows if len(row) == 8 and row[0] in BODIES}
+    assert list(told) == list(BODIES)
+    for body in CAST:
+        _, structure, _, _, stature, legs, arms, held = told[body.name]
+        p = body.proportions
+        assert structure == body.structure.name
+        assert stature == f"{crown(p):.2f}"
+        assert legs == f"{100 * p.leg / crown(p):.0f}"
+        assert arms == f"{p.arm / p.leg:.2f}"
+        assert (held == "yes") == body.held_out
+
+
+def test_no_two_bodies_are_alike() -> None:
+    """Largest difference of any bone, shares of stature, after taking out size."""
+    shapes = {}
+    for body in CAST:
+        p = body.proportions
+        values = [p.thigh, p.shank, p.upper_arm, p.forearm, p.trunk, p.head, p.shoulder_half, p.hip_half]
+        shapes[body.name] = np.array(values) / crown(p)
+    for one, mine in shapes.items():
+        for other, theirs in shapes.items():
+            assert one == other or np.abs(mine - theirs).max() > 0.004, (one, other)
+
+
+def test_caricatures_are_odder_than_people() -> None:
+    """Each has a proportion that lies more than six standard deviations off any person's."""
+    usual = human("man", 1.0)
+    odd = (
+        "pip",
+        "twig",
+        "gnarl",
+        "moppet",
+        "gibbon",
+        "titan",
+        "grub",
+        "boulder",
+        "sumo",
+        "stork",
+        "bobble",
+    )
+    for name in odd:
+        sizes = BODIES[name].proportions
+        tall = crown(sizes)
+        off = [
+            abs(np.log(getattr(sizes, part) / tall / getattr(usual, part)))
+            for part in ("thigh", "shank", "upper_arm", "forearm", "shoulder_half", "head", "trunk")
+        ]
+        assert max(off) > 0.2, name
+
+
+# ---------------------------------------------------------------------------------------------- rigs
+@everybody
+def test_roles_are_whole_and_as_the_names_say(body: Body) -> None:
+    who = rigs.character(body)
+    assert set(ESSENTIAL) <= set(who.joint_of)
+    assert in_order(who.skeleton, who.roles)
+    assert not is_quadruped(who.skeleton, who.roles)
+    assert who.structure == body.structure.name
+    assert len(who.skeleton) == int(body.structure.name[-2:])
+    if body.structure is not H36M17:  # whose shoulders are arms to us and collar bones to a reader of names
+        assert who.roles == find(who.skeleton)
+
+
+@everybody
+def test_the_reference_pose_is_the_t_pose(body: Body) -> None:
+    """Every joint where the T-pose has it, however the rest pose is drawn."""
+    who = rigs.character(body)
+    still = who.motion(who.reference_pose[None], body.offsets[:1], 30.0)
+    places = body.structure.places(body.proportions)
+    for joint, part in enumerate(body.structure.parts[: body.structure.joints]):
+        np.testing.assert_allclose(still.positions[0, joint], places[part], atol=1e-9)
+
+
+@everybody
+def test_the_engine_finds_the_same_reference_pose(body: Body) -> None:
+    """Told from the rest pose alone; where bones lie along one axis it cannot be."""
+    who = rigs.character(body)
+    if body.rest == "along_x":
+        return
+    guessed = Character.of(body.name, who.skeleton, structure=who.structure, roles=who.roles)
+    np.testing.assert_allclose(reference_pose(who.skeleton, who.roles), guessed.reference_pose)
+    limbs = [
+        joint
+        for role, joint in who.joint_of.items()
+        if role.endswith(("arm", "hand", "leg", "hips")) or role.startswith("spine")
+    ]
+    apart = rotation.angle(guessed.reference_globals, who.reference_globals)[limbs]
+    assert np.degrees(apart).max() < 1.0
+    assert abs(guessed.height - who.height) < 1e-9
+    assert abs(guessed.measures.hip_height - who.measures.hip_height) < 0.01 * who.height
+
+
+@everybody
+def test_measures_are_those_of_the_proportions(body: Body) -> None:
+    p, sizes = body.proportions, rigs.character(body).measures
+    assert abs(sizes.leg_length - p.thigh - p.shank) < 1e-9
+    assert abs(sizes.arm_length - p.upper_arm - p.forearm) < 1e-9
+    assert abs(sizes.hip_width - 2 * p.hip_half) < 1e-9
+    assert abs(sizes.root_offset - p.leg - p.pelvis) < 1e-9
+    assert abs(sizes.hip_height - p.leg - p.pelvis) < 0.03 * crown(p)
+    assert 0.9 * crown(p) < sizes.h4 < 1.02 * crown(p)
+
+
+@pytest.mark.parametrize("name", [body.name for body in CAST if body.rest == "along_x"])
+def test_the_engine_finds_limbs_along_one_axis_from_a_sample(name: str) -> None:
+    """Of bones along X the rest pose tells nothing; a few seconds of motion do. The slope of the spine is
+    each rig's own affair."""
+    body = BODIES[name]
+    who = rigs.character(body)
+    solutions = [
+        solve(KINDS[kind](Stream("sample", kind), 150), body) for kind in ("walk", "wave", "squat")
+    ]
+    sample = np.concatenate([rigs.rotations(each, body, who) for each in solutions])
+    told = Character.of(name, who.skeleton, roles=who.roles, sample=sample)
+    apart = np.degrees(rotation.angle(told.reference_globals, who.reference_globals))
+    limbs = [
+        j for role, j in who.joint_of.items() if not role.startswith(("spine", "neck", "head", "hips"))
+    ]
+    assert apart[limbs].max() < 3.0
+    assert apart.max() < 20.0
+    assert abs(told.measures.hip_height - who.measures.hip_height) < 0.005
+
+
+def test_joints_that_never_turn_have_no_rotation() -> None:
+    for name in ("clara", "leo", "quinn", "rosa"):
+        body = BODIES[name]
+        who = rigs.character(body)
+        local = rigs.rotations(solve(KINDS["squat"](Stream("still"), 60), body), body, who)
+        silent = [body.part[part] for part in body.structure.silent]
+        np.testing.assert_allclose(np.abs(local[:, silent, 0]), 1.0, atol=1e-9)
+
+
+def test_rest_poses_differ() -> None:
+    def bones(name: str) -> dict[str, np.ndarray]:
+        skeleton = rigs.character(BODIES[name]).skeleton
+        lengths = np.maximum(skeleton.bone_lengths, 1e-9)
+        return dict(zip(skeleton.names, skeleton.offsets / lengths[:, None], strict=True))
+
+    np.testing.assert_allclose(bones("ada")["LeftForeArm"], [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(bones("dora")["LeftForeArm"], [0.5**0.5, -(0.5**0.5), 0], atol=1e-12)
+    assert bones("gus")["LeftForeArm"][1] < -0.98
+    np.testing.assert_allclose(bones("boris")["LeftLeg"], [1, 0, 0], atol=1e-12)
+    np.testing.assert_allclose(bones("emil")["LeftLeg"], [0, 0, -1], atol=1e-12)
+    np.testing.assert_allclose(bones("karl")["l_elbow"], [1, 0, 0], atol=1e-12)
+
+
+def test_structures_are_those_of_the_papers() -> None:
+    """Names and parents that the engine's own reductions ask for; nothing is left out by them."""
+    for name, structure, wanted in (("quinn", "S23", S23), ("clara", "S28", S28)):
+        who = rigs.character(BODIES[name])
+        assert set(who.skeleton.names) == set(wanted)
+        assert len(reduce(who, structure).joints) == len(who.skeleton)
+        assert reduce(who, "body22").character.joint_of.keys() >= set(ESSENTIAL)
+    pelvis = rigs.character(BODIES["quinn"]).skeleton
+    assert pelvis.parents[pelvis.index("LeftUpLeg")] == pelvis.index("Pelvis")
+    assert pelvis.names[0] == "Hips"
+
+
+def test_contacts_are_of_joints_that_there_are() -> None:
+    assert rigs.contact_roles(BODIES["hugo"]) == ("left_foot", "right_foot")
+    assert len(rigs.contact_roles(BODIES["ada"])) == 4
+
+
+# --------------------------------------------------------------------------------------------- reach
+OWN = ("left_hip", "left_knee", "left_toe", "left_head", "left_brow")
+OTHER = ("right_palm", "right_upper_arm", "right_elbow", "right_shoulder", "right_chest", "right_ribs")
+
+
+@pytest.mark.parametrize("name", ["ada", "emil", "gus", "kira", "leo", "quinn", "hugo"])
+def test_people_reach_everywhere(name: str) -> None:
+    assert [place for place in OWN + OTHER if not able(BODIES[name], place, "left")] == []
+
+
+@pytest.mark.parametrize(
+    ("place", "far"), [("head", {"gibbon"}), ("brow", {"gibbon", "boulder", "titan"}), ("hip", set())]
+)
+def test_who_does_not_is_on_the_page(place: str, far: set[str]) -> None:
+    assert {body.name for body in CAST if not able(body, f"left_{place}", "left")} == far
+
+
+def test_some_caricatures_do_not() -> None:
+    """Forearms so long that the hand cannot come near the head; both sides agree."""
+    gibbon = BODIES["gibbon"]
+    assert reach_of(gibbon, "left_brow", "left") > 0.03
+    assert abs(reach_of(gibbon, "left_brow", "left") - reach_of(gibbon, "right_brow", "right")) < 1e-6
+    assert able(gibbon, "left_knee", "left")

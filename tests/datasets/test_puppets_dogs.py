@@ -1,0 +1,258 @@
+"""What dogs' motions promise, measured on every dog in every kind, as the engine plays them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+
+from retarget_bench.datasets.puppets import rigs
+from retarget_bench.datasets.puppets.bodies import Body
+from retarget_bench.datasets.puppets.performances import KINDS as PEOPLE
+from retarget_bench.datasets.puppets.quadruped.dogs import DOG21, DOGS, PAWS, dog
+from retarget_bench.datasets.puppets.quadruped.kinds import KINDS
+from retarget_bench.datasets.puppets.quadruped.matching import PARTNERS, follow, speeds
+from retarget_bench.datasets.puppets.quadruped.paws import sizes_of
+from retarget_bench.datasets.puppets.quadruped.score import DogScore
+from retarget_bench.datasets.puppets.quadruped.solver import SECOND, solve
+from retarget_bench.datasets.puppets.randomness import Stream
+from retarget_bench.datasets.puppets.solver import Solution
+from retarget_bench.motion import rotation
+from retarget_bench.motion.alignment import relative
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.roles import find, is_quadruped
+
+FRAMES = 110
+GAITS = ("dog_walk", "trot", "gallop")
+
+
+@dataclass(frozen=True, eq=False)
+class Take:
+    """One clip by one dog."""
+
+    name: str
+    body: Body
+    score: DogScore
+    solution: Solution
+    motion: Motion
+
+    def at(self, part: str) -> np.ndarray:
+        """``(frames, 3)`` metres."""
+        return self.motion.positions[:, self.body.part[part]]
+
+    @property
+    def paws(self) -> np.ndarray:
+        """``(frames, 4, 3)`` the joints over the paws."""
+        return self.motion.positions[:, [self.body.part[role] for role in PAWS]]
+
+    @property
+    def tips(self) -> np.ndarray:
+        """``(frames, 4, 3)`` the tips of the paws."""
+        found = [self.tip(role) for role in PAWS]
+        return np.stack(found, axis=1)
+
+    def tip(self, part: str) -> np.ndarray:
+        turned = relative(self.motion)[:, self.body.part[part]]
+        return self.at(part) + rotation.rotate(turned, self.body.tips[part])
+
+    @property
+    def leg(self) -> float:
+        return sizes_of(self.body).leg
+
+
+@pytest.fixture(scope="module")
+def pack() -> dict[str, Character]:
+    return {body.name: rigs.character(body) for body in DOGS}
+
+
+@pytest.fixture(scope="module", params=KINDS)
+def takes(request: pytest.FixtureRequest, pack: dict[str, Character]) -> list[Take]:
+    kind, found = request.param, []
+    for number, body in enumerate(DOGS):
+        name = f"{kind}-{number % 3}"
+        score = KINDS[kind](Stream("dogs", "quality", name), FRAMES)
+        solution, who = solve(score, body), pack[body.name]
+        motion = rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
+        found.append(Take(f"{body.name}/{name}", body, score, solution, motion))
+    return found
+
+
+def test_planted_paws_rest(takes: list[Take]) -> None:
+    for take in takes:
+        steps = np.linalg.norm(np.diff(take.paws, axis=0), axis=-1)
+        assert steps[take.solution.planted[1:]].max(initial=0.0) < 1e-3, take.name
+
+
+def test_pivoting_paws_turn_about_their_tip(takes: list[Take]) -> None:
+    for take in takes:
+        assert take.solution.pivoting is not None
+        assert not (take.solution.planted & take.solution.pivoting).any()
+        steps = np.linalg.norm(np.diff(take.tips, axis=0), axis=-1)
+        down = take.solution.planted | take.solution.pivoting
+        assert steps[down[1:]].max(initial=0.0) < 1e-3, take.name
+        assert np.abs(take.tips[..., 1][down]).max(initial=0.0) < 1e-3, take.name
+
+
+def test_labels_miss_no_contact(takes: list[Take]) -> None:
+    for take in takes:
+        still = np.linalg.norm(np.diff(take.paws, axis=0), axis=-1) < 1e-6
+        assert (still & ~take.solution.planted[1:]).mean() < 0.01, take.name
+
+
+def test_nothing_goes_through_the_floor(takes: list[Take]) -> None:
+    for take in takes:
+        tips = [take.tip(part)[:, 1].min() for part in take.body.tips]
+        assert min(take.motion.positions[..., 1].min(), *tips) > -0.005, take.name
+
+
+def test_somebody_stands_but_in_a_flight(takes: list[Take]) -> None:
+    """And standing dogs stand on four legs."""
+    for take in takes:
+        assert take.solution.pivoting is not None
+        down = (take.solution.planted | take.solution.pivoting).sum(axis=-1)[1:-1]
+        least = {
+            "gallop": 0,
+            "trot": 0,
+            "dog_stand": 4,
+            "dog_turn": 2,
+            "dog_walk": 2,
+            "dog_lie": 2,
+            "dog_sit": 2,
+        }.get(take.score.kind, 3)
+        assert down.min() >= least, take.name
+        assert (down > 0).mean() > (0.45 if take.score.kind == "gallop" else 0.8), take.name
+
+
+@pytest.mark.parametrize("end", ["hind", "fore"])
+def test_stifles_bend_forward_and_elbows_back(takes: list[Take], end: str) -> None:
+    top, middle, last = ("up_leg", "leg", "foot") if end == "hind" else ("arm", "forearm", "hand")
+    for take in takes:
+        turned = relative(take.motion)
+        for side in ("left", "right"):
+            upper = take.at(f"{side}_{middle}") - take.at(f"{side}_{top}")
+            lower = take.at(f"{side}_{last}") - take.at(f"{side}_{middle}")
+            across = np.cross(upper, lower)
+            angle = np.degrees(np.arctan2(np.linalg.norm(across, axis=-1), (upper * lower).sum(axis=-1)))
+            assert angle.min() > 8, (take.name, side)
+            assert angle.max() < 158, (take.name, side)
+            hinge = rotation.rotate(turned[:, take.body.part[f"{side}_{top}"]], np.array([1.0, 0.0, 0.0]))
+            turn = (across * hinge).sum(axis=-1)
+            assert (turn > 0).all() if end == "hind" else (turn < 0).all(), (take.name, side)
+
+
+def test_joints_stay_within_limits(takes: list[Take]) -> None:
+    for take in takes:
+        turned = relative(take.motion)
+
+        def apart(a: str, b: str, turned: np.ndarray = turned, body: Body = take.body) -> float:
+            joints = turned[:, body.part[a]], turned[:, body.part[b]]
+            return float(np.degrees(rotation.angle(*joints)).max())
+
+        assert apart("hips", "spine_2") < 60, take.name
+        assert apart("spine_2", "neck") < 75, take.name
+        assert apart("neck", "head") < 60, take.name
+        for side in ("left", "right"):
+            assert apart("spine_2", f"{side}_shoulder") < 42, take.name
+            assert apart("hips", f"{side}_up_leg") < 130, take.name
+
+
+def test_nothing_jumps(takes: list[Take]) -> None:
+    """Accelerations stay under 12 g for a dog of 0.65 m, paws in a gallop under 30; and joints turn as
+    fast as those of recorded dogs, whose fore legs turn 55 degrees a frame in a trot, 65 in a gallop."""
+    for take in takes:
+        places = take.motion.positions / take.leg * 0.5
+        force = np.linalg.norm(np.diff(places, 2, axis=0), axis=-1) * 30.0**2 / 9.81
+        trunk = [take.body.part[part] for part in ("hips", "spine_1", "spine_2", "neck", "head")]
+        fast = take.score.kind in ("trot", "gallop")
+        assert force[:, trunk].max() < (8.0 if fast else 3.0), take.name
+        assert force.max() < (30.0 if fast else 12.0), (
+            take.name,
+            np.unravel_index(force.argmax(), force.shape),
+        )
+        local = take.motion.rotations
+        most = {"dog_walk": 45.0, "trot": 60.0, "gallop": 85.0}.get(take.score.kind, 40.0)
+        assert np.degrees(rotation.angle(local[:-1], local[1:])).max() < most, take.name
+
+
+def test_bones_keep_their_lengths_and_numbers_are_sound(takes: list[Take]) -> None:
+    for take in takes:
+        skeleton, places = take.motion.skeleton, take.motion.positions
+        assert np.isfinite(places).all()
+        bones = np.linalg.norm(places[:, 1:] - places[:, skeleton.parents[1:]], axis=-1)
+        np.testing.assert_allclose(bones - skeleton.bone_lengths[1:], 0.0, atol=1e-9)
+
+
+def test_everything_moves_a_little(takes: list[Take]) -> None:
+    for take in takes:
+        for part in ("spine_2", "head", "tail_2"):
+            turned = relative(take.motion)[:, take.body.part[part]]
+            assert np.degrees(rotation.angle(turned[:-15], turned[15:])).min() > 0.01, (take.name, part)
+
+
+def test_gaits_go_as_fast_as_they_say(takes: list[Take]) -> None:
+    """The middle of the trunk covers the ground at the score's leg lengths a second."""
+    for take in takes:
+        if take.score.kind in GAITS:
+            middle = 0.5 * (take.at("left_up_leg") + take.at("left_arm"))[:, [0, 2]]
+            way = np.linalg.norm(np.diff(middle[::10], axis=0), axis=-1).sum() / take.leg
+            seconds = (len(middle[::10]) - 1) * 10 / 30.0
+            assert way / seconds == pytest.approx(take.score.parameters["speed"], rel=0.12), take.name
+
+
+def test_second_answers_keep_every_paw(takes: list[Take]) -> None:
+    for take in takes:
+        other = solve(take.score, take.body, SECOND)
+        places = take.body.place(other.turned, other.root)
+        joints = [take.body.part[role] for role in PAWS]
+        apart = np.linalg.norm(places[:, joints] - take.paws, axis=-1)
+        assert apart[take.solution.planted].max() < 1e-3, take.name
+        moved = np.linalg.norm(places - take.motion.positions, axis=-1).mean()
+        assert 0.002 * take.leg < moved < 0.2 * take.leg, take.name
+
+
+def test_the_engine_knows_dogs_for_what_they_are(pack: dict[str, Character]) -> None:
+    """Roles as the engine would find them from the names alone; every rig stands alike."""
+    for body in DOGS:
+        who = pack[body.name]
+        assert find(who.skeleton) == who.roles == DOG21.roles
+        assert is_quadruped(who.skeleton, who.roles)
+        assert who.measures.leg_length == pytest.approx(body.proportions.thigh + body.proportions.shank)
+    assert len({body.rest for body in DOGS}) >= 3
+
+
+def test_dogs_differ_in_build() -> None:
+    """Copying angles cannot be right: legs against back differ by more than a factor of two."""
+    ratios = [sizes_of(body).leg / sizes_of(body).trunk for body in DOGS]
+    assert max(ratios) / min(ratios) > 2.0
+    assert dog(0.6).leg / 0.6 == pytest.approx(dog(0.3).leg / 0.3)
+
+
+@pytest.mark.parametrize("kind", ["walk", "arc", "jog", "run", "turn"])
+def test_dogs_follow_people(kind: str) -> None:
+    """At their speed in leg lengths, with their heading, paws at rest on the floor."""
+    found = 0
+    for number in range(8):
+        leader = PEOPLE[kind](Stream("dogs", "leader", kind, number), 120)
+        score = follow(Stream("dogs", "follower", kind, number), leader)
+        if score is None:
+            continue
+        found += 1
+        assert score.kind in PARTNERS[kind]
+        body = DOGS[number % len(DOGS)]
+        solution = solve(score, body)
+        places = body.place(solution.turned, solution.root)
+        steps = np.linalg.norm(np.diff(places[:, [body.part[role] for role in PAWS]], axis=0), axis=-1)
+        assert steps[solution.planted[1:]].max() < 1e-3
+        rear, front = (
+            0.5 * (places[:, body.part[f"left_{part}"]] + places[:, body.part[f"right_{part}"]])
+            for part in ("up_leg", "arm")
+        )
+        line = front - rear
+        off = np.arctan2(line[:, 0], line[:, 2]) - leader.heading
+        assert np.degrees(np.abs(np.arctan2(np.sin(off), np.cos(off)))).max() < 12
+        middle = 0.5 * (rear + front)[:, [0, 2]] / sizes_of(body).leg
+        gone = np.linalg.norm(np.diff(middle[::15], axis=0), axis=-1).sum() / (len(middle[::15]) - 1) * 2.0
+        assert gone == pytest.approx(float(np.abs(speeds(leader).mean())), abs=0.12, rel=0.05)
+    assert found > 0

@@ -1,0 +1,199 @@
+"""The puppets' cache and files: kept whole, rebuilt when damaged, exported with check sums."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import multiprocessing
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import publishing
+from retarget_bench.datasets.puppets import plugin as Puppets
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import bvh
+
+
+# --------------------------------------------------------------------------------------------- cache
+def cached(cache: Path) -> list[Path]:
+    return sorted(cache.rglob("*.npz"))
+
+
+def test_solved_clips_are_kept_and_read_back(cache: Path) -> None:
+    info = Puppets().cases("retarget", "cross")[0]
+    first = Puppets().load(info).reference
+    files = cached(cache)
+    assert len(files) == 3  # source, reference, second answer
+    stamps = [file.stat().st_mtime_ns for file in files]
+    second = Puppets().load(info).reference
+    assert [file.stat().st_mtime_ns for file in files] == stamps
+    assert np.array_equal(first.rotations, second.rotations)
+    assert np.array_equal(first.root, second.root)
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip", "empty", "other"])
+def test_a_damaged_cache_is_noticed_and_rebuilt(cache: Path, damage: str) -> None:
+    info = Puppets().cases("retarget", "cross")[0]
+    good = Puppets().load(info).reference
+    (file,) = [path for path in cached(cache) if path.name == f"{info.target}-usual.npz"]
+    whole = file.read_bytes()
+    if damage == "flip":
+        place = len(whole) // 2
+        file.write_bytes(whole[:place] + bytes([whole[place] ^ 0xFF]) + whole[place + 1 :])
+    elif damage == "other":
+        np.savez(file, something=np.zeros(3))
+    else:
+        file.write_bytes(whole[: len(whole) // 3] if damage == "cut" else b"")
+    assert np.array_equal(Puppets().load(info).reference.rotations, good.rotations)
+    assert np.array_equal(Puppets().load(info).reference.root, good.root)
+    with np.load(file) as archive:
+        assert "rotations" in archive
+
+
+def test_a_cache_that_cannot_be_written_costs_nothing_but_time(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "file").write_text("not a folder")
+    monkeypatch.setenv("RETARGET_BENCH_CACHE", str(tmp_path / "file"))
+    data = Puppets()
+    assert data.load(data.cases("retarget", "self")[0]).reference.frames > 0
+
+
+def _load_some(start: int) -> float:
+    data = Puppets()
+    infos = data.cases("retarget", "cross")[:12]
+    return float(sum(data.load(infos[(start + k) % 12]).reference.rotations.sum() for k in range(12)))
+
+
+def test_several_processes_build_at_once(cache: Path) -> None:
+    with multiprocessing.get_context("spawn").Pool(3) as pool:
+        totals = pool.map(_load_some, [0, 4, 8])
+    np.testing.assert_allclose(totals, totals[0])
+    infos = Puppets().cases("retarget", "cross")[:12]
+    performed = {(i.clip, name, "usual") for i in infos for name in (i.source, i.target)}
+    performed |= {(i.clip, i.target, "second") for i in infos}
+    assert len(cached(cache)) == len(performed)
+    assert not [path for path in cache.rglob(".*") if path.is_file()]
+
+
+def test_building_the_data_set_reads_and_makes_nothing(cache: Path) -> None:
+    code = (
+        "from retarget_bench.datasets.puppets import plugin; import sys;"
+        "d = plugin(); d.cases('retarget', 'intra'); d.notes;"
+        "assert not {'torch', 'scipy', 'pandas', 'matplotlib'} & set(sys.modules)"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True, env={**os.environ, "PYTHONPATH": "."})
+    assert cached(cache) == []
+
+
+# --------------------------------------------------------------------------------------------- files
+def test_written_files_say_the_same(tmp_path: Path) -> None:
+    data = Puppets()
+    for number, info in enumerate(data.cases("retarget", "self")[::5]):
+        motion = data.load(info).reference
+        path = tmp_path / f"{number}.bvh"
+        bvh.write(path, motion, scale=100.0)
+        back = bvh.read(path, scale=0.01)
+        assert back.skeleton.same_as(motion.skeleton)
+        assert abs(back.fps - 30.0) < 1e-3
+        again = motion.character.motion(back.rotations, back.root, back.fps)
+        np.testing.assert_allclose(again.positions, motion.positions, rtol=0, atol=1e-6)
+
+
+# -------------------------------------------------------------------------------------------- export
+class Few(Puppets):
+    """The corpus with a few cases and training clips."""
+
+    def cases(self, task, split):
+        return super().cases(task, split)[:2]
+
+    def parts(self):
+        return {"test": self, "validation": Few(part="validation")}
+
+    def training(self):
+        return {"body22": {name: own[:2] for name, own in list(super().training()["body22"].items())[:2]}}
+
+
+def exported(folder: Path, stop: int = 10**6) -> None:
+    for done, total in publishing.export(Few(), "puppets", folder):
+        assert 0 < done <= total == 16
+        if done == stop:
+            return
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+def test_an_export_holds_what_the_corpus_holds(tmp_path: Path) -> None:
+    exported(tmp_path / "out")
+    found = contents(tmp_path / "out")
+    manifest = json.loads(found["manifest.json"])
+    assert {row["part"] for row in manifest["cases"]} == {"test", "validation"}
+    assert len(manifest["cases"]) == 12
+    data = Few()
+    for row, info in zip(
+        manifest["cases"],
+        [i for s in ("self", "intra", "cross") for i in data.cases("retarget", s)],
+        strict=False,
+    ):
+        case = data.load(info)
+        for key in ("source", "reference", "alternative"):
+            back = bvh.read(tmp_path / "out" / row[f"{key}_file"], scale=0.01)
+            motion = getattr(case, key)
+            again = motion.character.motion(back.rotations, back.root, back.fps)
+            np.testing.assert_allclose(again.positions, motion.positions, rtol=0, atol=1e-6)
+        labels = json.loads(found[row["labels_file"]])
+        for column, role in enumerate(case.contacts.roles):
+            planted = np.zeros(info.frames, dtype=bool)
+            for first, end in labels["planted"][role]:
+                planted[first:end] = True
+            assert np.array_equal(planted, case.contacts.planted[:, column])
+        assert labels["kind"][0][1] == 0
+        assert labels["kind"][-1][2] == info.frames == len(labels["phase"])
+    assert len(manifest["training"]) == 4
+    assert {row["file"] for row in manifest["training"]} <= set(found)
+    sums = dict(line.split("  ")[::-1] for line in found["SHA256SUMS"].decode().splitlines())
+    assert set(sums) == set(found) - {"SHA256SUMS"}
+    assert all(hashlib.sha256(found[name]).hexdigest() == total for name, total in sums.items())
+    assert {name: known["sha256"] for name, known in manifest["files"].items()} == {
+        name: total for name, total in sums.items() if name != "manifest.json"
+    }
+
+
+def test_an_interrupted_export_goes_on_and_a_damaged_one_is_repaired(tmp_path: Path) -> None:
+    exported(tmp_path / "whole")
+    exported(tmp_path / "again", stop=5)
+    begun = {p: p.stat().st_mtime_ns for p in (tmp_path / "again").rglob("*.bvh")}
+    assert not (tmp_path / "again" / "manifest.json").exists()
+    with (tmp_path / "again" / publishing.JOURNAL).open("a") as journal:
+        journal.write("a line that was cut")
+    exported(tmp_path / "again", stop=9)
+    exported(tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(tmp_path / "whole")
+    assert all(path.stat().st_mtime_ns == stamp for path, stamp in begun.items())
+    victim = next(iter(begun))
+    victim.write_bytes(victim.read_bytes()[:100])
+    exported(tmp_path / "again")
+    assert contents(tmp_path / "again") == contents(tmp_path / "whole")
+
+
+def test_an_export_touches_no_other_folder(tmp_path: Path) -> None:
+    (tmp_path / "mine").mkdir()
+    (tmp_path / "mine" / "letter.txt").write_text("dear")
+    with pytest.raises(BenchError, match="not empty"):
+        exported(tmp_path / "mine")
+    assert contents(tmp_path / "mine") == {"letter.txt": b"dear"}
+    exported(tmp_path / "one")
+    with pytest.raises(BenchError, match="another export"):
+        next(publishing.export(Few(seed=3), "puppets[seed=3]", tmp_path / "one"))
+    (tmp_path / "one" / "manifest.json").write_text("{}")
+    with pytest.raises(BenchError, match="no manifest"):
+        exported(tmp_path / "one")
+    with pytest.raises(BenchError, match="is a file"):
+        exported(tmp_path / "mine" / "letter.txt")

@@ -1,0 +1,157 @@
+"""The puppets' lists: sizes, parts, splits, casting, training, and who is left out of what."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import replace
+
+import pytest
+
+from retarget_bench.api import SPLITS, CaseInfo
+from retarget_bench.datasets.puppets import exclusions, held_out, parts
+from retarget_bench.datasets.puppets import plugin as Puppets
+from retarget_bench.datasets.puppets.clips import clips
+from retarget_bench.datasets.puppets.families import families
+from retarget_bench.datasets.puppets.reach import TOUCHES, out_of_reach
+
+ALL = tuple(name for family in families() for name in family.bodies)
+
+
+def every(data: Puppets) -> list[CaseInfo]:
+    return [info for split in SPLITS for info in data.cases("retarget", split)]
+
+
+CORPORA = [
+    ("tiny", "test", 150),
+    ("default", "test", 2000),
+    ("tiny", "validation", 150),
+    ("default", "validation", 300),
+]
+
+
+@pytest.mark.parametrize(("size", "part", "most"), CORPORA)
+def test_cases_are_fixed_balanced_and_in_the_right_split(size: str, part: str, most: int) -> None:
+    data, again = Puppets(size=size, part=part), Puppets(size=size, part=part)
+    cast = data.characters()
+    infos = every(data)
+    assert [info.id for info in infos] == [info.id for info in every(again)]
+    assert 0.6 * most < len(infos) <= most
+    assert len({info.id for info in infos}) == len(infos)
+    for info in infos:
+        alike = cast[info.source].structure == cast[info.target].structure
+        expected = "self" if info.source == info.target else "intra" if alike else "cross"
+        assert (info.split, info.task) == (expected, "retarget")
+        assert info.id == f"puppets/{info.source}>{info.target}/{info.clip}"
+
+
+@pytest.mark.parametrize(("size", "part", "most"), CORPORA)
+def test_every_character_and_kind_is_in_every_split(size: str, part: str, most: int) -> None:
+    """As source and as target, about equally often within a family; dogs are one structure: no cross."""
+    del most
+    data = Puppets(size=size, part=part)
+    for family in families():
+        names, kinds = parts.bodies(family, part), parts.kinds(family, part)
+        structures = {family.bodies[name].structure.name for name in names}
+        for split in SPLITS:
+            mine = [info for info in data.cases("retarget", split) if info.kind in kinds]
+            if split == "cross" and len(structures) == 1:
+                assert not mine
+                continue
+            assert {info.kind for info in mine} == set(kinds)
+            for side in ("source", "target"):
+                count = Counter(getattr(info, side) for info in mine)
+                assert set(count) == set(names)
+                assert max(count.values()) <= 2 + 1.6 * min(count.values())
+
+
+def test_sizes_are_what_they_say() -> None:
+    tiny, default = ({i.clip: i.frames for i in every(Puppets(size=s))} for s in ("tiny", "default"))
+    assert 60 <= min(tiny.values()) < max(tiny.values()) <= 120
+    assert len(default) == 106
+    lengths = sorted(default.values())
+    assert sum(frames == 1800 for frames in lengths) >= 8
+    assert 90 <= lengths[0] < max(f for f in lengths if f < 1800) <= 240
+    large = Puppets(size="large")
+    assert every(large) == every(Puppets(size="default"))
+    hours = sum(c.frames for mine in large.training().values() for c in mine.values()) / 30 / 3600
+    assert hours > 20
+
+
+def test_a_name_stands_for_one_clip() -> None:
+    """Between sizes and parts no name is used twice, save that large is tested on what default is."""
+    names: list[str] = []
+    for size in ("tiny", "default", "large"):
+        data = Puppets(size=size)
+        for part in data.parts().values():
+            names += sorted({info.clip for info in every(part)}) if size != "large" else []
+        names += [name for mine in data.training().values() for c in mine.values() for name in c.names]
+    assert len(set(names)) == len(names)
+
+
+def test_training_is_unpaired_and_without_what_is_held_out() -> None:
+    data = Puppets(size="default")
+    seen = data.training_manifest()
+    names: list[str] = []
+    for structure, mine in data.training().items():
+        assert structure not in held_out.STRUCTURES
+        assert structure in seen["structures"]
+        for name, own in mine.items():
+            assert name in seen["characters"]
+            assert data.characters()[name].structure == structure
+            assert len(own) == len(own.names) > 20
+            names += own.names
+    kinds = {name.split("-")[0] for name in names}
+    assert kinds == set(seen["kinds"])
+    assert not kinds & set(held_out.KINDS)
+    assert len(set(names)) == len(names)
+    one = next(iter(data.training()["body22"].values()))
+    assert one[0].frames == one[:1].frames
+    assert one[0].character.name == one.character
+
+
+def test_what_is_unseen_is_marked() -> None:
+    data = Puppets(size="default")
+    seen = data.training_manifest()
+    marks = Counter()
+    for split in SPLITS:
+        for info in data.cases("retarget", split):
+            new = data.unseen(info)
+            assert ("source" in new) == (info.source not in seen["characters"])
+            assert ("target" in new) == (info.target not in seen["characters"])
+            assert ("kind" in new) == (info.kind not in seen["kinds"])
+            marks[split, "target" in new or "source" in new, "kind" in new] += 1
+    validation = Puppets(size="default", part="validation")
+    assert not any(validation.unseen(info) for info in every(validation))
+    # each of the four combinations, in every split
+    assert len(marks) == 12
+    assert min(marks.values()) >= 10
+
+
+def test_bodies_are_left_out_of_what_they_cannot_reach() -> None:
+    """What is published is what solving finds, to the millimetre it is written with."""
+    data = Puppets()
+    left_out = data.exclusions()
+    listed = {info.clip for info in every(data)}
+    for number, clip in enumerate(clips("tiny", 0)):
+        assert clip.name in listed
+        known = left_out.get(clip.name, {})
+        tried = tuple({*known, *parts.bodies(clip.family, "test")[number % 6 :: 6]})
+        short = exclusions.found(clip, tried)
+        assert set(short) == set(known) & set(tried), clip.name
+        for name, gap in short.items():
+            assert gap > TOUCHES
+            assert abs(gap - known[name]) < 1e-3
+    for info in every(data):
+        assert not {info.source, info.target} & set(left_out.get(info.clip, {}))
+    assert left_out == {} or "Left out" in data.notes[1]
+
+
+def test_another_seed_finds_its_own_exclusions() -> None:
+    """They are solved for when they are asked for, with the same outcome as for the published corpus."""
+    clip = next(clip for clip in clips("tiny", 0) if exclusions.unable(clip, ALL))
+    other = replace(clip, seed=5)
+    short = exclusions.unable(other, tuple(clip.family.bodies))
+    for name in list(clip.family.bodies)[::9]:
+        body, score = clip.family.bodies[name], other.score()
+        gaps = out_of_reach(score, body, clip.family.solve(score, body))
+        assert (name in short) == bool(gaps)

@@ -1,0 +1,175 @@
+"""The puppets' skins: closed, outward, on the bones, and the same everywhere."""
+
+from __future__ import annotations
+
+import hashlib
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench.datasets.puppets import meshes, rigs
+from retarget_bench.datasets.puppets.bodies import Body
+from retarget_bench.datasets.puppets.characters import BODIES, CAST
+from retarget_bench.datasets.puppets.score import SIDES
+from retarget_bench.datasets.puppets.surface import surface
+from retarget_bench.motion import rotation
+from retarget_bench.motion.mesh import Mesh
+
+
+@pytest.fixture(params=CAST, ids=lambda body: body.name)
+def skinned(request: pytest.FixtureRequest) -> tuple[Body, Mesh]:
+    mesh = rigs.character(request.param).mesh
+    assert mesh is not None
+    return request.param, mesh
+
+
+def edges(mesh: Mesh) -> np.ndarray:
+    """Of every triangle, as it goes round."""
+    return np.concatenate([mesh.faces[:, [0, 1]], mesh.faces[:, [1, 2]], mesh.faces[:, [2, 0]]])
+
+
+def volume(vertices: np.ndarray, faces: np.ndarray) -> float:
+    a, b, c = (vertices[faces[:, k]] for k in range(3))
+    return float((a * np.cross(b, c)).sum() / 6.0)
+
+
+def test_the_skin_is_one_closed_surface_facing_outward(skinned: tuple[Body, Mesh]) -> None:
+    mesh = skinned[1]
+    directed = edges(mesh)
+    # each edge once in either direction: two faces meet in it, and they agree on what is outside
+    assert len(np.unique(directed, axis=0)) == len(directed)
+    assert {tuple(edge) for edge in directed.tolist()} == {(b, a) for a, b in directed.tolist()}
+    assert len(mesh.vertices) - len(directed) // 2 + len(mesh.faces) == 2
+    # a litre of body weighs about a kilogram: body mass indices from very thin to very heavy
+    assert 8.0 < 1000.0 * volume(mesh.vertices, mesh.faces) / np.ptp(mesh.vertices[:, 1]) ** 2 < 70.0
+    assert 1700 < len(mesh.vertices) < 2300
+    assert np.array_equal(np.unique(mesh.faces), np.arange(len(mesh.vertices)))
+
+
+def test_it_stands_on_the_floor_and_holds_the_bones(skinned: tuple[Body, Mesh]) -> None:
+    body, mesh = skinned
+    p = body.proportions
+    height = p.leg + p.pelvis + p.trunk + p.neck + p.head
+    assert abs(mesh.vertices[:, 1].min()) < 0.002
+    assert abs(mesh.vertices[:, 1].max() - height) < 0.03 * height
+    solid = meshes.filled(body, 0.0)
+    places = body.place(np.tile(np.eye(3), (1, len(body.offsets), 1, 1)), body.offsets[:1])[0]
+    inner = [j for part, j in body.part.items() if not part.endswith(("_end", "_top"))]
+    assert solid.field(places[inner]).max() < 0.0
+
+
+def test_weights_are_shares_and_every_bone_moves_its_own_skin(skinned: tuple[Body, Mesh]) -> None:
+    body, mesh = skinned
+    np.testing.assert_allclose(mesh.weights.sum(axis=1), 1.0, atol=1e-12)
+    assert mesh.weights.min() >= 0.0
+    joints = body.structure.joints
+    moving = [body.part[f"{side}_{part}"] for side in SIDES for part in ("leg", "forearm", "hand")]
+    assert mesh.weights.shape == (len(mesh.vertices), joints)
+    assert (mesh.weights[:, [*moving, body.part["head"]]].max(axis=0) > 0.75).all()
+    # a limb has no say in the other side's skin
+    far = mesh.vertices[:, 0] > body.proportions.hip_half
+    right = [j for part, j in body.part.items() if part.startswith("right") and j < joints]
+    assert mesh.weights[far][:, right].max() < 0.1
+
+
+def p_hip(body: Body) -> float:
+    return body.proportions.hip_half
+
+
+def test_the_rigs_t_pose_shows_the_skin_as_drawn_and_turns_it_whole(skinned: tuple[Body, Mesh]) -> None:
+    body, mesh = skinned
+    who = rigs.character(body)
+    pose = np.stack([who.reference_pose] * 2)
+    turn = rotation.from_rotation_vector(np.array([0.3, 1.0, -0.4]))
+    pose[1, 0] = rotation.multiply(turn, pose[1, 0])
+    root = np.stack([who.skeleton.offsets[0], np.array([1.0, 2.0, 3.0])])
+    still, turned = mesh.skinned(who.motion(pose, root, 30.0))
+    np.testing.assert_allclose(still, mesh.vertices, atol=1e-9)
+    wanted = rotation.rotate(turn, mesh.vertices - root[0]) + root[1]
+    np.testing.assert_allclose(turned, wanted, atol=1e-9)
+
+
+def test_no_node_of_the_grid_is_so_near_the_skin_that_rounding_could_decide(monkeypatch) -> None:
+    """What side a node lies on decides triangles; it must not hang on a last digit."""
+    closest = []
+
+    def watched(field, low, high, step):
+        def nodes(points: np.ndarray) -> np.ndarray:
+            values = field(points)
+            if not first:
+                first.append(float(np.abs(values).min()))
+            return values
+
+        first: list[float] = []  # the grid is asked for before anything else
+        drawn = surface(nodes, low, high, step)
+        closest.extend(first)
+        return drawn
+
+    monkeypatch.setattr(meshes, "surface", watched)
+    for body in CAST[::4]:
+        meshes._built(body)
+    assert len(closest) == 2 * len(CAST[::4])
+    assert min(closest) > 1e-9
+
+
+def test_the_mesh_is_that_of_the_stored_sample() -> None:
+    """On any machine: triangles equal, places to a micrometre."""
+    mesh = rigs.character(BODIES["ada"]).mesh
+    assert mesh is not None
+    faces = hashlib.sha256(mesh.faces.astype("<i8").tobytes()).hexdigest()[:16]
+    assert (len(mesh.vertices), len(mesh.faces), faces) == (1988, 3972, "8fa4f596c4397ef3")
+    np.testing.assert_allclose(mesh.vertices[::500], SAMPLE, atol=1e-6)
+
+
+SAMPLE = np.array(
+    [
+        [-0.8550007, 1.3121788, -0.0068875],
+        [-0.1118909, 1.0519333, -0.016021],
+        [0.0262161, 0.6750289, -0.012486],
+        [0.1113776, 0.4238577, -0.0464998],
+    ]
+)
+"""Every 500th vertex of ada."""
+
+
+def test_a_mesh_is_kept_on_disk_and_drawn_again_when_damaged(cache: Path) -> None:
+    first = rigs.character(BODIES["pip"]).mesh
+    (kept,) = cache.rglob("pip-*.npz")
+    before = kept.stat().st_mtime_ns
+    again = rigs.character(BODIES["pip"]).mesh
+    assert kept.stat().st_mtime_ns == before
+    kept.write_bytes(kept.read_bytes()[:-200])
+    rebuilt = rigs.character(BODIES["pip"]).mesh
+    for other in (again, rebuilt):
+        np.testing.assert_array_equal(other.vertices, first.vertices)
+        np.testing.assert_array_equal(other.faces, first.faces)
+
+
+def ball(points: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(points - np.array([0.01, 0.02, 0.03]), axis=-1) - 0.5
+
+
+def test_a_ball_has_its_area_and_volume() -> None:
+    vertices, faces = surface(ball, -np.ones(3), np.ones(3), 0.04)
+    np.testing.assert_allclose(ball(vertices), 0.0, atol=1e-9)
+    assert volume(vertices, faces) == pytest.approx(4.0 / 3.0 * np.pi * 0.125, rel=0.01)
+    assert len(vertices) == pytest.approx(1.5 * np.pi / 0.04**2, rel=0.05)
+
+
+def test_noise_has_a_closed_surface_too() -> None:
+    """Any way to cut a cell, side by side: every directed edge has as many partners as it needs."""
+    values = np.random.default_rng(5).normal(size=(14, 14, 14)) * 0.02
+    values[[0, -1]] = values[:, [0, -1]] = values[:, :, [0, -1]] = 0.02
+
+    def field(points: np.ndarray) -> np.ndarray:
+        at = np.clip(np.rint(points).astype(int), 0, 13)
+        return values[tuple(at.T)]
+
+    _, faces = surface(field, np.zeros(3), np.full(3, 13.0), 1.0)
+    directed = np.concatenate([faces[:, [0, 1]], faces[:, [1, 2]], faces[:, [2, 0]]])
+    forward, count = np.unique(directed, axis=0, return_counts=True)
+    backward, opposite = np.unique(directed[:, ::-1], axis=0, return_counts=True)
+    np.testing.assert_array_equal(forward, backward)
+    np.testing.assert_array_equal(count, opposite)
+    assert len(faces) > 3000
