@@ -23,10 +23,10 @@ class AmbiguityFloor:
         control=True,
     )
 
-    def supports(self, source: Character, target: Character) -> str | None:  # noqa: ARG002
+    def supports(self, source: Character, target: Character) -> str | None:
         return None
 
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:  # noqa: ARG002
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:
         if context.second_reference is None:
             raise NotSupported("this case has no second right answer")
         return context.second_reference

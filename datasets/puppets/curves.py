@@ -65,8 +65,8 @@ def spline(
     between two of its points is met exactly."""
     curve = values[0] + slopes[0] * (t - times[0])
     for k in range(len(times) - 1):
-        ends = (k, k + 1)
-        piece = hermite(t, *(tuple(row[end] for end in ends) for row in (times, values, slopes)))
+        at, to, by = ((row[k], row[k + 1]) for row in (times, values, slopes))
+        piece = hermite(t, at, to, by)
         curve = np.where(t >= times[k], piece, curve)
     return np.where(t > times[-1], values[-1] + slopes[-1] * (t - times[-1]), curve)
 
