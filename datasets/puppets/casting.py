@@ -49,7 +49,12 @@ class _Deal:
     def best(self, clip: Clip, offered: Sequence[tuple[str, str]]) -> tuple[str, str]:
         def rank(pair: tuple[str, str]) -> tuple[int, int, int, int]:
             source, target = self.sources[pair[0]], self.targets[pair[1]]
-            return source + target, max(source, target), self.pairs[pair], _hash(self.split, clip.name, *pair)
+            return (
+                source + target,
+                max(source, target),
+                self.pairs[pair],
+                _hash(self.split, clip.name, *pair),
+            )
 
         chosen = min(offered, key=rank)
         self.sources[chosen[0]] += 1
