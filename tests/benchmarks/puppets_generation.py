@@ -63,6 +63,8 @@ def main() -> None:
     parser.add_argument("--sizes", nargs="+", default=list(BARS), choices=list(BARS))
     parser.add_argument("--processes", type=int, default=2)
     asked = parser.parse_args()
+    # one thread a process, as in bench run
+    os.environ |= dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS"), "1")
     for size in asked.sizes:
         jobs = [(size, *row) for row in performed(size)]
         with tempfile.TemporaryDirectory() as folder:
