@@ -13,6 +13,7 @@ WIDTH = 108
 MOST_COLUMNS = 8
 """More than these are shown as lines."""
 CONTROLS = "not ranked"
+NO_COLUMN = "no case here has any of the values asked for"
 LEGEND = "Means over clips of the mean per clip. ↓ less is better, ↑ more is better, →1 best at 1."
 N_MEANS = "cases that the method answered, out of those asked where it did not answer all"
 
@@ -24,7 +25,10 @@ def text(table: Table) -> str:
     few = all(len(group.columns) <= MOST_COLUMNS for group in table.groups)
     out = [table.title, "=" * len(table.title)]
     for group in table.groups:
-        lines = _lines_by_method(group, first) if few else _lines_by_value(group)
+        if not group.columns:
+            lines = [f"  {NO_COLUMN}"]
+        else:
+            lines = _lines_by_method(group, first) if few else _lines_by_value(group)
         out += ["", group.title, "", *lines]
     return "\n".join([*out, "", *_legend(table, rows, short=few)]) + "\n"
 
@@ -110,6 +114,9 @@ def markdown(table: Table) -> str:
             for c in group.columns
         ]
         out += ["", f"### {_plain(group.title)}", ""]
+        if not group.columns:
+            out.append(NO_COLUMN)
+            continue
         out.append("| method | " + " | ".join([*heads, "n"]) + " |")
         out.append("|---|" + "---:|" * (len(heads) + 1))
         for row in (*group.ranked, *group.unranked):

@@ -90,17 +90,29 @@ class Table:
 def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT) -> list[Table]:
     """One table per data set. ``columns`` are value ids, or ``fps``.
 
-    Raises BenchError for a column that no result declares, listing those there are.
+    Raises BenchError for no column at all, for one that no result declares, listing those there are, and
+    for one that is a curve.
     """
     declared = {key: value for section in found for key, value in section.values.items()}
     by_dataset: dict[str, list[Section]] = {}
     for section in found:
         by_dataset.setdefault(section.dataset, []).append(section)
-    for column in columns:
-        if column not in declared and column != FPS and columns is not FIRST_SIGHT:
-            known = ", ".join(sorted(declared))
-            raise BenchError(f"no result has a value {column!r}; there are fps, {known}")
+    if columns is not FIRST_SIGHT:
+        _check_columns(columns, declared)
     return [_table(title, each, columns, declared) for title, each in by_dataset.items()]
+
+
+def _check_columns(columns: Sequence[str], declared: Mapping[str, Mapping[str, Any]]) -> None:
+    known = ", ".join([FPS, *sorted(key for key, value in declared.items() if not value["index"])])
+    if not columns:
+        raise BenchError(f"name at least one column; there are {known}")
+    for column in columns:
+        if column == FPS:
+            continue
+        if column not in declared:
+            raise BenchError(f"no result has a value {column!r}; there are {known}")
+        if index := declared[column]["index"]:
+            raise BenchError(f"{column} has a number per {index}; a table shows single numbers: {known}")
 
 
 def all_columns(found: Sequence[Section]) -> list[str]:

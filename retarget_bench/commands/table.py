@@ -39,7 +39,7 @@ def command(
     wanted: tuple[str, ...] = table.FIRST_SIGHT
     if everything:
         wanted = tuple(table.all_columns(found))
-    elif columns:
+    elif columns is not None:
         wanted = tuple(column.strip() for column in columns.split(",") if column.strip())
     written = "\n".join(RENDERERS[form](each) for each in table.tables(found, wanted))
     if output is None:

@@ -140,6 +140,23 @@ def test_columns_unknown_to_every_result_are_refused(tmp_path):
         table.tables(summary.sections([place]), ["mpjpe"])
 
 
+@pytest.mark.parametrize("columns", [[], ["curve"]])
+def test_no_column_and_curves_are_refused(tmp_path, columns):
+    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"curve": {"0.1": 0.5}})])
+    with pytest.raises(BenchError, match=r"there are fps|a number per threshold"):
+        table.tables(summary.sections([place]), columns)
+
+
+@pytest.mark.parametrize("form", sorted(render.RENDERERS))
+def test_a_split_without_any_of_the_values_is_drawn_all_the_same(tmp_path, form):
+    one = store(tmp_path, "self", "m", [("a>a", "c1", {"ratio": 1.0})])
+    two = store(tmp_path, "cross", "m", [("a>b", "c1", {"pooled": 1.0})])
+    (made,) = table.tables(summary.sections([one, two]), ["ratio"])
+    shown = render.RENDERERS[form](made)
+    assert "cross" in shown
+    assert (render.NO_COLUMN in shown) == (form != "csv")
+
+
 def test_text_shows_units_arrows_meanings_and_n(tmp_path):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0, "ratio": 1.5})])
     (made,) = table.tables(summary.sections([place]), ["mpjpe_h.world", "ratio", "fps"])
