@@ -61,6 +61,27 @@ class Contacts:
     pivoting: np.ndarray | None = None
 
 
+@dataclass(frozen=True, eq=False)
+class Touch:
+    """A place of a body that one of its own joints should rest on for a while.
+
+    end:     the role of the joint that goes there (``left_hand``).
+    point:   ``(3,)`` metres, in that joint's frame: what of it rests on the place (the palm).
+    bearing: the role of the joint that carries the place (``right_up_leg``).
+    place:   ``(3,)`` metres, in that joint's frame.
+    rests:   ``(frames,)`` bool: the point should be on the place, in full, not on its way.
+
+    A joint's frame is at the joint, turned by its orientation relative to the common reference pose
+    (``relative`` in ``motion/alignment.py``): along the world's axes while the body is in that pose.
+    """
+
+    end: str
+    point: np.ndarray
+    bearing: str
+    place: np.ndarray
+    rests: np.ndarray
+
+
 @dataclass(frozen=True)
 class CaseInfo:
     """What is known of a case without loading it. Only this travels between processes.
@@ -95,6 +116,7 @@ class Case:
     contacts:   true contact labels of the *target*, or None (then they are found by speed).
     alternative: a second answer that is as right as the reference, where one is known.
     conditions: of tasks such as denoising: noise level, share of joints.
+    touches:    where the *target* should touch itself, or None where that is not known. Empty: nowhere.
     """
 
     info: CaseInfo
@@ -105,6 +127,7 @@ class Case:
     ground: Ground = Ground()
     conditions: Mapping[str, float] = field(default_factory=dict)
     alternative: Prediction | None = None
+    touches: tuple[Touch, ...] | None = None
 
 
 # ------------------------------------------------------------------------------------------ data sets

@@ -8,7 +8,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from retarget_bench.api import Case, Prediction
+from retarget_bench.api import Case, Prediction, Touch
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, planted
@@ -26,11 +26,13 @@ class Schedule:
     joints:  ``(contacts,)`` joint indices of the target.
     planted: ``(frames, contacts)`` bool, what is asked for.
     found:   ``(frames, contacts)`` bool, the prediction's own labels by speed.
+    pivoting: ``(frames, contacts)`` bool, where the case's labels say so: turns about a resting point.
     """
 
     joints: np.ndarray
     planted: np.ndarray
     found: np.ndarray
+    pivoting: np.ndarray
 
 
 class Comparison:
@@ -164,19 +166,41 @@ class Comparison:
         contacts = self.case.contacts
         assert contacts is not None
         labels = np.asarray(contacts.planted, dtype=bool)
-        if labels.shape != (self.frames, len(contacts.roles)):
-            raise BenchError(
-                f"case {self.case.info.id}: contacts of {len(contacts.roles)} roles need labels "
-                f"({self.frames}, {len(contacts.roles)}), got {labels.shape}"
-            )
+        pivots = np.zeros_like(labels) if contacts.pivoting is None else np.asarray(contacts.pivoting, bool)
+        for given in (labels, pivots):
+            if given.shape != (self.frames, len(contacts.roles)):
+                raise BenchError(
+                    f"case {self.case.info.id}: contacts of {len(contacts.roles)} roles need labels "
+                    f"({self.frames}, {len(contacts.roles)}), got {given.shape}"
+                )
         known = [k for k, role in enumerate(contacts.roles) if role in self.target.joint_of]
         if not known:
             return None
-        return self._schedule(self.target.joints([contacts.roles[k] for k in known]), labels[:, known])
+        joints = self.target.joints([contacts.roles[k] for k in known])
+        return self._schedule(joints, labels[:, known], pivots[:, known])
 
-    def _schedule(self, joints: Sequence[int], labels: np.ndarray) -> Schedule:
+    def _schedule(
+        self, joints: Sequence[int], labels: np.ndarray, pivots: np.ndarray | None = None
+    ) -> Schedule:
         found = planted(self.predicted[:, joints], self.height, self.fps)
-        return Schedule(np.asarray(joints), labels, found)
+        return Schedule(
+            np.asarray(joints), labels, found, np.zeros_like(labels) if pivots is None else pivots
+        )
+
+    @cached_property
+    def touches(self) -> tuple[Touch, ...]:
+        """The self-touches asked for whose joints the target has; empty where none is known.
+
+        Raises BenchError when their labels are not of this case's frames.
+        """
+        for touch in self.case.touches or ():
+            if touch.rests.shape != (self.frames,):
+                raise BenchError(
+                    f"case {self.case.info.id}: the touch of {touch.end} on {touch.bearing} needs labels "
+                    f"({self.frames},), got {touch.rests.shape}"
+                )
+        has = self.target.joint_of
+        return tuple(t for t in self.case.touches or () if t.end in has and t.bearing in has)
 
     # ------------------------------------------------------------------------------------- rotations
     @property

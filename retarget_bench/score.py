@@ -32,6 +32,7 @@ def missing(value: Value, case: Case, prediction: Prediction) -> str:
     has = {
         "reference": case.reference is not None,
         "contacts": case.contacts is not None,
+        "touches": bool(case.touches),
         "rotations": isinstance(prediction, Motion)
         and (case.reference is None or isinstance(case.reference, Motion)),
         "source": True,

@@ -119,6 +119,7 @@ class Puppets:
             contacts=self._studio.contacts(clip, info.target),
             ground=grounds.ground(self._studio.score(clip), clip.family.bodies[info.target]),
             alternative=self._studio.motion(clip, info.target, SECOND),
+            touches=labels.self_touches(self._studio.score(clip), clip.family.bodies[info.target]),
         )
 
     def _clip(self, info: CaseInfo) -> Clip:

@@ -7,9 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from retarget_bench.api import Contacts
+from retarget_bench.api import Contacts, Touch
 
+from .bodies import Body
 from .handplants import rests
+from .places import place, touching
 from .score import SIDES, Score
 
 
@@ -46,3 +48,21 @@ def touches(score: Score) -> dict[str, np.ndarray]:
             name = f"{side} hand on {'held thing' if plant.level > 0.0 else 'floor'}"
             found[name] = found.get(name, np.zeros(score.frames, dtype=bool)) | rests(plant, score.frames)
     return found
+
+
+def self_touches(score: Score, body: Body) -> tuple[Touch, ...]:
+    """The same hands on places of the own body, as cases tell them: those whose joints the rig has."""
+    roles = dict(zip(body.structure.parts, body.structure.roles, strict=False))
+    found: dict[tuple[str, str], np.ndarray] = {}
+    for side in SIDES:
+        for touch in score.hands[side].touches:
+            key, full = (side, touch.place), touch.weight == 1.0
+            if full.any():
+                found[key] = found[key] | full if key in found else full
+    told = []
+    for (side, name), full in found.items():
+        spot, end = place(name, body), roles.get(f"{side}_hand")
+        bearing = roles.get(spot.part)
+        if end and bearing:
+            told.append(Touch(end, touching(spot, side, body.proportions), bearing, spot.at, full))
+    return tuple(told)

@@ -70,17 +70,26 @@ def resized(case: Case, frames: int) -> Case:
         case.contacts.planted[part],
         None if case.contacts.pivoting is None else case.contacts.pivoting[part],
     )
+    touches = case.touches and tuple(replace(touch, rests=touch.rests[part]) for touch in case.touches)
     answers = (None if each is None else each.at(part) for each in (case.reference, case.alternative))
     reference, other = answers
     return replace(
-        case, source=case.source.at(part), reference=reference, alternative=other, contacts=contacts
+        case,
+        source=case.source.at(part),
+        reference=reference,
+        alternative=other,
+        contacts=contacts,
+        touches=touches,
     )
 
 
 def arrays(thing: Any, name: str = "") -> Iterator[tuple[str, np.ndarray]]:
-    """Every array in a tree of dataclasses, with its path."""
+    """Every array in a tree of dataclasses and tuples, with its path."""
     if isinstance(thing, np.ndarray):
         yield name, thing
+    elif isinstance(thing, tuple):
+        for number, each in enumerate(thing):
+            yield from arrays(each, f"{name}.{number}")
     elif is_dataclass(thing):
         for each in fields(thing):
             yield from arrays(getattr(thing, each.name), f"{name}.{each.name}")

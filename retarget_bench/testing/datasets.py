@@ -153,6 +153,14 @@ def _misfit(case: Case) -> str | None:
             ),
             (not unknown, f"contacts of {', '.join(sorted(unknown))}, which the target does not have"),
         ]
+    for touch in case.touches or ():
+        unknown = {touch.end, touch.bearing} - set(case.target.joint_of)
+        shapes = (np.shape(touch.point), np.shape(touch.place), touch.rests.shape)
+        facts += [
+            (shapes == ((3,), (3,), (frames,)), f"a touch of shapes {shapes}, not (3,), (3,), ({frames},)"),
+            (touch.rests.dtype == bool, f"a touch that rests by {touch.rests.dtype}, not bool"),
+            (not unknown, f"a touch of {', '.join(sorted(unknown))}, which the target does not have"),
+        ]
     return next((f"{case.info.id}: {text}" for fits, text in facts if not fits), None)
 
 

@@ -70,8 +70,9 @@ class _Trial:
     def values(self) -> str | None:
         declared = {value.id: value for value in self.metric.card.values}
         for case in self.cases:
-            found = self._score(case, _disturbed(case))
-            if not found:
+            wrong = _disturbed(case)
+            found = self._score(case, wrong)
+            if not found and any(not score.missing(v, case, wrong) for v in self.metric.card.values):
                 return f"{case.info.id}: no value at all"
             for name, number in found.items():
                 if isinstance(number, Mapping) != bool(declared[name].index):

@@ -8,16 +8,17 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, Contacts, Ground, Metric, Prediction
+from retarget_bench.api import Case, CaseInfo, Contacts, Ground, Metric, Prediction, Touch
 from retarget_bench.comparison import Comparison
-from retarget_bench.motion import rotation
+from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.contact import CONTACT_ROLES, planted
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 
 METRICS = (
-    *("contact", "ground", "nkn", "pan_contact", "papers"),
-    *("position", "procrustes", "rotation", "slide", "smoothness"),
+    *("contact", "ground", "nkn", "pan_contact", "papers", "plant"),
+    *("position", "procrustes", "rotation", "slide", "smoothness", "touch"),
 )
 
 Rig = tuple[tuple[str, str, tuple[float, float, float]], ...]
@@ -156,11 +157,14 @@ class Sides:
     expected: Prediction | None
     contacts: Contacts | None = None
     ground: Ground = field(default_factory=Ground)
+    touches: tuple[Touch, ...] | None = None
 
     def comparison(self) -> Comparison:
         target = self.predicted.character
         info = CaseInfo("toy/A>B/clip", "retarget", "intra", "A", "B", "clip")
-        case = Case(info, self.source, target, self.expected, self.contacts, self.ground)
+        case = Case(
+            *(info, self.source, target, self.expected, self.contacts, self.ground), touches=self.touches
+        )
         return Comparison(case, self.predicted)
 
     def by_positions(self) -> Sides:
@@ -185,3 +189,25 @@ def sides(frames: int = 40, seed: int = 0, *, fps: float = 30.0, scale: float = 
     return Sides(
         motion(source, frames, seed + 2, fps=fps), motion(target, frames, seed + 3, fps=fps), expected
     )
+
+
+def labelled(case: Sides, seed: int = 0) -> Sides:
+    """The case with true labels: contacts as the reference's speed tells them, random pivots, and two
+    touches: of a wrist half a per cent of the height beside itself, as its forearm carries it, and of a
+    hand far from the other thigh."""
+    body, rng = case.predicted.character, np.random.default_rng(seed)
+    assert case.expected is not None
+    feet = body.joints(CONTACT_ROLES)
+    rests = planted(case.expected.positions[:, feet], body.height, case.expected.fps)
+    pivots = ~rests & (rng.random(rests.shape) < 0.3)
+    frames = rng.random((2, case.predicted.frames)) < 0.6
+    frames[:, 0] = True
+    still = np.zeros((1, 3))
+    stand = kinematics.forward(body.skeleton, body.reference_pose[None], still)[0][0]
+    forearm, hand = body.joints(("left_forearm", "left_hand"))
+    beside = stand[hand] - stand[forearm] + 0.005 * body.height * np.array([0.0, 0.6, 0.8])
+    touches = (
+        Touch("left_hand", np.zeros(3), "left_forearm", beside, frames[0]),
+        Touch("left_hand", 0.05 * body.height * np.ones(3), "right_up_leg", np.zeros(3), frames[1]),
+    )
+    return replace(case, contacts=Contacts(CONTACT_ROLES, rests, pivots), touches=touches)

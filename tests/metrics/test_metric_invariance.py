@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from metric_cases import METRICS, Sides, everything, metric, moved, sides
+from metric_cases import METRICS, Sides, everything, labelled, metric, moved
+from metric_cases import sides as unlabelled
 
 from retarget_bench.motion import rotation
 
@@ -36,12 +37,12 @@ UPRIGHT = {
     "root_path.drift",
     "nkn_mse_h",
     "nkn_mse_local",
-} | {id_ for id_, family in FAMILY.items() if family in ("slide", "ground")}
+} | {id_ for id_, family in FAMILY.items() if family in ("slide", "ground", "plant")}
 """Values that know which way is up."""
 OWN_MOTION = {
     id_
     for id_, family in FAMILY.items()
-    if family in ("contact", "pan_contact", "smoothness") and id_ != "acc"
+    if family in ("contact", "pan_contact", "smoothness", "touch") and id_ != "acc"
 }
 """Values that do not feel where in the world, and which way round, the prediction alone is performed."""
 
@@ -53,6 +54,11 @@ turns = st.tuples(angles, angles, angles).map(lambda v: rotation.from_rotation_v
 few = settings(max_examples=12, deadline=None)
 
 FRAMES = 125
+
+
+def sides(frames: int, seed: int, scale: float = 0.01) -> Sides:
+    """A random case with labels of contacts and touches."""
+    return labelled(unlabelled(frames, seed, scale=scale), seed)
 
 
 def all_moved(case: Sides, turn: np.ndarray, shift: np.ndarray) -> Sides:
@@ -151,6 +157,16 @@ def test_a_prediction_that_is_elsewhere_is_felt_by_errors_in_the_world() -> None
 
 
 @few
+@given(seed=seeds, angle=angles, x=coordinates, z=coordinates)
+def test_plants_do_not_feel_where_on_a_flat_floor(seed: int, angle: float, x: float, z: float) -> None:
+    case = sides(FRAMES, seed)
+    turn = rotation.from_rotation_vector(np.array([0.0, angle, 0.0]))
+    before, after = everything(case), everything(alone_moved(case, turn, np.array([x, 0.0, z])))
+    plant = {id_ for id_, family in FAMILY.items() if family == "plant"}
+    assert_same(before, after, plant & set(before))
+
+
+@few
 @given(seed=seeds, shift=shifts)
 def test_pose_errors_do_not_feel_the_path(seed: int, shift: np.ndarray) -> None:
     case = sides(FRAMES, seed)
@@ -164,6 +180,8 @@ def test_pose_errors_do_not_feel_the_path(seed: int, shift: np.ndarray) -> None:
         "rotation.local",
         "rotation.world",
         "rotation.joint",
+        "touch_gap",
+        "touch_recall",
     }
     assert_same(before, after, pose | {"pa_mpjpe.rigid", "pa_mpjpe.similarity"})
 
@@ -173,7 +191,8 @@ def test_pose_errors_do_not_feel_the_path(seed: int, shift: np.ndarray) -> None:
 def test_positions_say_the_same_as_rotations(seed: int) -> None:
     case = sides(FRAMES, seed)
     before, after = everything(case), everything(case.by_positions())
-    assert set(before) - set(after) == {"rotation.local", "rotation.world", "rotation.joint"}
+    by_turns = {"rotation.local", "rotation.world", "rotation.joint", "touch_gap", "touch_recall"}
+    assert set(before) - set(after) == by_turns
     assert after == {id_: before[id_] for id_ in after}
 
 

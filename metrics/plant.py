@@ -1,0 +1,192 @@
+"""Planted feet by place: does a foot stay where it was put down, at the height where it should stand.
+
+Beside it, ``contact`` asks for speed alone: a foot that glides slowly counts as planted there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+import numpy as np
+
+from retarget_bench.api import MetricCard, Value
+from retarget_bench.comparison import Comparison, Schedule
+from retarget_bench.ground import ground_height
+from retarget_bench.motion.contact import runs
+
+RADIUS = 0.005
+"""Heights: a foot within this of one place stays there. The circle measures one per cent of the height,
+17 mm on an adult; in most conditions viewers noticed feet that slid by less than 21 mm (Pražák, Hoyet and
+O'Sullivan 2011). Exact references keep feet to a millimetre."""
+
+LEVEL = RADIUS
+"""Heights: how far above or below its right height a foot may stand; about the centimetre that
+the ground metrics let pass."""
+
+STAY = 1.0 / 15.0
+"""Seconds before and after: a foot that keeps to one place that long stays. Both together are about the
+shortest stance of sprinters, so that no true stance is too short to be found."""
+
+PLANT = (
+    "plant: an unbroken run of frames in which the case's own labels say that a contact joint is planted; "
+    "distances horizontal"
+)
+OVER = "height over the ground under the joint, the case's ground"
+FOUND = (
+    f"stays: some frame within {STAY:.3g} s (rounded to whole frames, at least one) has all places that "
+    f"near to it in time within {RADIUS:g} h of its own, and the joint's {OVER}, is at most {LEVEL:g} h "
+    "more than the reference has the same joint, of either side, anywhere planted"
+)
+JOINTS = "pooled over frames and the contact joints that are labelled"
+SOURCE = (
+    "the project's plant protocol; radius after Pražák, Hoyet and O'Sullivan (2011) on noticing footskate"
+)
+
+
+def _value(
+    id_: str, label: str, meaning: str, formula: str, unit: str = "1", tolerance: float = 1e-3
+) -> Value:
+    return Value(
+        id=id_,
+        label=label,
+        meaning=meaning,
+        unit=unit,
+        better="higher" if unit == "1" else "lower",
+        formula=formula,
+        source=SOURCE,
+        tolerance=tolerance,
+        needs=("reference", "contacts", "ground"),
+    )
+
+
+class Plant:
+    """Only where contacts are known for certain: labels found by speed let feet creep, and so would this.
+
+    Recall alone is not to be read: a body that never moves its feet may have 1.
+    """
+
+    card = MetricCard(
+        name="plant",
+        summary="whether planted feet stay in their place and at their height",
+        version="1",
+        values=(
+            _value(
+                "plant_recall",
+                "plant recall",
+                "when the reference has a foot planted, how often it stays at one place, at its height",
+                f"frames kept / frames of all plants; {PLANT}; kept of a plant: the most frames that lie "
+                f"within {RADIUS:g} h of the place in one of them and have their {OVER}, within "
+                f"{LEVEL:g} h of the reference's in that frame; {JOINTS}",
+            ),
+            _value(
+                "plant_precision",
+                "plant precision",
+                "when a foot stays at one place on the ground, how often the reference's rests too",
+                "right stays / stays (0 where nothing stays, left out where nothing of the reference does "
+                "either); right: the label says planted or pivoting, or the reference itself stays; "
+                f"{FOUND}; {JOINTS}",
+            ),
+            _value(
+                "plant_f1",
+                "plant F1",
+                "plant recall and plant precision in one number",
+                "2 * recall * precision / (recall + precision), 0 where both are 0; left out where "
+                "plant_precision is",
+            ),
+            _value(
+                "plant_drift",
+                "plant drift",
+                "how far a foot travels while it should stay planted in one place",
+                f"100 / h * mean over plants of the largest distance between two places; {PLANT}",
+                unit="% of height",
+                tolerance=1e-4,
+            ),
+        ),
+    )
+
+    def compute(self, comparison: Comparison) -> Mapping[str, float]:
+        """Left out without a reference, without true labels, and where nothing is planted."""
+        schedule, expected = comparison.schedule, comparison.expected
+        if comparison.case.contacts is None or schedule is None or expected is None:
+            return {}
+        if not schedule.planted.any():
+            return {}
+        h, feet = comparison.height, schedule.joints
+        mine, theirs = comparison.predicted[:, feet] / h, expected[:, feet] / h
+        over_mine, over_theirs = (_over(comparison, side * h) / h for side in (mine, theirs))
+        level = np.abs(over_mine - over_theirs) <= LEVEL
+        kept, extents = 0, []
+        for column, first, end in _plants(schedule):
+            most, extent = _kept(mine[first:end, column], level[first:end, column])
+            kept += most
+            extents.append(extent)
+        recall = kept / int(schedule.planted.sum())
+        drift = {"plant_drift": 100.0 * float(np.mean(extents))}
+        highest = _highest(comparison, schedule, over_theirs) + LEVEL
+        found = _stays(mine, comparison.fps) & (over_mine <= highest)
+        theirs_found = _stays(theirs, comparison.fps) & (over_theirs <= highest)
+        if not (found.any() or theirs_found.any()):
+            return {"plant_recall": recall, **drift}
+        right = schedule.planted | schedule.pivoting | theirs_found
+        precision = int((found & right).sum()) / max(int(found.sum()), 1)
+        both = recall + precision
+        f1 = 2.0 * recall * precision / both if both else 0.0
+        return {"plant_recall": recall, "plant_precision": precision, "plant_f1": f1, **drift}
+
+
+def _over(comparison: Comparison, places: np.ndarray) -> np.ndarray:
+    """``(frames, joints)`` metres above the ground of ``(frames, joints, 3)``."""
+    over: np.ndarray = places[..., 1] - ground_height(
+        comparison.case.ground, places[..., 0], places[..., 2]
+    )
+    return over
+
+
+def _plants(schedule: Schedule) -> Iterator[tuple[int, int, int]]:
+    """Column, first frame and past-the-last of every plant."""
+    for column, labels in enumerate(schedule.planted.T):
+        for first, end in runs(labels).tolist():
+            yield column, first, end
+
+
+def _kept(places: np.ndarray, level: np.ndarray) -> tuple[int, float]:
+    """Of one plant at places ``(frames, 3)``: the most frames near one of them and at their ``level``
+    ``(frames,)``, and the largest horizontal distance between two places; a block of frames at a time."""
+    (x, _, z), most, extent = places.T, 0, 0.0
+    for first in range(0, len(places), _BLOCK):
+        block = slice(first, first + _BLOCK)
+        apart = np.hypot(x[block, None] - x, z[block, None] - z)
+        most = max(most, int(((apart <= RADIUS) & level).sum(axis=1).max()))
+        extent = max(extent, float(apart.max()))
+    return most, extent
+
+
+_BLOCK = 512
+
+
+def _stays(places: np.ndarray, fps: float) -> np.ndarray:
+    """``(frames, joints)`` bool: at one place with the frames before and after, of ``(frames, joints, 3)``.
+
+    The clip's ends count as still: what is beyond them is not known."""
+    reach, flat = max(round(STAY * fps), 1), places[..., [0, 2]]
+    centre = np.ones(flat.shape[:2], dtype=bool)
+    for lag in range(1, min(reach, len(flat) - 1) + 1):
+        near = np.linalg.norm(flat[lag:] - flat[:-lag], axis=-1) <= RADIUS
+        centre[:-lag] &= near
+        centre[lag:] &= near
+    found = centre.copy()
+    for lag in range(1, min(reach, len(flat) - 1) + 1):
+        found[lag:] |= centre[:-lag]
+        found[:-lag] |= centre[lag:]
+    return found
+
+
+def _highest(comparison: Comparison, schedule: Schedule, over: np.ndarray) -> np.ndarray:
+    """``(joints,)`` how high the reference has each joint at most while it, or its like of the other side,
+    is planted; minus infinity where it never is."""
+    parts = [(comparison.target.roles[joint] or "").partition("_")[2] for joint in schedule.joints]
+    tops = np.where(schedule.planted, over, -np.inf).max(axis=0)
+    return np.array([max(tops[k] for k, other in enumerate(parts) if other == part) for part in parts])
+
+
+plugin = Plant
