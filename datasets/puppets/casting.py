@@ -1,8 +1,9 @@
 """Which bodies perform which clip, and who is retargeted to whom: fixed lists, evenly mixed.
 
-Every choice takes what was taken least so far, counted in whole numbers, with ties settled by a hash: the
-lists are the same everywhere, every body comes as often as the others of its family, in either role, and
-so does every kind.
+Every choice takes what was taken least so far, counted in whole numbers: the lists are the same everywhere,
+every body comes as often as the others of its family, in either role, and so does every kind. Among those
+taken equally often pairs of unlike build come first, since for bodies that are built alike copying is an
+answer; a hash settles what is left.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ from collections.abc import Mapping, Sequence
 from functools import cache
 from itertools import product
 
+from .build import unlikeness
 from .clips import SIZES, Clip, clips
 from .exclusions import unable
 from .families import Family, families
@@ -37,6 +39,10 @@ def cases(size: str, part: Part, seed: int, split: str) -> tuple[Chosen, ...]:
     return tuple((clip, *pair) for clip in listed for pair in dealt[clip])
 
 
+_AGAIN = 30
+"""How much less unlike, in hundredths, a pair counts for each time that it was dealt."""
+
+
 class _Deal:
     """Pairs given out so far."""
 
@@ -47,12 +53,12 @@ class _Deal:
         self.pairs: Counter[tuple[str, str]] = Counter()
 
     def best(self, clip: Clip, offered: Sequence[tuple[str, str]]) -> tuple[str, str]:
-        def rank(pair: tuple[str, str]) -> tuple[int, int, int, int]:
-            source, target = self.sources[pair[0]], self.targets[pair[1]]
+        unlike = unlikeness(clip.family)
+
+        def rank(pair: tuple[str, str]) -> tuple[int, int, int]:
             return (
-                source + target,
-                max(source, target),
-                self.pairs[pair],
+                self.sources[pair[0]] + self.targets[pair[1]],
+                _AGAIN * self.pairs[pair] - unlike[pair],
                 _hash(self.split, clip.name, *pair),
             )
 
