@@ -16,7 +16,6 @@ from retarget_bench.errors import BenchError
 from retarget_bench.metrics.touch import plugin as SelfTouch
 from retarget_bench.motion import kinematics
 
-
 TOUCHING = ("squat", "clap", "arms_crossed", "touch_head", "salute", "touch_toe", "bow", "dance_steps")
 
 
