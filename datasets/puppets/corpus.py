@@ -11,7 +11,7 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from . import casting, exclusions, grounds, held_out, labels, parts, training
+from . import casting, exclusions, grounds, held_out, labels, matched, parts, training
 from .clips import SIZES, Clip, clips
 from .solved import SECOND, USUAL, Studio
 
@@ -145,9 +145,10 @@ class Puppets:
         }
         return frozenset(name for name, new in marks.items() if new)
 
-    def motion(self, clip: str, name: str, manner: str = USUAL) -> Motion:
-        """What a body does in a clip of this part, in the usual manner or the second one."""
-        return self._studio.motion(self._clips[clip], name, manner)
+    def motion(self, clip: str | Clip, name: str, manner: str = USUAL) -> Motion:
+        """What a body does in a clip of this part or in one that is listed elsewhere (``matched``), in the
+        usual manner or the second one."""
+        return self._studio.motion(clip if isinstance(clip, Clip) else self._clips[clip], name, manner)
 
     def exclusions(self) -> Mapping[str, Mapping[str, float]]:
         """Clip -> body -> metres by which it falls short of what it would have to touch."""
@@ -167,6 +168,11 @@ class Puppets:
     def training(self) -> training.Training:
         """Structure -> character -> its clips: unpaired, since no two characters perform the same clip."""
         return training.training(self._studio, self.size, self.seed)
+
+    def matched(self, part: Literal["train", "test"] = "train") -> Mapping[matched.Pair, matched.Matches]:
+        """Pair of structures -> people and dogs that go the same ways: for unpaired work on bipeds and
+        quadrupeds, in equal shares of standing, walking, jogging and running. No cases."""
+        return matched.matched(self._studio, self.size, self.seed, part)
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Characters, structures and kinds that training has; weights made from it carry this."""

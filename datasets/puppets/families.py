@@ -49,7 +49,9 @@ def families() -> tuple[Family, ...]:
     }
     return (
         Family("people", BODIES, kinds, solve, SECOND, out_of_reach),
-        Family("dogs", KENNEL, DOG_KINDS, dog_solver.solve, dog_solver.SECOND, _nothing),
+        Family(
+            "dogs", KENNEL, DOG_KINDS, dog_solver.solve, dog_solver.SECOND, _nothing, sequence="dog_sequence"
+        ),
     )
 
 

@@ -26,9 +26,11 @@ def cones(body: Body) -> list[Cone]:
 
 def _trunk(body: Body, at: dict[str, np.ndarray]) -> list[Cone]:
     girth, levels = body.proportions.girth, (("hips", 0.0), *body.structure.levels)
+    # the base of the neck lies below the withers, which the back goes up to
+    withers = at["neck"] + np.array([0.0, body.proportions.shoulder_drop + 0.4 * girth, 0.0])
     found = []
     for along in np.linspace(-0.04, 1.0, _SLICES):
-        middle = at["hips"] + along * (at["neck"] - at["hips"])
+        middle = at["hips"] + along * (withers - at["hips"])
         radius, top, bottom = (
             girth * float(np.interp(along, _ALONG, row)) for row in (_RADIUS, _TOP, _BOTTOM)
         )

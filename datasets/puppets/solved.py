@@ -17,11 +17,16 @@ from .cache import Arrays, kept
 from .casting import everybody
 from .clips import Clip
 from .families import Family
+from .score import Score
 
 USUAL, SECOND = "usual", "second"
 """Manners: the reference's, and that of the other right answer."""
 
 _HELD = 48
+
+
+def _score(clip: Clip) -> Score:
+    return clip.score()
 
 
 class Studio:
@@ -33,7 +38,8 @@ class Studio:
     def __init__(self, identity: str) -> None:
         self.identity = identity
         self._arrays = lru_cache(maxsize=_HELD)(self._kept)
-        self.score = lru_cache(maxsize=8)(Clip.score)
+        # whatever kind of clip it is
+        self.score = lru_cache(maxsize=8)(_score)
 
     @cached_property
     def families(self) -> Mapping[str, Family]:

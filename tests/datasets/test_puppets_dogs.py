@@ -7,14 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import rigs
+from retarget_bench.datasets.puppets import held_out, rigs
 from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.performances import KINDS as PEOPLE
 from retarget_bench.datasets.puppets.quadruped.dogs import DOG21, DOGS, PAWS, dog
 from retarget_bench.datasets.puppets.quadruped.kinds import KINDS
-from retarget_bench.datasets.puppets.quadruped.matching import PARTNERS, follow, speeds
 from retarget_bench.datasets.puppets.quadruped.paws import sizes_of
-from retarget_bench.datasets.puppets.quadruped.score import DogScore
+from retarget_bench.datasets.puppets.quadruped.score import LIMBS, DogScore
+from retarget_bench.datasets.puppets.quadruped.sequencing import BRIDGE, PARTS, sequence
 from retarget_bench.datasets.puppets.quadruped.solver import SECOND, solve
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver import Solution
@@ -24,7 +23,8 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import find, is_quadruped
 
-FRAMES = 110
+FRAMES = {"dog_sequence": 450}
+USUAL_FRAMES = 110
 GAITS = ("dog_walk", "trot", "gallop")
 
 
@@ -72,7 +72,7 @@ def takes(request: pytest.FixtureRequest, pack: dict[str, Character]) -> list[Ta
     kind, found = request.param, []
     for number, body in enumerate(DOGS):
         name = f"{kind}-{number % 3}"
-        score = KINDS[kind](Stream("dogs", "quality", name), FRAMES)
+        score = KINDS[kind](Stream("dogs", "quality", name), FRAMES.get(kind, USUAL_FRAMES))
         solution, who = solve(score, body), pack[body.name]
         motion = rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
         found.append(Take(f"{body.name}/{name}", body, score, solution, motion))
@@ -115,6 +115,7 @@ def test_somebody_stands_but_in_a_flight(takes: list[Take]) -> None:
         least = {
             "gallop": 0,
             "trot": 0,
+            "dog_sequence": 0,
             "dog_stand": 4,
             "dog_turn": 2,
             "dog_walk": 2,
@@ -165,14 +166,16 @@ def test_nothing_jumps(takes: list[Take]) -> None:
         places = take.motion.positions / take.leg * 0.5
         force = np.linalg.norm(np.diff(places, 2, axis=0), axis=-1) * 30.0**2 / 9.81
         trunk = [take.body.part[part] for part in ("hips", "spine_1", "spine_2", "neck", "head")]
-        fast = take.score.kind in ("trot", "gallop")
+        fast = take.score.kind in ("trot", "gallop", "dog_sequence")
         assert force[:, trunk].max() < (8.0 if fast else 3.0), take.name
         assert force.max() < (30.0 if fast else 12.0), (
             take.name,
             np.unravel_index(force.argmax(), force.shape),
         )
         local = take.motion.rotations
-        most = {"dog_walk": 45.0, "trot": 60.0, "gallop": 85.0}.get(take.score.kind, 40.0)
+        most = {"dog_walk": 45.0, "trot": 60.0, "gallop": 85.0, "dog_sequence": 60.0}.get(
+            take.score.kind, 40.0
+        )
         assert np.degrees(rotation.angle(local[:-1], local[1:])).max() < most, take.name
 
 
@@ -229,30 +232,46 @@ def test_dogs_differ_in_build() -> None:
     assert dog(0.6).leg / 0.6 == pytest.approx(dog(0.3).leg / 0.3)
 
 
-@pytest.mark.parametrize("kind", ["walk", "arc", "jog", "run", "turn"])
-def test_dogs_follow_people(kind: str) -> None:
-    """At their speed in leg lengths, with their heading, paws at rest on the floor."""
-    found = 0
-    for number in range(8):
-        leader = PEOPLE[kind](Stream("dogs", "leader", kind, number), 120)
-        score = follow(Stream("dogs", "follower", kind, number), leader)
-        if score is None:
-            continue
-        found += 1
-        assert score.kind in PARTNERS[kind]
-        body = DOGS[number % len(DOGS)]
-        solution = solve(score, body)
-        places = body.place(solution.turned, solution.root)
-        steps = np.linalg.norm(np.diff(places[:, [body.part[role] for role in PAWS]], axis=0), axis=-1)
-        assert steps[solution.planted[1:]].max() < 1e-3
-        rear, front = (
-            0.5 * (places[:, body.part[f"left_{part}"]] + places[:, body.part[f"right_{part}"]])
-            for part in ("up_leg", "arm")
-        )
-        line = front - rear
-        off = np.arctan2(line[:, 0], line[:, 2]) - leader.heading
-        assert np.degrees(np.abs(np.arctan2(np.sin(off), np.cos(off)))).max() < 12
-        middle = 0.5 * (rear + front)[:, [0, 2]] / sizes_of(body).leg
-        gone = np.linalg.norm(np.diff(middle[::15], axis=0), axis=-1).sum() / (len(middle[::15]) - 1) * 2.0
-        assert gone == pytest.approx(float(np.abs(speeds(leader).mean())), abs=0.12, rel=0.05)
-    assert found > 0
+# ----------------------------------------------------------------------------------------- sequences
+@pytest.mark.parametrize("frames", [60, 101, 240, 1800])
+def test_sequences_say_what_is_done_when(frames: int) -> None:
+    """Acts without gaps, joined by bridges; whatever is held out stays out."""
+    score = sequence(Stream("dogs", "sequence", frames), frames)
+    assert score.frames == frames == len(score.phases())
+    assert [act.first for act in score.acts[1:]] == [act.end for act in score.acts[:-1]]
+    assert (score.acts[0].first, score.acts[-1].end) == (0, frames)
+    kinds = [act.kind for act in score.acts if act.kind != "transition"]
+    assert set(kinds) <= set(PARTS) <= set(KINDS) - set(held_out.KINDS)
+    if frames == 1800:
+        assert set(kinds) == set(PARTS)
+    for first, second in zip(score.acts, score.acts[1:], strict=False):
+        assert "transition" in (first.kind, second.kind) or first.kind == second.kind
+    assert all(act.end - act.first == BRIDGE for act in score.acts if act.kind == "transition")
+
+
+@pytest.mark.parametrize("kind", PARTS)
+def test_every_part_begins_and_ends_standing_on_four_paws(kind: str) -> None:
+    for number in range(6):
+        score = PARTS[kind][0](Stream("dogs", "part", kind, number), PARTS[kind][1])
+        for end in (0, -1):
+            assert score.height[end] > 0.9
+            assert score.fore[end] > 0.85
+            steps = np.linalg.norm(np.diff(score.path, axis=0), axis=-1)
+            assert steps[end] < 0.01
+        for limb in LIMBS:
+            plants = score.paws[limb].plants
+            assert plants[0].strike < -1000
+            assert plants[-1].off > 1000
+            assert plants[0].lift >= 0 or plants[0].off >= 0
+
+
+def test_sequences_in_a_given_order_go_through_all_of_it() -> None:
+    order = ("trot", "dog_lie", "dog_walk", "dog_sit", "dog_turn")
+    score = sequence(Stream("dogs", "given"), 600, order)
+    done = [act.kind for act in score.acts if act.kind != "transition"]
+    assert list(dict.fromkeys(done)) == list(order)
+    lying, sitting = ([act for act in score.acts if act.kind == kind] for kind in ("dog_lie", "dog_sit"))
+    assert score.height[lying[0].first : lying[-1].end].min() < 0.05
+    assert score.fore[lying[0].first : lying[-1].end].min() < 0.05
+    assert score.height[sitting[0].first : sitting[-1].end].min() < 0.05
+    assert score.fore[sitting[0].first : sitting[-1].end].min() > 0.9

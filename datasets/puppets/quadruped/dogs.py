@@ -23,8 +23,8 @@ PAWS = ("left_foot", "right_foot", "left_hand", "right_hand")
 @dataclass(frozen=True)
 class DogSizes(Proportions):
     """Metres. What people's words mean on four legs: ``ankle`` is the height of the hock, ``hand`` that of
-    the carpus, ``trunk`` goes along the back, ``shoulder_drop`` is how far the top of the blades lies below
-    the base of the neck."""
+    the carpus, ``trunk`` goes along the back, ``shoulder_drop`` is how far the base of the neck lies below
+    the top of the blades."""
 
     blade: float = 0.0
     """From the top of the shoulder blade to the shoulder joint."""
@@ -41,11 +41,11 @@ class DogSizes(Proportions):
         return self.hand + self.forearm * _COS["forearm"] + self.upper_arm * _COS["upper_arm"]
 
 
-SLANT = {"thigh": 0.58, "shank": -0.74, "upper_arm": -0.82, "forearm": 0.14, "blade": 0.50}
+SLANT = {"thigh": 0.58, "shank": -0.74, "upper_arm": -0.82, "forearm": 0.14, "blade": 0.60}
 """How far the bones of a standing dog lean forward on their way down, radians."""
 _COS = {bone: float(np.cos(angle)) for bone, angle in SLANT.items()}
 _SIN = {bone: float(np.sin(angle)) for bone, angle in SLANT.items()}
-NECK_UP, HEAD_DOWN, TAIL_DOWN = 0.65, 0.15, 0.75
+NECK_UP, HEAD_DOWN, TAIL_DOWN = 0.75, 0.15, 0.75
 """How far neck, head and tail of a standing dog point up or down, radians."""
 
 
@@ -87,13 +87,13 @@ def _tail(sizes: DogSizes) -> np.ndarray:
 
 def _trunk(sizes: DogSizes) -> dict[str, np.ndarray]:
     hips = np.array([0.0, sizes.leg + sizes.pelvis, 0.0])
-    top = np.array([0.0, _withers(sizes) + sizes.shoulder_drop, sizes.trunk])
+    top = np.array([0.0, _withers(sizes) - sizes.shoulder_drop, sizes.trunk])
     tail = hips + np.array([0.0, -0.2 * sizes.pelvis, -0.6 * sizes.pelvis])
     neck = sizes.neck * np.array([0.0, np.sin(NECK_UP), np.cos(NECK_UP)])
     return {
         "hips": hips,
         "spine_1": hips + 0.12 * (top - hips),
-        "spine_2": hips + 0.50 * (top - hips) + np.array([0.0, 0.03 * sizes.trunk, 0.0]),
+        "spine_2": hips + 0.50 * (top - hips) + np.array([0.0, 0.05 * sizes.trunk, 0.0]),
         "neck": top,
         "head": top + neck,
         "tail_1": tail,
@@ -169,11 +169,11 @@ def dog(withers: float, **factors: float) -> DogSizes:
         "thigh": 0.335,
         "shank": 0.35,
         "ankle": 0.22,
-        "ball": 0.05,
+        "ball": 0.09,
         "hip_half": 0.085,
-        "pelvis": 0.12,
+        "pelvis": 0.14,
         "trunk": 0.86,
-        "shoulder_drop": 0.02,
+        "shoulder_drop": 0.06,
         "clavicle": 0.055,
         "shoulder_half": 0.105,
         "upper_arm": 0.30,

@@ -1,13 +1,13 @@
-"""Walk, trot and gallop: periods of four paws, along any path.
+"""Walk, trot and gallop: periods of four paws, along any way.
 
-The order of footfalls is that of the textbooks (Hildebrand 1989); periods, strides and speeds were tuned to
-recorded dogs.
+The order of footfalls is that of the textbooks (Hildebrand 1989); periods, strides, speeds, and how long
+and how far paws roll were tuned to recorded dogs.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,102 +17,161 @@ from ..randomness import Stream
 from ..score import FPS, Trunk
 from .manner import Habit, head_and_tail
 from .score import LIMBS, DogScore, Paw, PawPlant, idle_hands
+from .ways import Way, summed, way
+
+EVER = 100_000
+"""A frame after every clip."""
+_BEYOND = 120
+"""Frames before and after the clip of which paws still have to know."""
+Span = tuple[float, float]
 
 
 @dataclass(frozen=True)
 class Gait:
-    """phases: of the first touch of each paw (``LIMBS``), shares of the period. duty: share of the period
-    that a paw is down. speed: leg lengths a second, slowest and fastest. stride: leg lengths at both.
-    lift: of the paws, leg lengths. bounce: of the trunk, shares of the standing height, and how often in a
-    period. roll_off: radians that the paw rolls over its tip. low: how much lower the body is carried."""
+    """phases: of the first touch of each paw (``LIMBS``), shares of the period. Of the slowest and the
+    fastest: speed, leg lengths a second; stride, leg lengths; duty, share of the period that a paw is
+    down; lift of the paws, leg lengths; bounce of the trunk, shares of the standing height. beats: how
+    often in a period it bounces. skew: above 1 most go slowly. rest, off: radians that hind and fore paws
+    are rolled forward over their tips where they rest and when they leave. low: how much lower rump and
+    shoulders are carried. neck: how much lower it is carried, radians."""
 
     phases: tuple[float, float, float, float]
-    duty: float
-    speed: tuple[float, float]
-    stride: tuple[float, float]
-    lift: float
-    bounce: float
+    speed: Span
+    stride: Span
+    duty: Span
+    lift: Span
+    bounce: Span
     beats: int
-    roll_off: float
-    low: float
+    skew: float
+    rest: Span
+    off: Span
+    low: Span
+    neck: float
+
+    def at(self, pair: Span, speed: np.ndarray) -> np.ndarray:
+        """What a pair of values comes to at a speed; slower than slowest is as slowest."""
+        share = np.maximum(speed - self.speed[0], 0.0) / (self.speed[1] - self.speed[0])
+        return np.asarray(pair[0] + share * (pair[1] - pair[0]))
+
+    def draw(self, stream: Stream) -> float:
+        """A speed."""
+        return self.speed[0] + (self.speed[1] - self.speed[0]) * stream.uniform(0.0, 1.0) ** self.skew
 
 
-WALK = Gait((0.0, 0.5, 0.22, 0.72), 0.64, (1.2, 2.3), (1.22, 1.55), 0.23, 0.028, 2, 0.55, 0.02)
-TROT = Gait((0.0, 0.5, 0.52, 0.02), 0.45, (3.0, 5.2), (1.85, 2.55), 0.31, 0.055, 2, 0.65, 0.03)
-GALLOP = Gait((0.0, 0.13, 0.46, 0.60), 0.25, (5.6, 7.6), (3.0, 3.5), 0.42, 0.085, 1, 0.80, 0.03)
+WALK = Gait(
+    phases=(0.0, 0.5, 0.22, 0.72),
+    speed=(0.55, 2.0),
+    stride=(0.64, 1.40),
+    duty=(0.66, 0.56),
+    lift=(0.16, 0.18),
+    bounce=(0.022, 0.034),
+    beats=2,
+    skew=1.5,
+    rest=(-0.27, -0.15),
+    off=(0.38, 0.50),
+    low=(0.035, 0.05),
+    neck=0.25,
+)
+TROT = Gait(
+    phases=(0.0, 0.5, 0.52, 0.02),
+    speed=(2.35, 4.7),
+    stride=(1.70, 2.35),
+    duty=(0.50, 0.38),
+    lift=(0.13, 0.20),
+    bounce=(0.022, 0.055),
+    beats=2,
+    skew=2.0,
+    rest=(-0.27, -0.18),
+    off=(0.40, 0.60),
+    low=(0.03, 0.055),
+    neck=0.10,
+)
+GALLOP = Gait(
+    phases=(0.0, 0.13, 0.46, 0.60),
+    speed=(3.8, 6.8),
+    stride=(1.98, 2.92),
+    duty=(0.36, 0.28),
+    lift=(0.22, 0.36),
+    bounce=(0.055, 0.080),
+    beats=1,
+    skew=2.0,
+    rest=(-0.27, -0.18),
+    off=(0.40, 0.75),
+    low=(0.03, 0.06),
+    neck=0.45,
+)
 
 
 @dataclass(frozen=True, eq=False)
-class Way:
-    """Where a dog goes: ``(frames,)`` heading and ``(frames, 2)`` path, leg lengths, and how fast."""
+class Rhythm:
+    """phase: ``(frames,)`` periods gone. times, turns: frames from well before the clip to well after it,
+    and the periods gone in them."""
 
-    heading: np.ndarray
-    path: np.ndarray
-    speed: float
-    turning: float
+    phase: np.ndarray
+    times: np.ndarray
+    turns: np.ndarray
 
-
-def way(stream: Stream, frames: int, speed: float, most: float) -> Way:
-    """A straight way or an even arc of up to ``most`` radians a second."""
-    t = seconds(frames)
-    turning = stream.choice((0.0, stream.uniform(-most, most)))
-    facing = stream.uniform(-np.pi, np.pi)
-    heading = facing + turning * t
-    if turning == 0.0:
-        path = speed * t[:, None] * np.array([np.sin(facing), np.cos(facing)])
-    else:
-        path = (
-            speed
-            / turning
-            * np.stack([np.cos(facing) - np.cos(heading), np.sin(heading) - np.sin(facing)], axis=-1)
-        )
-    return Way(heading, path, speed, turning)
+    def frame(self, phase: float) -> float:
+        return float(np.interp(phase, self.turns, self.times))
 
 
-def paced(stream: Stream, frames: int, gait: Gait, kind: str, going: Way, habit: Habit) -> DogScore:
+def rhythm(gait: Gait, going: Way, start: float) -> Rhythm:
+    """As many periods a second as the speed asks for, and no fewer than of the slowest. start: phase of the
+    first frame, 0 to 1. Who stands there starts with a hind paw, the right one if it is above a half."""
+    speed = going.speed
+    rate = np.maximum(speed, gait.speed[0]) / gait.at(gait.stride, speed)
+    gone = summed(rate)
+    if going.over[0] > 0:
+        start = 0.5 * round(start) + gait.duty[0] - 0.03 - float(gone[going.over[0]])
+    phase = start + gone
+    steps = np.arange(1, _BEYOND + 1)
+    before, after = phase[0] - rate[0] / FPS * steps[::-1], phase[-1] + rate[-1] / FPS * steps
+    times = np.arange(-_BEYOND, len(phase) + _BEYOND, dtype=float)
+    return Rhythm(phase, times, np.concatenate([before, phase, after]))
+
+
+def paced(stream: Stream, gait: Gait, kind: str, going: Way, habit: Habit) -> DogScore:
     """A gait along a way."""
-    t = seconds(frames)
-    share = (going.speed - gait.speed[0]) / (gait.speed[1] - gait.speed[0])
-    stride = max(gait.stride[0] + share * (gait.stride[1] - gait.stride[0]), 0.7 * gait.stride[0])
-    period = FPS * stride / going.speed
-    start = stream.uniform(0.0, 1.0)
-    phase = start + np.arange(frames) / period
-    paws = _paws(stream.part("paws"), frames, gait, period, start, habit)
-    beat = 2.0 * np.pi * gait.beats * (phase - gait.phases[0] - 0.5 * gait.duty)
-    bounce = habit.bounce * gait.bounce
-    height, fore, arch = _heaving(gait, phase, bounce)
-    sway = 0.02 * habit.loose * np.sin(2.0 * np.pi * (phase - 0.25 * gait.duty))
-    bend = np.clip(0.16 * going.turning, -0.45, 0.45) + np.zeros(frames)
-    weave = (0.05 if gait.beats == 2 else 0.0) * np.sin(2.0 * np.pi * (phase - 0.1))
-    still = np.zeros((frames, 3))
-    pelvis = still.copy()
-    pelvis[:, 0] = 0.06 * habit.loose * (gait.beats == 2) * np.sin(2.0 * np.pi * (phase - 0.5 * gait.duty))
-    pelvis[:, 2] = 0.05 * habit.loose * (gait.beats == 2) * np.cos(2.0 * np.pi * (phase - 0.5 * gait.duty))
-    chest = np.stack([bend + weave, arch, 0.02 * wander(stream, t, 1.0)], axis=-1)
-    neck, gaze, tail = head_and_tail(stream, frames, habit, phase)
-    neck = neck + (0.25 if kind == "dog_walk" else 0.10 if kind == "trot" else 0.45)
-    neck = neck + 0.05 * habit.bounce * np.sin(beat)
+    frames, speed = len(going.heading), going.speed
+    t, still = seconds(frames), np.zeros(frames)
+    rate = rhythm(gait, going, stream.uniform(0.0, 1.0))
+    paws = _paws(stream.part("paws"), gait, rate, going, habit)
+    # what goes with the gait fades where it comes to a stand
+    alive = np.clip(speed / (0.6 * gait.speed[0]), 0.0, 1.0)
+    alive = alive * alive * (3.0 - 2.0 * alive)
+    height, fore, arch = _heaving(gait, rate.phase, alive * habit.bounce * gait.at(gait.bounce, speed))
+    shock = 0.007 * habit.loose * alive * (1.0 + 0.3 * speed)
+    shaken = [shock * wander(stream, t, 1.0, 2.2, 6.0) for _ in range(4)]
+    bowed = wander(stream, t, 0.03 * habit.loose, 0.1, 0.5)
+    turn = 2.0 * np.pi * (rate.phase - 0.25 * float(np.mean(gait.duty)))
+    sway = 0.02 * habit.loose * alive * np.sin(turn)
+    bend = np.clip(0.16 * going.turning, -0.45, 0.45)
+    walking = alive * (gait.beats == 2)
+    pelvis = np.stack(
+        [0.06 * habit.loose * walking * np.sin(turn), still, 0.05 * habit.loose * walking * np.cos(turn)],
+        axis=-1,
+    )
+    weave = 0.05 * walking * np.sin(2.0 * np.pi * (rate.phase - 0.1))
+    small = [wander(stream, t, 0.02, 0.3, 1.6) for _ in range(2)]
+    chest = np.stack([bend + weave, alive * arch + small[0], small[1]], axis=-1)
+    neck, gaze, tail = head_and_tail(stream, frames, habit, rate.phase)
+    neck = neck + gait.neck + 0.05 * habit.bounce * alive * np.sin(turn * gait.beats)
     gaze[:, 0] += 0.6 * bend
     return DogScore(
         kind=kind,
         heading=going.heading,
         path=going.path,
-        sway=np.stack([sway, np.zeros(frames)], axis=-1),
-        height=height,
-        balance=np.zeros(frames),
-        support=np.full(frames, 0.5),
+        sway=np.stack([sway + shaken[0], shaken[1]], axis=-1),
+        height=height + shaken[2],
+        balance=still,
+        support=still + 0.5,
         trunk=Trunk(pelvis, chest, gaze),
         feet={},
         hands=idle_hands(frames),
-        parameters={
-            "speed": going.speed,
-            "turning": going.turning,
-            "stride": stride,
-            "period": period / FPS,
-        },
-        phase=phase,
-        fore=fore,
-        anchor=np.full(frames, 0.5),
+        parameters={"speed": float(speed.mean()), "turning": float(going.turning.mean())},
+        phase=rate.phase,
+        fore=fore + shaken[3] + habit.fore + bowed,
+        anchor=still + 0.5,
         neck=neck,
         tail=tail,
         spread=np.zeros((frames, 2)),
@@ -120,74 +179,100 @@ def paced(stream: Stream, frames: int, gait: Gait, kind: str, going: Way, habit:
     )
 
 
-def _heaving(gait: Gait, phase: np.ndarray, bounce: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def _heaving(
+    gait: Gait, phase: np.ndarray, bounce: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Heights of rump and shoulders and the arch of the back, over the period."""
-    turn = 2.0 * np.pi
+    turn, duty = 2.0 * np.pi, float(np.mean(gait.duty))
     if gait.beats == 2:
         # highest over the standing leg
-        ends = []
-        for first in (gait.phases[0], gait.phases[2]):
-            ends.append(1.0 - gait.low + bounce * np.cos(2.0 * turn * (phase - first - 0.5 * gait.duty)))
-        return ends[0], ends[1], 0.02 * np.sin(turn * phase)
+        rump, shoulders = (
+            1.0 - low + bounce * np.cos(2.0 * turn * (phase - first - 0.5 * duty))
+            for first, low in zip((gait.phases[0], gait.phases[2]), gait.low, strict=True)
+        )
+        return rump, shoulders, 0.02 * np.sin(turn * phase)
     # galloping: hind paws push, the body flies with paws gathered, the shoulders land; the back folds and
     # stretches once a period
-    hind = phase - gait.phases[0] - 0.5 * (gait.duty + 0.13)
-    fore = phase - gait.phases[2] - 0.5 * (gait.duty + 0.14)
-    arch = 0.18 + 0.34 * np.cos(turn * (phase - 0.96))
-    rise = [1.0 - gait.low - bounce * np.cos(turn * each) for each in (hind, fore)]
-    return rise[0], rise[1], arch
+    hind = phase - gait.phases[0] - 0.5 * (duty + 0.13)
+    front = phase - gait.phases[2] - 0.5 * (duty + 0.14)
+    arch = 0.15 + 0.26 * np.cos(turn * (phase - 0.96))
+    rump, shoulders = (
+        1.0 - low - bounce * np.cos(turn * each) for each, low in zip((hind, front), gait.low, strict=True)
+    )
+    return rump, shoulders, arch
 
 
-def _paws(
-    stream: Stream, frames: int, gait: Gait, period: float, start: float, habit: Habit
-) -> Mapping[str, Paw]:
+# ---------------------------------------------------------------------------------------------- paws
+def _paws(stream: Stream, gait: Gait, rate: Rhythm, going: Way, habit: Habit) -> Mapping[str, Paw]:
     """Plants from well before the clip to well after it, no two quite alike."""
-    count = int(np.ceil(frames / period)) + 4
-    found = {}
+    frames, found = len(going.heading), {}
+    first, last = int(np.ceil(rate.turns[0])), int(np.floor(rate.turns[-1])) - 1
+    duties, lifts = gait.at(gait.duty, going.speed), gait.at(gait.lift, going.speed)
     for limb, phase in zip(LIMBS, gait.phases, strict=True):
-        plants = []
-        lift = gait.lift * habit.lift * (1.0 if "fore" in limb else 0.85 if gait.beats == 2 else 0.6)
-        for number in range(-3, count):
-            first = period * (number + phase - start)
-            down = gait.duty * period
-            strike, off = round(first), round(first + down)
-            roll = max(2, round(0.36 * (off - strike)))
-            plants.append(
-                PawPlant(
-                    moment=0.5 * (strike + off),
-                    out=habit.stance + stream.normal(0.06 * habit.loose),
-                    ahead=stream.normal(0.022 * habit.loose),
-                    strike=strike,
-                    flat=strike + max(1, round(0.14 * (off - strike))),
-                    lift=off - roll,
-                    off=off,
-                    strike_pitch=-0.18,
-                    off_pitch=gait.roll_off * habit.roll,
-                    lift_height=lift * stream.uniform(0.85, 1.15),
-                    curl=0.75 if "fore" in limb else 0.25,
-                )
-            )
-        found[limb] = Paw(tuple(plants), np.zeros(frames))
+        plants, hind = [], "hind" in limb
+        for number in range(first, last):
+            strike = rate.frame(number + phase)
+            now = min(max(round(strike), 0), frames - 1)
+            off = round(rate.frame(number + phase + float(duties[now])))
+            lift = float(lifts[now]) * habit.lift * (0.85 if hind else 1.0) * stream.uniform(0.85, 1.15)
+            plants.append(_stay(stream, gait, habit, hind, (round(strike), off), lift))
+        found[limb] = Paw(tuple(_standing(plants, going.over, frames)), np.zeros(frames))
     return found
 
 
+def _stay(
+    stream: Stream, gait: Gait, habit: Habit, hind: bool, over: tuple[int, int], lift: float
+) -> PawPlant:
+    """One stay: it comes to rest soon and then rolls for half of its time."""
+    strike, off = over
+    rest, rolled = (pair[0 if hind else 1] for pair in (gait.rest, gait.off))
+    return PawPlant(
+        moment=0.5 * (strike + off),
+        out=habit.stance + stream.normal(0.06 * habit.loose),
+        ahead=stream.normal(0.022 * habit.loose),
+        strike=strike,
+        flat=strike + max(1, round(0.14 * (off - strike))),
+        lift=off - max(2, round(0.52 * (off - strike))),
+        off=off,
+        strike_pitch=rest - 0.10,
+        rest=rest,
+        off_pitch=rolled * habit.roll,
+        lift_height=lift,
+        curl=0.10 if hind else 0.60,
+    )
+
+
+def _standing(plants: list[PawPlant], over: tuple[int, int], frames: int) -> list[PawPlant]:
+    """Where the way begins or ends inside the clip, the paw stands before its first and after its last
+    swing."""
+    if over[0] > 0:
+        plants = [plant for plant in plants if plant.off >= over[0]]
+        stood = replace(plants[0], moment=0.0, ahead=0.0, strike=-EVER, flat=-EVER, rest=0.0)
+        plants[0] = replace(stood, lift=stood.off - 5)
+    if over[1] < frames:
+        swings = sum(plant.off < over[1] - 5 for plant in plants)
+        last = replace(plants[swings], moment=frames - 1.0, ahead=0.0, lift=EVER, off=EVER)
+        plants = [*plants[:swings], replace(last, strike_pitch=-0.1, rest=0.0)]
+    return plants
+
+
 # --------------------------------------------------------------------------------------------- kinds
-def _kind(stream: Stream, frames: int, gait: Gait, name: str, most: float) -> DogScore:
+def _kind(stream: Stream, frames: int, gait: Gait, name: str, most: float, there: bool) -> DogScore:
     habit = Habit.draw(stream)
-    speed = stream.uniform(*gait.speed)
-    return paced(stream, frames, gait, name, way(stream, frames, speed, most), habit)
+    going = way(stream, frames, gait.draw(stream), most, there)
+    return paced(stream, gait, name, going, habit)
 
 
-def walk(stream: Stream, frames: int) -> DogScore:
+def walk(stream: Stream, frames: int, there: bool = False) -> DogScore:
     """Four beats, each hind paw followed by the fore paw of its side."""
-    return _kind(stream, frames, WALK, "dog_walk", 0.7)
+    return _kind(stream, frames, WALK, "dog_walk", 0.45, there)
 
 
-def trot(stream: Stream, frames: int) -> DogScore:
+def trot(stream: Stream, frames: int, there: bool = False) -> DogScore:
     """Two beats of diagonal pairs."""
-    return _kind(stream, frames, TROT, "trot", 0.8)
+    return _kind(stream, frames, TROT, "trot", 0.25, there)
 
 
 def gallop(stream: Stream, frames: int) -> DogScore:
     """Hind paws, fore paws, flight; the back folds and stretches."""
-    return _kind(stream, frames, GALLOP, "gallop", 0.6)
+    return _kind(stream, frames, GALLOP, "gallop", 0.15, False)

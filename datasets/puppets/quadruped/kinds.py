@@ -8,6 +8,7 @@ from ..randomness import Stream
 from .gaits import gallop, trot, walk
 from .resting import lie, shake_paw, sit, stand, turn
 from .score import DogScore
+from .sequencing import sequence
 
 KINDS: Mapping[str, Callable[[Stream, int], DogScore]] = {
     "dog_walk": walk,
@@ -18,5 +19,6 @@ KINDS: Mapping[str, Callable[[Stream, int], DogScore]] = {
     "dog_sit": sit,
     "dog_lie": lie,
     "shake_paw": shake_paw,
+    "dog_sequence": sequence,
 }
 """Kind -> the function that draws one performance of so many frames."""

@@ -15,7 +15,7 @@ from ..randomness import Stream
 class Habit:
     """bounce, lift, roll: of trunk, paws and soles, 1 is usual. loose: size of involuntary movement.
     stance: half widths. neck: carried lower by, radians. tail: carried higher by. wag: radians, and how
-    often a second."""
+    often a second. fore: how much higher the shoulders are carried, shares of standing."""
 
     bounce: float
     lift: float
@@ -26,6 +26,7 @@ class Habit:
     tail: float
     wag: float
     wags: float
+    fore: float
 
     @classmethod
     def draw(cls, stream: Stream) -> Habit:
@@ -42,6 +43,7 @@ class Habit:
             tail=stream.uniform(-0.2, 0.9),
             wag=stream.uniform(0.05, 0.45),
             wags=stream.uniform(1.2, 2.8),
+            fore=stream.uniform(-0.05, 0.02),
         )
 
 

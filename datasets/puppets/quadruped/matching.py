@@ -7,56 +7,61 @@ two motions of a match form no case.
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 
 from ..randomness import Stream
 from ..score import FPS, Score
-from .gaits import GALLOP, TROT, WALK, Way, paced
+from .gaits import GALLOP, TROT, WALK, paced
 from .manner import Habit
-from .resting import turned
+from .resting import stood, turned
 from .score import DogScore
+from .ways import STANDING, Way
 
-PARTNERS: Mapping[str, tuple[str, ...]] = {
-    "stand": ("dog_stand",),
-    "turn": ("dog_turn",),
-    **dict.fromkeys(("walk", "arc", "sneak", "march", "limp"), ("dog_walk",)),
-    **dict.fromkeys(("jog", "run"), ("dog_walk", "trot", "gallop")),
-    **dict.fromkeys(("sit", "sit_down"), ("dog_sit",)),
+PARTNERS: Mapping[str, str] = {
+    "stand": "dog_stand",
+    "turn": "dog_turn",
+    **dict.fromkeys(("walk", "arc", "sneak", "march", "limp"), "dog_walk"),
+    "jog": "trot",
+    "run": "gallop",
 }
-"""A person's kind -> a dog's kinds that answer to it; of several the one whose speed it is."""
+"""A person's kind -> the dog's kind that answers to it."""
 
-_BOUNDS = ((2.5, WALK, "dog_walk"), (5.4, TROT, "trot"), (np.inf, GALLOP, "gallop"))
-"""Gaits with the leg lengths a second up to which they are gone."""
-_STEADY = 0.12
-"""How far speed may stray from its mean, as a share of it: gaits keep their period."""
+_GAITS = {"dog_walk": WALK, "trot": TROT, "gallop": GALLOP}
 
 
 def speeds(score: Score) -> np.ndarray:
-    """``(frames - 1,)`` of the way forward along the heading, leg lengths a second."""
+    """``(frames,)`` of the way forward along the heading, leg lengths a second."""
     ahead = np.stack([np.sin(score.heading), np.cos(score.heading)], axis=-1)
-    return (np.diff(score.path, axis=0) * (ahead[1:] + ahead[:-1])).sum(axis=-1) * 0.5 * FPS
+    return (np.gradient(score.path, axis=0) * ahead).sum(axis=-1) * FPS
 
 
 def follow(stream: Stream, leader: Score) -> DogScore | None:
-    """A dog that goes its leader's way in a gait of that speed, or turns with it on the spot.
+    """A dog that goes its leader's way in the gait that answers to it, or stands or turns with it.
 
-    None where the leader neither goes forward at an even speed nor turns on the spot.
+    None where the leader does anything else, or goes backwards or sideways.
     """
-    forward = speeds(leader)
-    speed = float(forward.mean())
-    if float(np.abs(np.diff(leader.path, axis=0)).max()) < 1e-3:
-        return _turning(stream, leader.heading)
-    if speed < 0.3 or np.abs(forward - speed).max() > _STEADY * speed:
+    kind = PARTNERS.get(leader.kind)
+    if kind in _GAITS:
+        return _going(stream, leader, kind)
+    moving = np.flatnonzero(np.abs(np.diff(leader.heading)) > 1e-3)
+    if kind == "dog_stand" and not len(moving):
+        return stood(stream, leader.heading)
+    if kind is None or not len(moving):
         return None
-    gait, kind = next((gait, kind) for most, gait, kind in _BOUNDS if speed <= most)
-    turning = float(leader.heading[-1] - leader.heading[0]) * FPS / max(leader.frames - 1, 1)
-    way = Way(leader.heading, leader.path, speed, turning)
-    return paced(stream, leader.frames, gait, kind, way, Habit.draw(stream))
+    # who shuffles while standing still stands
+    score = turned(stream, leader.heading, (int(moving[0]), int(moving[-1]) + 1))
+    return replace(score, kind=kind)
 
 
-def _turning(stream: Stream, heading: np.ndarray) -> DogScore | None:
-    moving = np.flatnonzero(np.abs(np.diff(heading)) > 1e-3)
-    if len(moving) < 10:
+def _going(stream: Stream, leader: Score, kind: str) -> DogScore | None:
+    forward, frames = speeds(leader), leader.frames
+    flat = (np.gradient(leader.path, axis=0) ** 2).sum(axis=-1) * FPS**2
+    moving = np.flatnonzero(forward > STANDING)
+    if not len(moving) or forward.min() < -STANDING or (flat - forward**2).max() > STANDING**2:
         return None
-    return turned(stream, heading, (int(moving[0]), int(moving[-1]) + 1))
+    first, last = int(moving[0]), int(moving[-1])
+    over = (first if first else -frames, last if last < frames - 1 else 2 * frames)
+    way = Way(leader.heading, leader.path, np.maximum(forward, 0.0), over)
+    return paced(stream, _GAITS[kind], kind, way, Habit.draw(stream))

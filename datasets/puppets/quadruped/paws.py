@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..bodies import Body
-from ..curves import bump, smooth
+from ..curves import bump, hermite, smooth
 from ..limbs import about
 from ..score import sign
 from .dogs import DogSizes
@@ -132,7 +132,7 @@ def paw_path(score: DogScore, limb: str, body: Body, ground: Grounds) -> PawPath
             place += part[:, None] * (spots[k + 1][0] - spots[k][0])
             yaw += part * (spots[k + 1][1] - spots[k][1])
             up += plant.lift_height * leg * bump(share)
-            pitch += plant.curl * bump(share) + _between(plant, after, share)
+            pitch += plant.curl * bump(share) + _between(plant, after, t)
     tips = np.stack([place[:, 0], up, place[:, 1]], axis=-1)
     pitch = pitch - paw.flat * _lying(tip, THICK * leg)
     turned = about(1, yaw) @ about(0, pitch)
@@ -155,17 +155,20 @@ def _spot(plant: PawPlant, side: str, end: str, body: Body, ground: Grounds) -> 
 
 def _rolled(plant: PawPlant, t: np.ndarray, first: bool, last: bool) -> np.ndarray:
     """Pitch while the paw is down."""
-    landing = plant.strike_pitch * (1.0 - smooth((t - plant.strike) / max(plant.flat - plant.strike, 1)))
-    leaving = plant.off_pitch * smooth((t - plant.lift) / max(plant.off - plant.lift, 1))
+    landing = 1.0 - smooth((t - plant.strike) / max(plant.flat - plant.strike, 1))
+    leaving = np.clip((t - plant.lift) / max(plant.off - plant.lift, 1), 0.0, 1.0) ** 2
+    pitch = plant.rest + (plant.strike_pitch - plant.rest) * landing
     down = (t >= plant.strike) & (t <= plant.off)
-    return np.where(down | (first & (t < plant.strike)) | (last & (t > plant.off)), landing + leaving, 0.0)
+    ever = down | (first & (t < plant.strike)) | (last & (t > plant.off))
+    return np.where(ever, pitch + (plant.off_pitch - plant.rest) * leaving, 0.0)
 
 
-def _between(plant: PawPlant, after: PawPlant, share: np.ndarray) -> np.ndarray:
-    """Pitch of a swing beside its curl: from how the paw left to how it lands."""
-    part = smooth(share)
-    inside = (share > 0.0) & (share < 1.0)
-    return np.where(inside, plant.off_pitch + part * (after.strike_pitch - plant.off_pitch), 0.0)
+def _between(plant: PawPlant, after: PawPlant, t: np.ndarray) -> np.ndarray:
+    """Pitch of a swing beside its curl: it leaves turning as it rolled last, and lands in no hurry."""
+    rolling = 2.0 * (plant.off_pitch - plant.rest) / max(plant.off - plant.lift, 1)
+    ends, pitches = (plant.off, after.strike), (plant.off_pitch, after.strike_pitch)
+    inside = (t > plant.off) & (t < after.strike)
+    return np.where(inside, hermite(t, ends, pitches, (rolling, 0.0)), 0.0)
 
 
 def _lying(tip: np.ndarray, thick: float) -> float:

@@ -11,11 +11,9 @@ from ..performances.style import seconds
 from ..randomness import Stream
 from ..score import FPS, SIDES, Trunk
 from .backwards import backwards
-from .gaits import WALK
+from .gaits import EVER, WALK
 from .manner import Habit, head_and_tail
 from .score import LIMBS, DogScore, Paw, PawAir, PawPlant, idle_hands
-
-_EVER = 100_000
 
 
 def _score(
@@ -68,22 +66,30 @@ def _score(
 def _standing(habit: Habit, limb: str, stream: Stream) -> PawPlant:
     """A stay from always to ever, where a dog at ease puts its paw."""
     ahead = stream.uniform(-0.06, 0.06)
-    return PawPlant(0.0, habit.stance, ahead + 0.02 * ("fore" in limb), -_EVER, -_EVER, _EVER, _EVER)
+    return PawPlant(0.0, habit.stance, ahead + 0.02 * ("fore" in limb), -EVER, -EVER, EVER, EVER)
 
 
 def _until(plant: PawPlant, off: int, curl: float) -> PawPlant:
     """The same, but left at a frame."""
-    return replace(plant, lift=off - 4, off=off, off_pitch=0.4, lift_height=0.08, curl=curl)
+    return replace(plant, lift=off - 5, off=off, off_pitch=0.3, lift_height=0.08, curl=curl)
 
 
 def stand(stream: Stream, frames: int) -> DogScore:
     """At ease, looking about."""
-    habit = Habit.draw(stream)
+    return stood(stream, np.full(frames, stream.uniform(-np.pi, np.pi)))
+
+
+def stood(stream: Stream, heading: np.ndarray) -> DogScore:
+    """At ease, facing as given ``(frames,)``."""
+    habit, frames = Habit.draw(stream), len(heading)
     paws = {limb: Paw((_standing(habit, limb, stream),), np.zeros(frames)) for limb in LIMBS}
     look = stream.sign() * stream.uniform(0.2, 0.6)
     t = np.arange(frames, dtype=float)
     bend = look * 0.5 * plateau(t, 0.15 * frames, 0.4 * frames, 0.6 * frames, 0.9 * frames)
-    return _score(stream, frames, "dog_stand", habit, paws, bend=0.5 * bend, parameters={"look": look})
+    parameters: dict[str, float | str] = {"look": look}
+    return _score(
+        stream, frames, "dog_stand", habit, paws, heading=heading, bend=0.5 * bend, parameters=parameters
+    )
 
 
 def turn(stream: Stream, frames: int) -> DogScore:
@@ -128,12 +134,12 @@ def _round(number: int, habit: Habit, over: tuple[int, int], period: float, fram
         offs.append(max(round(first), 3))
         first += period
     plants = []
-    strikes = [-_EVER, *(off + swing for off in offs)]
-    for strike, off in zip(strikes, [*offs, _EVER], strict=True):
-        landed, leaves = strike > -_EVER, off < _EVER
+    strikes = [-EVER, *(off + swing for off in offs)]
+    for strike, off in zip(strikes, [*offs, EVER], strict=True):
+        landed, leaves = strike > -EVER, off < EVER
         moment = 0.5 * (strike + off) if landed and leaves else 0.0 if leaves else frames - 1.0
-        plant = PawPlant(moment, habit.stance, 0.0, strike, strike + 2 * landed, off - 4 * leaves, off)
-        plants.append(replace(plant, off_pitch=0.4, lift_height=0.12 * habit.lift, curl=0.35))
+        plant = PawPlant(moment, habit.stance, 0.0, strike, strike + 2 * landed, off - 5 * leaves, off)
+        plants.append(replace(plant, off_pitch=0.3, lift_height=0.12 * habit.lift, curl=0.25))
     return Paw(tuple(plants), np.zeros(frames))
 
 
@@ -143,13 +149,14 @@ def _tucked(
     """From standing to where the paw of a lying body is, by one step."""
     before = _until(_standing(habit, limb, stream), off, curl=0.1)
     strike = off + swing
-    after = PawPlant(frames - 1.0, habit.stance + 0.25, 0.0, strike, strike + 2, _EVER, _EVER, lain=1.0)
+    after = PawPlant(frames - 1.0, habit.stance + 0.25, 0.0, strike, strike + 2, EVER, EVER, lain=1.0)
     t = np.arange(frames, dtype=float)
     return Paw((before, replace(after, strike_pitch=0.0)), hocks * ramp(t, off, strike + 3.0))
 
 
-def _settling(stream: Stream, frames: int, kind: str, down: bool) -> DogScore:
-    habit = Habit.draw(stream)
+def settling(stream: Stream, frames: int, kind: str) -> DogScore:
+    """From standing to sitting or lying, and a while there. kind: ``dog_sit`` or ``dog_lie``."""
+    habit, down = Habit.draw(stream), kind == "dog_lie"
     pace = stream.uniform(0.85, 1.2) * min(1.0, frames / 70.0)
     begin = round(stream.uniform(0.06, 0.14) * frames) + 5
     t = np.arange(frames, dtype=float)
@@ -194,12 +201,12 @@ def _settling(stream: Stream, frames: int, kind: str, down: bool) -> DogScore:
 
 def sit(stream: Stream, frames: int) -> DogScore:
     """From standing to sitting, or back."""
-    return _either_way(stream, _settling(stream, frames, "dog_sit", down=False))
+    return _either_way(stream, settling(stream, frames, "dog_sit"))
 
 
 def lie(stream: Stream, frames: int) -> DogScore:
     """From standing to lying on the belly, fore legs ahead, or back."""
-    return _either_way(stream, _settling(stream, frames, "dog_lie", down=True))
+    return _either_way(stream, settling(stream, frames, "dog_lie"))
 
 
 def _either_way(stream: Stream, score: DogScore) -> DogScore:
@@ -217,9 +224,7 @@ def shake_paw(stream: Stream, frames: int) -> DogScore:
     paws = {}
     for limb in LIMBS:
         hind = "hind" in limb
-        where = PawPlant(
-            0.0, habit.stance + 0.25 * hind, 0.0, -_EVER, -_EVER, _EVER, _EVER, lain=float(hind)
-        )
+        where = PawPlant(0.0, habit.stance + 0.25 * hind, 0.0, -EVER, -EVER, EVER, EVER, lain=float(hind))
         paws[limb] = Paw((where,), np.full(frames, float(hind)))
     up, down = round(stream.uniform(0.10, 0.20) * frames), round(stream.uniform(0.80, 0.90) * frames)
     top = (up + min(18.0, 0.2 * frames), down - min(18.0, 0.2 * frames))

@@ -28,7 +28,8 @@ class PawPlant:
     out, ahead: from where the paw of a standing body is: in half widths outward, in hind leg lengths.
     lain: 1 where the paw of a body that lies or sits is, 0 where that of a standing one is.
     strike, flat, lift, off: first frame down, first and last frame at rest, last frame down.
-    strike_pitch, off_pitch: how far it is rolled forward about its tip at first and last touch, radians.
+    strike_pitch, rest, off_pitch: how far it is rolled forward about its tip at first touch, at rest and at
+            last touch, radians.
     lift_height: clearance of the swing that follows, hind leg lengths. curl: how far the paw hangs back
             in it, radians.
     """
@@ -41,6 +42,7 @@ class PawPlant:
     lift: int
     off: int
     strike_pitch: float = -0.2
+    rest: float = 0.0
     off_pitch: float = 0.6
     lift_height: float = 0.12
     curl: float = 0.6

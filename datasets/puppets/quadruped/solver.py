@@ -36,10 +36,10 @@ class DogManner:
     knees: float = 0.05
     elbows: float = 0.05
     front: float = 0.0
-    blades: float = 0.40
+    blades: float = 0.55
 
 
-USUAL, SECOND = DogManner(), DogManner(knees=0.20, elbows=0.18, front=0.25, blades=0.25)
+USUAL, SECOND = DogManner(), DogManner(knees=0.20, elbows=0.18, front=0.25, blades=0.38)
 
 
 class _Pose:
