@@ -10,7 +10,7 @@ from .score import SIDES
 
 _SLICES = 15
 _ALONG = (0.0, 0.5, 0.85, 1.0)
-_RADIUS, _TOP, _BOTTOM = (2.0, 1.7, 2.2, 1.7), (0.3, 0.3, 1.1, 0.4), (1.0, 1.9, 4.0, 1.6)
+_RADIUS, _TOP, _BOTTOM = (2.3, 2.1, 2.7, 2.0), (0.8, 0.6, 1.3, 1.0), (1.9, 2.6, 4.6, 2.2)
 """Of the trunk from the hips to the base of the neck: radius, and how far its middle hangs below the back
 on top and at the belly, girths."""
 
@@ -47,7 +47,7 @@ def _head(body: Body, at: dict[str, np.ndarray]) -> list[Cone]:
         Cone(
             at["neck"] - np.array([0.0, 0.5 * girth, 0.0]),
             at["head"],
-            (1.6 * girth, 1.1 * girth),
+            (1.9 * girth, 1.3 * girth),
             (("neck", 1.0),),
         ),
         Cone(skull, skull, (0.27 * size, 0.27 * size), head),
@@ -62,9 +62,9 @@ def _fore(body: Body, at: dict[str, np.ndarray], side: str) -> list[Cone]:
         at[f"{side}_{part}"] for part in ("shoulder", "arm", "forearm", "hand")
     )
     return [
-        _cone(body, blade, shoulder, (0.8, 1.0), f"{side}_shoulder"),
-        _cone(body, shoulder, elbow, (1.0, 0.75), f"{side}_arm"),
-        _cone(body, elbow, wrist, (0.7, 0.42), f"{side}_forearm"),
+        _cone(body, blade, shoulder, (0.9, 1.2), f"{side}_shoulder"),
+        _cone(body, shoulder, elbow, (1.25, 0.85), f"{side}_arm"),
+        _cone(body, elbow, wrist, (0.8, 0.48), f"{side}_forearm"),
         *_paw(body, wrist, f"{side}_hand"),
     ]
 
@@ -72,8 +72,8 @@ def _fore(body: Body, at: dict[str, np.ndarray], side: str) -> list[Cone]:
 def _hind(body: Body, at: dict[str, np.ndarray], side: str) -> list[Cone]:
     hip, knee, hock = (at[f"{side}_{part}"] for part in ("up_leg", "leg", "foot"))
     return [
-        _cone(body, hip, knee, (1.5, 0.85), f"{side}_up_leg"),
-        _cone(body, knee, hock, (0.75, 0.42), f"{side}_leg"),
+        _cone(body, hip, knee, (1.9, 1.0), f"{side}_up_leg"),
+        _cone(body, knee, hock, (0.95, 0.45), f"{side}_leg"),
         *_paw(body, hock, f"{side}_foot"),
     ]
 

@@ -274,4 +274,4 @@ def test_sequences_in_a_given_order_go_through_all_of_it() -> None:
     assert score.height[lying[0].first : lying[-1].end].min() < 0.05
     assert score.fore[lying[0].first : lying[-1].end].min() < 0.05
     assert score.height[sitting[0].first : sitting[-1].end].min() < 0.05
-    assert score.fore[sitting[0].first : sitting[-1].end].min() > 0.9
+    assert score.fore[sitting[0].first : sitting[-1].end].min() > 0.8

@@ -11,13 +11,14 @@ import pytest
 from retarget_bench.datasets.puppets import meshes, rigs
 from retarget_bench.datasets.puppets.bodies import Body
 from retarget_bench.datasets.puppets.characters import BODIES, CAST
+from retarget_bench.datasets.puppets.quadruped.dogs import DOGS
 from retarget_bench.datasets.puppets.score import SIDES
 from retarget_bench.datasets.puppets.surface import surface
 from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
 
 
-@pytest.fixture(params=CAST, ids=lambda body: body.name)
+@pytest.fixture(params=(*CAST, *DOGS), ids=lambda body: body.name)
 def skinned(request: pytest.FixtureRequest) -> tuple[Body, Mesh]:
     mesh = rigs.character(request.param).mesh
     assert mesh is not None
@@ -41,8 +42,15 @@ def test_the_skin_is_one_closed_surface_facing_outward(skinned: tuple[Body, Mesh
     assert len(np.unique(directed, axis=0)) == len(directed)
     assert {tuple(edge) for edge in directed.tolist()} == {(b, a) for a, b in directed.tolist()}
     assert len(mesh.vertices) - len(directed) // 2 + len(mesh.faces) == 2
-    # a litre of body weighs about a kilogram: body mass indices from very thin to very heavy
-    assert 8.0 < 1000.0 * volume(mesh.vertices, mesh.faces) / np.ptp(mesh.vertices[:, 1]) ** 2 < 70.0
+    # a litre of body weighs about a kilogram
+    mass, body = 1000.0 * volume(mesh.vertices, mesh.faces), skinned[0]
+    if body in DOGS:
+        # greyhounds of 30 kg and mastiffs of 75 are about 120 and 250 kg over length and height
+        sizes = body.proportions
+        assert 80.0 < mass / (sizes.trunk**2 * (sizes.leg + sizes.pelvis)) < 320.0
+    else:
+        # body mass indices from very thin to very heavy
+        assert 8.0 < mass / np.ptp(mesh.vertices[:, 1]) ** 2 < 70.0
     assert 1700 < len(mesh.vertices) < 2300
     assert np.array_equal(np.unique(mesh.faces), np.arange(len(mesh.vertices)))
 
@@ -50,11 +58,13 @@ def test_the_skin_is_one_closed_surface_facing_outward(skinned: tuple[Body, Mesh
 def test_it_stands_on_the_floor_and_holds_the_bones(skinned: tuple[Body, Mesh]) -> None:
     body, mesh = skinned
     p = body.proportions
+    places = body.place(np.tile(np.eye(3), (1, len(body.offsets), 1, 1)), body.offsets[:1])[0]
     height = p.leg + p.pelvis + p.trunk + p.neck + p.head
+    if body in DOGS:  # the skull is highest, a third of the head's length wide
+        height = float(places[body.part["head"], 1]) + 0.24 * p.head
     assert abs(mesh.vertices[:, 1].min()) < 0.002
     assert abs(mesh.vertices[:, 1].max() - height) < 0.03 * height
     solid = meshes.filled(body, 0.0)
-    places = body.place(np.tile(np.eye(3), (1, len(body.offsets), 1, 1)), body.offsets[:1])[0]
     inner = [j for part, j in body.part.items() if not part.endswith(("_end", "_top"))]
     assert solid.field(places[inner]).max() < 0.0
 

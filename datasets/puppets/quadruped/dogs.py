@@ -234,7 +234,7 @@ DOGS = (
     Body(
         "bruiser",
         DOG21,
-        dog(0.74, head=1.2, neck=0.85, girth=1.5, shoulder_half=1.35, hip_half=1.3, hand=1.05, tail=0.9),
+        dog(0.74, head=1.2, neck=0.85, girth=1.25, shoulder_half=1.35, hip_half=1.3, hand=1.05, tail=0.9),
         rest="t_pose",
         held_out=True,
     ),

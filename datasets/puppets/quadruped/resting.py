@@ -168,7 +168,7 @@ def settling(stream: Stream, frames: int, kind: str) -> DogScore:
     for number, side in enumerate(SIDES):
         off = begin + round((0 if number == first else 13 if down else 8) * pace) + 4
         paws[f"{side}_hind"] = _tucked(habit, f"{side}_hind", stream, off, swing, frames, 1.0)
-    shoulders = np.full(frames, 0.98)
+    shoulders = 0.98 - 0.10 * ramp(t, *fall)
     anchor = ramp(t, *fall)
     late = begin + 5.0 * pace
     for number, side in enumerate(SIDES):
@@ -192,7 +192,7 @@ def settling(stream: Stream, frames: int, kind: str) -> DogScore:
         rump=rump,
         shoulders=shoulders,
         anchor=anchor,
-        arch=(0.15 if down else 0.45) * level,
+        arch=(0.15 if down else 0.25) * level,
         spread=0.35 * level,
         neck=-0.15 * level,
         parameters={"pace": pace},
@@ -246,8 +246,9 @@ def shake_paw(stream: Stream, frames: int) -> DogScore:
         habit,
         paws,
         rump=0.0,
+        shoulders=0.88,
         anchor=1.0,
-        arch=0.45,
+        arch=0.25,
         spread=0.35,
         neck=-0.2,
         parameters={"paw": side, "shakes": rate},
