@@ -39,8 +39,8 @@ FOUND = (
 )
 JOINTS = "pooled over frames and the contact joints that are labelled"
 SOURCE = (
-    f"the project's plant protocol; why {RADIUS:g} h: the circle measures one per cent of the height, 17 mm "
-    "on an adult, and viewers noticed feet that slid by less than 21 mm (Pražák, Hoyet and O'Sullivan "
+    f"the project's plant protocol; why {RADIUS:g} h: the circle measures one per cent of the height, 17 "
+    "mm on an adult, and viewers noticed feet that slid by less than 21 mm (Pražák, Hoyet and O'Sullivan "
     "2011); up and down it is about the centimetre that the ground values let pass"
 )
 

@@ -32,7 +32,7 @@ PEOPLE = {
     "quinn": ("man", ADULT, 100),
     "rosa": ("woman", 10, 188),
     "bruno": ("man", ADULT, 167),
-    "hugo": ("man", ADULT, 141),
+    "hugo": ("man", ADULT, 37),
     "ines": ("woman", ADULT, 97),
     "karl": ("man", ADULT, 198),
     "lena": ("woman", ADULT, 85),
