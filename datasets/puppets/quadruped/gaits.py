@@ -6,7 +6,7 @@ and how far paws roll were tuned to recorded dogs.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -257,22 +257,27 @@ def _standing(plants: list[PawPlant], over: tuple[int, int], frames: int) -> lis
 
 
 # --------------------------------------------------------------------------------------------- kinds
-def _kind(stream: Stream, frames: int, gait: Gait, name: str, most: float, there: bool) -> DogScore:
+def _kind(
+    stream: Stream, frames: int, gait: Gait, name: str, most: float, there: Sequence[bool]
+) -> DogScore:
     habit = Habit.draw(stream)
-    going = way(stream, frames, gait.draw(stream), most, there)
+    going = way(stream, frames, gait.draw(stream), most, stream.choice(there))
     return paced(stream, gait, name, going, habit)
 
 
-def walk(stream: Stream, frames: int, there: bool = False) -> DogScore:
-    """Four beats, each hind paw followed by the fore paw of its side."""
+def walk(stream: Stream, frames: int, there: Sequence[bool] = (True, False, False)) -> DogScore:
+    """Four beats, each hind paw followed by the fore paw of its side.
+
+    there: out of these is drawn whether it is from standing to standing.
+    """
     return _kind(stream, frames, WALK, "dog_walk", 0.45, there)
 
 
-def trot(stream: Stream, frames: int, there: bool = False) -> DogScore:
-    """Two beats of diagonal pairs."""
+def trot(stream: Stream, frames: int, there: Sequence[bool] = (True, False, False, False)) -> DogScore:
+    """Two beats of diagonal pairs. there: as of ``walk``."""
     return _kind(stream, frames, TROT, "trot", 0.25, there)
 
 
 def gallop(stream: Stream, frames: int) -> DogScore:
     """Hind paws, fore paws, flight; the back folds and stretches."""
-    return _kind(stream, frames, GALLOP, "gallop", 0.15, False)
+    return _kind(stream, frames, GALLOP, "gallop", 0.15, (False,))

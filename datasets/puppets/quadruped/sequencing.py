@@ -70,8 +70,8 @@ def _down_and_up(stream: Stream, frames: int, kind: str) -> DogScore:
 
 
 PARTS: dict[str, tuple[Callable[[Stream, int], DogScore], int]] = {
-    "dog_walk": (partial(walk, there=True), 75),
-    "trot": (partial(trot, there=True), 65),
+    "dog_walk": (partial(walk, there=(True,)), 75),
+    "trot": (partial(trot, there=(True,)), 65),
     "dog_stand": (stand, 45),
     "dog_turn": (turn, 58),
     "dog_sit": (partial(_down_and_up, kind="dog_sit"), 136),
