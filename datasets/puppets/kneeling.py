@@ -118,12 +118,14 @@ def over_floor(height: np.ndarray, body: Body) -> np.ndarray:
 
 def all_fours(body: Body) -> tuple[float, float]:
     """How far the trunk leans forward on hands and knees, radians, and how far the shoulder joints are then
-    before the knees, metres: the arms all but straight, elbows bent where they are too long for that."""
+    before the knees, metres: the arms all but straight, elbows bent where they are too long for that.
+    Where no collar bone follows a hand, the shoulders are lower, for the arms to reach as far."""
     p = body.proportions
     shoulder = body.reach("left_arm", "hips") - body.reach("left_up_leg", "hips")
     far = float(np.sqrt(shoulder[1] ** 2 + shoulder[2] ** 2))
     wrist = float(p.hand * np.sin(HandPlant.tilt))
-    share = (0.91 * p.arm + wrist - knee_height(body) - p.thigh) / far
+    straight = 0.91 if body.structure.collars else 0.875
+    share = (straight * p.arm + wrist - knee_height(body) - p.thigh) / far
     share = min(max(share, -0.30), 0.75)
     lean = float(np.arccos(share)) - float(np.arctan2(shoulder[2], shoulder[1]))
     return lean, far * float(np.sqrt(1.0 - share * share))

@@ -3,7 +3,7 @@
 | of the performance | measured in | on this body |
 |---|---|---|
 | travel, sway and step places | leg lengths | times its leg (hip joint to sole) |
-| stance width | half hip widths | times half the distance of its hip joints |
+| stance width | half hip widths | times half the distance of its hip joints; less where legs are short |
 | pitch of the sole | radians of a usual foot | less on a foot that is long for its leg |
 | height of the hip joints | leg lengths | times its leg, lowered where a foot would not reach the floor |
 | feet carried in the air | leg lengths from the hip joint | times its own leg, less its ankle |
@@ -30,10 +30,24 @@ from .score import Air, Hand, Plant, Score, sign
 def foot_place(plant: Plant, side: str, body: Body) -> tuple[float, float]:
     """(x, z) in metres of the ankle's place on the floor while the foot is flat."""
     sizes = body.proportions
-    out, ahead = sign(side) * plant.width * sizes.hip_half, _fit(plant, body)
+    out, ahead = sign(side) * stance_width(plant.width, body), _fit(plant, body)
     c, s = np.cos(plant.heading), np.sin(plant.heading)
     x, z = plant.place
     return float(x * sizes.leg + out * c + ahead * s), float(z * sizes.leg - out * s + ahead * c)
+
+
+USUAL_HIPS = 0.105
+"""Half the distance of the hip joints, leg lengths: a woman's or man's."""
+
+
+def stance_width(width: float, body: Body) -> float:
+    """How far outward a foot stands, metres.
+
+    Short legs under wide hips would slant by twice a person's angle when the weight goes from foot to foot,
+    and look knock-kneed: what a stance is wider than a walk's is made less there."""
+    sizes = body.proportions
+    share = min(USUAL_HIPS * sizes.leg / sizes.hip_half, 1.0) ** 1.5
+    return (min(width, 0.75) + share * max(width - 0.75, 0.0)) * sizes.hip_half
 
 
 _GAP = 0.02

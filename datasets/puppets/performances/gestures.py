@@ -15,14 +15,14 @@ def stand(stream: Stream, frames: int) -> Score:
     """Idle: the weight goes from foot to foot, the gaze about; a hand may rest on the hip for a while."""
     scene = Scene(stream, frames, width=stream.uniform(1.0, 1.6), shift=0.45)
     scene.fidget()
-    for start, end in slots(stream, frames, 1.6, 3.2):
+    for start, end in slots(stream, frames, 1.6, 3.2, calm=0.8):
         at, side = stream.uniform(-0.7, 0.7), stream.choice(SIDES)
-        rise = min(20.0, 0.4 * (end - start))
+        rise = min(stream.uniform(20.0, 32.0), 0.4 * (end - start))
         share = scene.held(start, start + rise, end - rise, end)
         scene.bend(
             share, pelvis=(0.1 * at, 0.0, 0.0), chest=(0.15 * at, 0.0, 0.0), gaze=(0.7 * at, 0.08, 0.0)
         )
-        if stream.choice((True, False, False)):
+        if stream.choice((True, False, False, False)):
             rests = arms.on_hip(side) if stream.choice((True, False)) else arms.on_belly(side)
             scene.arm(side, start, start + rise, rests, (0.10, 0.0, 0.10))
             scene.arm(side, end - rise, end)
@@ -33,7 +33,7 @@ def point(stream: Stream, frames: int) -> Score:
     """At things around: the gaze goes first, then arm and chest."""
     scene = Scene(stream, frames, width=stream.uniform(1.0, 1.5))
     scene.fidget()
-    for start, end in slots(stream, frames, 1.7, 2.8):
+    for start, end in slots(stream, frames, 1.9, 3.2, calm=0.9):
         side = stream.choice(SIDES)
         aside, rise = stream.uniform(-0.35, 1.2), stream.uniform(-0.45, 0.45)
         far = stream.uniform(0.90, 0.965)
@@ -42,7 +42,7 @@ def point(stream: Stream, frames: int) -> Score:
             far * float(np.sin(rise)),
             far * float(np.cos(aside) * np.cos(rise)),
         )
-        up = min(22.0, 0.36 * (end - start))
+        up = min(stream.uniform(20.0, 32.0), 0.38 * (end - start))
         scene.arm(side, start, start + up, Shape(reach, (-0.15, 0.0, 0.1), 0.2, 1.0), (0.05, 0.0, 0.12))
         scene.arm(side, end - up, end, None, (0.08, 0.0, 0.05))
         turned = sign(side) * aside
@@ -62,8 +62,10 @@ def clap(stream: Stream, frames: int) -> Score:
     scene.fidget()
     level, forward = stream.uniform(-0.34, -0.10), stream.uniform(0.50, 0.62)
     wide, beat = stream.uniform(0.14, 0.24), round(stream.uniform(11.0, 18.0))
-    start, end = 4.0, frames - 5.0
-    up, count = 18.0, max(2, int((frames - 44) / beat))
+    # in long clips there is a while before and after the applause
+    most = frames - max(frames - 110.0, 0.0) * stream.uniform(0.0, 1.0)
+    start = 4.0 + round(stream.uniform(0.0, 1.0) * (frames - most))
+    end, up, count = start + most - 9.0, 20.0, max(2, int((most - 44) / beat))
     tilt = stream.uniform(-0.03, 0.03)
 
     def shape(side: str, out: float, touch: str = "") -> Shape:
@@ -134,7 +136,7 @@ def touch_head(stream: Stream, frames: int) -> Score:
     """One hand or both to the head, which inclines towards it."""
     scene = Scene(stream, frames, width=stream.uniform(1.0, 1.5))
     scene.fidget()
-    for start, end in slots(stream, frames, 1.8, 3.0):
+    for start, end in slots(stream, frames, 1.9, 3.2, calm=0.6):
         hands = stream.choice((("left",), ("right",), SIDES))
         up = min(28.0, 0.42 * (end - start))
         share = scene.held(start, start + up, end - up, end)
@@ -177,8 +179,8 @@ def salute(stream: Stream, frames: int) -> Score:
     """Heels drawn up, finger tips to the temple, held, and smartly down."""
     scene = Scene(stream, frames, width=stream.uniform(0.8, 1.1), shift=0.08)
     side = stream.choice(("right", "right", "left"))
-    for start, end in slots(stream, frames, 1.8, 3.2):
-        up = min(24.0, 0.4 * (end - start))
+    for start, end in slots(stream, frames, 2.0, 3.6, calm=0.8):
+        up = min(28.0, 0.4 * (end - start))
         scene.touch(side, arms.on_brow(side), start, end, up)
         straight = scene.held(start - 4.0, start + up, end - up, end)
         scene.bend(straight, pelvis=(0.0, -0.02, 0.0), chest=(0.0, -0.07, 0.0), gaze=(0.0, -0.04, 0.0))
@@ -189,7 +191,7 @@ def bow(stream: Stream, frames: int) -> Score:
     """From the hips, arms along the thighs, or one hand on the belly and the other swept aside."""
     scene = Scene(stream, frames, width=stream.uniform(0.8, 1.2), shift=0.1)
     courtly, side = stream.choice((True, False)), stream.choice(SIDES)
-    for start, end in slots(stream, frames, 2.0, 3.4):
+    for start, end in slots(stream, frames, 2.2, 3.8, calm=0.7):
         down = 0.38 * (end - start)
         share = scene.held(start, start + down, end - down, end)
         deep = stream.uniform(0.4, 1.0)

@@ -19,7 +19,7 @@ def lunge(stream: Stream, frames: int) -> Score:
     """A long step ahead, down until the hind knee is a hand above the floor, and back; the heel rises."""
     count = max(1, int((frames - 6) / stream.uniform(108.0, 140.0)))
     whole = max(frames, 112)
-    scene = Scene(stream, whole, width=stream.uniform(0.9, 1.2), shift=0.1)
+    scene = Scene(stream, whole, width=stream.uniform(0.9, 1.2), shift=0.1, loose=0.3)
     long, deep = stream.uniform(0.72, 0.92), stream.uniform(0.30, 0.37)
     style, front = stream.choice(("hips", "ahead", "hang")), stream.choice(SIDES)
     share = (whole - 6.0) / count
@@ -110,7 +110,7 @@ def _down_and_up(stream: Stream, frames: int, kind: str, late: float, rises: boo
     if rises and frames > 120:
         whole = frames + 110
     times = _times(whole, second)
-    scene = Scene(stream, whole, width=stream.uniform(0.9, 1.15), shift=0.1)
+    scene = Scene(stream, whole, width=stream.uniform(0.9, 1.15), shift=0.1, loose=0.3)
     scene.style = replace(scene.style, toe_out=0.6 * scene.style.toe_out)
     hind = stream.choice(SIDES)
     fore, long = other(hind), stream.uniform(0.70, 0.84)
@@ -209,3 +209,4 @@ def _upper(scene: Scene, times: Times, fore: str, one: np.ndarray, back: np.ndar
             scene.arm(side, times.forth - 26.0, times.forth)
     elif stream.choice((True, True, False)):
         scene.touch(fore, arms.on_knee(fore), times.knee - 24.0, times.rise + 20.0, 24.0)
+        scene.bend(one, pelvis=(0.0, 0.08, 0.0), chest=(0.0, 0.12, 0.0))

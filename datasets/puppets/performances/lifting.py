@@ -17,7 +17,7 @@ from .style import hanging
 
 def touch_floor(stream: Stream, frames: int) -> Score:
     """With one hand or both, stooping with all but straight knees or squatting."""
-    scene = Scene(stream, max(frames, 80), width=stream.uniform(1.3, 1.9), shift=0.1)
+    scene = Scene(stream, max(frames, 80), width=stream.uniform(1.3, 1.9), shift=0.1, loose=0.3)
     how, hands = stream.choice(("stoop", "squat")), stream.choice((SIDES, SIDES, ("left",), ("right",)))
     heading = float(scene.feet.heading[0])
     ahead = stream.uniform(0.25, 0.32)
@@ -48,11 +48,11 @@ def touch_floor(stream: Stream, frames: int) -> Score:
 
 def _bend_down(scene: Scene, how: str, bent: np.ndarray) -> None:
     if how == "stoop":
-        scene.low += 0.08 * bent
-        scene.bend(bent, pelvis=(0.0, 0.88, 0.0), chest=(0.0, 0.69, 0.0), gaze=(0.0, 1.15, 0.0))
+        scene.low += 0.14 * bent
+        scene.bend(bent, pelvis=(0.0, 0.88, 0.0), chest=(0.0, 0.64, 0.0), gaze=(0.0, 1.15, 0.0))
     else:
-        scene.low += 0.28 * bent
-        scene.bend(bent, pelvis=(0.0, 0.35, 0.0), chest=(0.0, 0.70, 0.0), gaze=(0.0, 0.75, 0.0))
+        scene.low += 0.38 * bent
+        scene.bend(bent, pelvis=(0.0, 0.42, 0.0), chest=(0.0, 0.62, 0.0), gaze=(0.0, 0.75, 0.0))
 
 
 @dataclass(frozen=True)
@@ -90,7 +90,7 @@ def lift(stream: Stream, frames: int) -> Score:
     round_trip = 4 * (_DOWN + _GRIP) + 20
     back = frames >= round_trip
     whole = frames if back else max(frames, _DOWN + _GRIP + _UP + 16)
-    scene = Scene(stream, whole, width=stream.uniform(1.3, 1.8), shift=0.1)
+    scene = Scene(stream, whole, width=stream.uniform(1.3, 1.8), shift=0.1, loose=0.3)
     how = stream.choice(("squat", "squat", "stoop"))
     box = _Box(
         stream.uniform(0.34, 0.42),
@@ -108,7 +108,7 @@ def lift(stream: Stream, frames: int) -> Score:
         plants.append(box.plant(heading, put, put + _GRIP, round(0.75 * _DOWN), round(0.6 * _UP)))
         bent = bent + scene.held(put - _DOWN, put, put + _GRIP, put + _GRIP + _UP)
         ends = (put + _GRIP, put + _GRIP + 0.8 * _UP)
-    deep = (0.34, 0.46, 0.62, 0.50) if how == "squat" else (0.14, 0.95, 0.60, 0.95)
+    deep = (0.32, 0.40, 0.62, 0.50) if how == "squat" else (0.14, 0.95, 0.60, 0.95)
     scene.low += deep[0] * bent
     scene.bend(bent, pelvis=(0.0, deep[1], 0.0), chest=(0.0, deep[2], 0.0), gaze=(0.0, deep[3], 0.0))
     taken = plateau(scene.k, start + 0.1 * _DOWN, start + 0.9 * _DOWN, *ends)

@@ -19,16 +19,26 @@ _NONE = (0.0, 0.0, 0.0)
 class Scene:
     """What a performer on the spot does in ``frames`` frames; all times are in frames.
 
-    Begins and ends standing on both soles with the arms at ease, so that it may follow anything.
+    Begins and ends standing on both soles with the arms at ease, so that it may follow anything. How soft
+    the knees are, how far off the body the arms hang and how upright the trunk is belongs to the moment,
+    not to the person.
     """
 
-    def __init__(self, stream: Stream, frames: int, width: float = 1.2, shift: float = 0.3) -> None:
-        """width: of the stance, half hip widths, times the style's. shift: how far weight wanders."""
+    def __init__(
+        self, stream: Stream, frames: int, width: float = 1.2, shift: float = 0.3, loose: float = 1.0
+    ) -> None:
+        """width: of the stance, half hip widths, times the style's. shift: how far weight wanders.
+        loose: how far knees and trunk are what they happen to be at the moment."""
         self.stream, self.frames, self.style = stream, frames, Style.draw(stream)
         self.k = np.arange(frames, dtype=float)
         heading = stream.uniform(-np.pi, np.pi)
         support = shifting(stream, frames, shift)
         self.feet: Stance = stance(heading, self.style, frames, support, width * self.style.stance)
+        # most knees are nearly straight, some quite soft
+        self.soft = loose * (0.065 * stream.uniform(0.0, 1.0) ** 2.2 - 0.008)
+        self.upright = loose * stream.normal(0.075)
+        aside = self.style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5
+        self.style = replace(self.style, aside=aside)
         self.moves: dict[str, list[Move]] = {side: [] for side in SIDES}
         self.pelvis, self.chest, self.gaze = (np.zeros((frames, 3)) for _ in range(3))
         self.low, self.ahead = np.zeros(frames), np.zeros(frames)
@@ -112,13 +122,21 @@ class Scene:
         """The performance. The hip drops over the idle leg, the chest evens that out, as anyone's does."""
         feet, still = self.feet, np.zeros(self.frames)
         self.bend(feet.tip, pelvis=(0.05, 0.0, -0.07), chest=(-0.03, 0.0, 0.09))
+        upright = self.upright
+        leans, sinks = self.pelvis[:, 1] + self.chest[:, 1], self.low / 0.1
+        soft = self.soft / (1.0 + sinks * sinks)
+        self.bend(
+            1.0 / (1.0 + (leans / 0.3) ** 2),
+            pelvis=(0.0, 0.3 * upright, 0.0),
+            chest=(0.0, 0.7 * upright, 0.0),
+        )
         hands = {side: moving(self.stream, self.frames, self.style, self.moves[side]) for side in SIDES}
         return Score(
             kind=kind,
             heading=feet.heading,
             path=np.zeros((self.frames, 2)),
             sway=np.zeros((self.frames, 2)),
-            height=0.990 - 0.012 * np.abs(feet.tip) - self.low,
+            height=0.990 - soft - 0.012 * np.abs(feet.tip) - self.low,
             balance=still + 1.0,
             support=feet.support,
             trunk=trunk(
@@ -136,16 +154,24 @@ class Scene:
         )
 
 
-def slots(stream: Stream, frames: int, shortest: float, longest: float) -> list[tuple[float, float]]:
+def slots(
+    stream: Stream, frames: int, shortest: float, longest: float, calm: float = 0.0
+) -> list[tuple[float, float]]:
     """Stretches (start, end), whole frames, in which things happen one after the other: as many as fit when
-    each takes between so many seconds, at least one; the clip's first and last five frames stay free."""
+    each takes between so many seconds, at least one; the clip's first and last five frames stay free.
+
+    calm: up to how many times as long as something takes nothing happens besides, where there is time."""
     length = FPS * stream.uniform(shortest, longest)
+    rest = length * stream.uniform(0.4 * calm, calm)
     room = frames - 11.0
-    count = max(1, int(room / length))
+    count = max(1, int(room / (length + rest)))
     share = room / count
+    # of each share so much is filled: all of it where there is no time to spare
+    filled = 1.0 if calm == 0.0 else min(1.0, 1.1 * length / share)
     found = []
     for number in range(count):
-        start = 5.0 + share * (number + stream.uniform(0.0, 0.08))
-        end = 5.0 + share * (number + stream.uniform(0.92, 1.0))
+        first = stream.uniform(0.0, 1.0) * (1.0 - filled)
+        start = 5.0 + share * (number + first + stream.uniform(0.0, 0.08) * filled)
+        end = 5.0 + share * (number + first + stream.uniform(0.92, 1.0) * filled)
         found.append((float(round(start)), float(round(end))))
     return found

@@ -39,13 +39,14 @@ class _Wave:
         length = frames / 30.0
         shape = stream.choice(("small", "usual", "usual", "high"))
         hands = stream.choice((("left",), ("right",), ("right",), SIDES))
+        up = stream.uniform(-0.2, 0.3 * length)
         return cls(
             hands=hands,
             shape="high" if len(hands) == 2 else shape,
-            rate=stream.uniform(1.1, 2.2) * (0.75 if shape == "high" or len(hands) == 2 else 1.0),
+            rate=stream.uniform(0.9, 1.9) * (0.75 if shape == "high" or len(hands) == 2 else 1.0),
             size=stream.uniform(0.7, 1.25),
-            up=stream.uniform(-0.2, 0.25 * length),
-            down=length + stream.uniform(-0.15 * length, 1.0),
+            up=up,
+            down=min(up + stream.uniform(2.0, 4.5), length + stream.uniform(-0.5, 0.5)),
             at=stream.uniform(-0.6, 0.6),
             rest=stream.choice(("hang", "hip")),
         )
@@ -54,10 +55,16 @@ class _Wave:
 def wave(stream: Stream, frames: int) -> Score:
     """A greeting: the hand goes up, swings from the elbow, the rest of the body takes part."""
     plan, style = _Wave.draw(stream, frames), Style.draw(stream)
+    soft, upright = 0.065 * stream.uniform(0.0, 1.0) ** 2.2 - 0.008, stream.normal(0.075)
+    style = replace(
+        style,
+        aside=style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5,
+        posture=style.posture + upright,
+    )
     heading = stream.uniform(-np.pi, np.pi)
     t, still = seconds(frames), np.zeros(frames)
     feet = _feet(stream, style, heading, frames)
-    raised = plateau(t, plan.up, plan.up + 0.75, plan.down, plan.down + 0.8)
+    raised = plateau(t, plan.up, plan.up + 0.85, plan.down, plan.down + 0.9)
     swing = plan.size * raised * np.sin(2.0 * np.pi * plan.rate * (t - plan.up))
     lift = raised * float(sum(sign(side) for side in plan.hands))
     return Score(
@@ -65,7 +72,7 @@ def wave(stream: Stream, frames: int) -> Score:
         heading=feet.heading,
         path=np.zeros((frames, 2)),
         sway=np.zeros((frames, 2)),
-        height=0.990 - 0.012 * np.abs(feet.tip) + 0.004 * np.abs(swing),
+        height=0.990 - soft - 0.012 * np.abs(feet.tip) + 0.004 * np.abs(swing),
         balance=still + 1.0,
         support=feet.support,
         trunk=_trunk(stream, style, plan, t, feet, raised, lift, swing),
