@@ -15,8 +15,8 @@ from retarget_bench.datasets.puppets.families import families
 EVERY = 3
 """Of the frames that are compared: ten a second."""
 
-LEAST = 0.006
-"""Of body height, 1 cm for a person: clips nearer than this would be near copies."""
+LEAST = 0.01
+"""Of body height, 1.7 cm for a person: clips nearer than this would be near copies."""
 
 
 def trajectory(clip: Clip) -> np.ndarray:
