@@ -46,7 +46,7 @@ def sequence(
     """
     offered = STRUNG if among is None else among
     whole = {name: FROM_STAND_TO_STAND.get(name, KINDS[name]) for name in (*offered, *kinds)}
-    return strung(stream, frames, whole, kinds)
+    return strung(stream, frames, whole, kinds, LEAST)
 
 
 STRUNG = (
@@ -77,14 +77,27 @@ STRUNG = (
     "pull",
     "dance_steps",
     "dance_line",
+    "lunge",
+    "kneel",
+    "lift",
+    "touch_floor",
+    "arc",
+    "sneak",
+    "limp",
 )
 """Kinds that sequences draw on their own: their performances begin and end standing, or often enough do."""
+
+LEAST: Mapping[str, int] = {"lunge": 112, "kneel": 112, "lift": 220, "touch_floor": 80}
+"""Frames that a kind takes from standing to standing: of fewer a clip shows a part."""
 
 FROM_STAND_TO_STAND: Mapping[str, Callable[[Stream, int], Score]] = {
     "walk": partial(walk, mode="there"),
     "walk_backwards": partial(walk_backwards, mode="there"),
     "walk_sideways": partial(walk_sideways, mode="there"),
     "turn": partial(turn, mode="there"),
+    "arc": partial(arc, mode="there"),
+    "sneak": partial(sneak, mode="there"),
+    "limp": partial(limp, mode="there"),
     "jump": partial(jump, mode="there"),
     "leap": partial(leap, mode="there"),
 }

@@ -5,6 +5,9 @@ soles are flat, no heel is raised, the hips are up (over 0.7 of a leg), and nobo
 stairs. Arms may be anywhere. A kind of which only some performances stand at an end is drawn again until
 one does.
 
+Kinds that take their time (``least``) are drawn only where a part is long enough for them, and get a larger
+share of the whole.
+
 Parts are turned and moved so that one foot stays where it is; the other makes a step if it has to. While
 that happens all channels run on with fading speed and are cross-faded, so nothing jumps.
 """
@@ -53,19 +56,29 @@ def drawn(stream: Stream, kind: Kind, frames: int, starts: bool, ends: bool) -> 
     return None
 
 
-def strung(stream: Stream, frames: int, among: Mapping[str, Kind], kinds: Sequence[str] = ()) -> Score:
+def strung(
+    stream: Stream,
+    frames: int,
+    among: Mapping[str, Kind],
+    kinds: Sequence[str] = (),
+    least: Mapping[str, int] | None = None,
+) -> Score:
     """``kinds`` in order, or as many as the time is right for, drawn from ``among`` without repeating one
-    until all have had their turn."""
+    until all have had their turn. least: kind -> frames that it takes from standing to standing."""
+    takes = least or {}
     count = len(kinds) or max(1, round((frames + BRIDGE) / (_USUAL + BRIDGE)))
     order = list(kinds) or _drawn_order(stream, list(among), count)
-    shares = [stream.uniform(0.75, 1.3) for _ in order]
+    shares = [stream.uniform(0.75, 1.3) * max(takes.get(name, 0) / 0.8 / _USUAL, 1.0) for name in order]
     room = frames - BRIDGE * (len(order) - 1)
     ends = np.round(np.cumsum([0.0, *shares]) / sum(shares) * room).astype(int).tolist()
     whole: Score | None = None
     for number, name in enumerate(order):
         long, middle = ends[number + 1] - ends[number], (number > 0, number < len(order) - 1)
-        # a kind that happens not to stand is replaced, unless it was asked for
-        names = [name] if kinds else [name, *(each for each in among if each != name)]
+        # a kind that happens not to stand, or has too little time, is replaced, unless it was asked for
+        names = [name]
+        if not kinds:
+            names += [each for each in among if each != name]
+            names = [each for each in names if takes.get(each, 0) <= long]
         tries = (drawn(stream.part(number, each), among[each], long, *middle) for each in names)
         part = next((score for score in tries if score is not None), None)
         if part is None:

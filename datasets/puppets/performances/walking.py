@@ -74,12 +74,12 @@ def walk(stream: Stream, frames: int, mode: str = "") -> Score:
     return striding(stream, "walk", drawn, course, stepping(drawn, course, Tread()), carriage)
 
 
-def arc(stream: Stream, frames: int) -> Score:
+def arc(stream: Stream, frames: int, mode: str = "steady") -> Score:
     """Walking round a narrow bend, the body leaning into it."""
     drawn = gait(
         stream,
         frames,
-        mode="steady",
+        mode=mode,
         rate=(1.6, 2.0),
         step=(0.50, 0.72),
         duty=(0.60, 0.65),
@@ -109,12 +109,12 @@ def walk_backwards(stream: Stream, frames: int, mode: str = "") -> Score:
     return striding(stream, "walk_backwards", drawn, course, stepping(drawn, course, tread), carriage)
 
 
-def sneak(stream: Stream, frames: int) -> Score:
+def sneak(stream: Stream, frames: int, mode: str = "steady") -> Score:
     """Slow, low and soft: the toe feels for the floor, the arms are held ready."""
     drawn = gait(
         stream,
         frames,
-        mode="steady",
+        mode=mode,
         rate=(0.95, 1.35),
         step=(0.42, 0.62),
         duty=(0.60, 0.66),
@@ -226,13 +226,13 @@ def march(stream: Stream, frames: int) -> Score:
     return replace(score, impacts=tuple(strike for strike in strikes if 0 <= strike < frames))
 
 
-def limp(stream: Stream, frames: int) -> Score:
+def limp(stream: Stream, frames: int, mode: str = "steady") -> Score:
     """One leg is spared: it bears weight for a short time only, hardly rolls, and the body dips over it."""
     lame, size = stream.choice(SIDES), stream.uniform(0.035, 0.085)
     drawn = gait(
         stream,
         frames,
-        mode="steady",
+        mode=mode,
         rate=(1.2, 1.6),
         step=(0.34, 0.52),
         duty=(0.64, 0.68),
