@@ -1,9 +1,10 @@
-"""Writes anew what is frozen of the puppets: who cannot do what, and the stored sample.
+"""Writes anew what is frozen of the puppets: who cannot do what, the stored sample, and the release.
 
-    PYTHONPATH=. python tests/datasets/freeze_puppets.py [--processes 2]
+    PYTHONPATH=. python tests/datasets/freeze_puppets.py [--processes 2] [--release-only]
 
-To be run after a deliberate change of the generator, together with a new ``corpus.VERSION``. Takes a few
-minutes. Prints what changed.
+To be run after a deliberate change of the generator, together with a new ``corpus.VERSION``; takes a few
+minutes. After a new version of a metric alone, ``--release-only``. Prints what changed. What was published
+under a name stays under it: a change of the release asks for a new ``corpus.RELEASE``.
 """
 
 from __future__ import annotations
@@ -13,8 +14,10 @@ import json
 import multiprocessing
 import os
 import tempfile
+from pathlib import Path
 
 from test_puppets import SAMPLE, sample
+from test_puppets_release import FILE, release
 
 from retarget_bench.datasets.puppets import exclusions
 from retarget_bench.datasets.puppets import plugin as Puppets
@@ -27,19 +30,29 @@ def drawn() -> dict[str, list[list[float]]]:
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--processes", type=int, default=2)
-    before = exclusions.FILE.read_text(encoding="utf-8")
-    exclusions.write(parser.parse_args().processes)
-    after = exclusions.FILE.read_text(encoding="utf-8")
-    print(f"exclusions: {after.count('{') - 1} clips, {'as before' if after == before else 'changed'}")
+    parser.add_argument("--release-only", action="store_true")
+    options = parser.parse_args()
+    if not options.release_only:
+        before = exclusions.FILE.read_text(encoding="utf-8")
+        exclusions.write(options.processes)
+        after = exclusions.FILE.read_text(encoding="utf-8")
+        print(f"exclusions: {after.count('{') - 1} clips, {'as before' if after == before else 'changed'}")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["RETARGET_BENCH_CACHE"] = folder
         # lists depend on the exclusions and are remembered: in a process of its own
         with multiprocessing.get_context("spawn").Pool(1) as pool:
-            found = pool.apply(drawn)
-    text = json.dumps(found) + "\n"
-    same = SAMPLE.read_text(encoding="utf-8") == text
-    SAMPLE.write_text(text, encoding="utf-8")
-    print(f"sample: {len(found)} motions, {'as before' if same else 'changed'}")
+            if not options.release_only:
+                found = pool.apply(drawn)
+                print(f"sample: {len(found)} motions, {_written(SAMPLE, json.dumps(found))}")
+            made = pool.apply(release)
+    print(f"release: {made['release']}, {_written(FILE, json.dumps(made, indent=1))}")
+
+
+def _written(path: Path, text: str) -> str:
+    """Write a file; whether it is as it was."""
+    same = path.exists() and path.read_text(encoding="utf-8") == text + "\n"
+    path.write_text(text + "\n", encoding="utf-8")
+    return "as before" if same else "changed"
 
 
 if __name__ == "__main__":
