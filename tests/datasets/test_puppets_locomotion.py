@@ -13,6 +13,7 @@ from retarget_bench.datasets.puppets.anatomy import centre_of_mass
 from retarget_bench.datasets.puppets.bodies import Body
 from retarget_bench.datasets.puppets.characters import BODIES
 from retarget_bench.datasets.puppets.performances import KINDS
+from retarget_bench.datasets.puppets.performances.walking import walk
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.score import SIDES, Score, sign
 from retarget_bench.datasets.puppets.solver import Solution, solve
@@ -130,6 +131,49 @@ def test_gaits_are_within_what_people_do(
         assert speeds[0] < speed < speeds[1]
         assert oscillation[0] < np.ptp(hips[:, 1]) < oscillation[1]
         assert all(knees[0] < knee(body, places, side).max() < knees[1] for side in SIDES)
+
+
+def bend(places: np.ndarray, body: Body, *parts: str) -> np.ndarray:
+    """``(frames,)`` degrees between two bones given by their three joints."""
+    top, middle, end = (places[:, body.part[part]] for part in parts)
+    upper, lower = middle - top, end - middle
+    across = np.linalg.norm(np.cross(upper, lower), axis=-1)
+    return np.degrees(np.arctan2(across, (upper * lower).sum(axis=-1)))
+
+
+def test_most_walk_ordinarily_and_some_do_not() -> None:
+    """Medians of each walker, degrees. Recorded walkers lean from -5 (proud) to 28 (old, pushing a barrow)
+    with a median of 5 to 13, bend their elbows from 17 to 105, and swing their elbows by 10 and more."""
+    leans, elbows, swings = [], [], []
+    for number in range(30):
+        body, this = BODIES["boris"], walk(Stream("puppets", "walkers", number), 70, mode="steady")
+        solution = solve(this, body)
+        places = body.place(solution.turned, solution.root)
+        trunk = places[:, body.part["neck"]] - places[:, body.part["hips"]]
+        forward = (trunk[:, [0, 2]] * ahead(this.heading)).sum(axis=-1)
+        leans.append(np.degrees(np.median(np.arctan2(forward, trunk[:, 1]))))
+        for side in SIDES:
+            elbow = bend(places, body, *(f"{side}_{part}" for part in ("arm", "forearm", "hand")))
+            elbows.append(np.median(elbow))
+            swings.append(np.ptp(elbow))
+    assert 3.0 < np.median(leans) < 13.0
+    assert np.min(leans) < 0.0
+    assert np.max(leans) > 15.0
+    assert 25.0 < np.median(elbows) < 60.0
+    assert np.max(elbows) > 90.0
+    assert np.median(swings) > 10.0
+
+
+def test_running_feet_are_carried_smoothly() -> None:
+    """Jerk of ankles, leg lengths a cubic second: of recorded runners 400 to 620 in the median."""
+    jerks = []
+    for kind in ("jog", "run"):
+        for number in range(4):
+            body, _, places = solved(kind, number, "boris")
+            for side in SIDES:
+                third = np.diff(places[:, body.part[f"{side}_foot"]], 3, axis=0)
+                jerks.append(np.linalg.norm(third, axis=-1) * 30.0**3 / body.proportions.leg)
+    assert 200.0 < np.median(np.concatenate(jerks)) < 900.0
 
 
 def test_ways_go_where_they_should() -> None:

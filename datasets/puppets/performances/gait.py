@@ -136,7 +136,7 @@ class Tread:
     peel: tuple[float, float] = (0.14, 0.08)
     lift: tuple[float, float] = (0.055, 0.02)
     width: float = 0.75
-    under: float = 0.275
+    under: float = 0.296
 
 
 def plants(gait: Gait, course: Course, side: str, tread: Tread) -> tuple[Plant, ...]:

@@ -202,7 +202,7 @@ def _feet(jumps: Sequence[_Jump], frames: int, style: Style, heading: float, tuc
         (0.0, 0.3, 0.55, 0.8, 1.0),
         (-8.0, 20.0 * tuck, 12.0 + 55.0 * tuck, 14.0 + 32.0 * tuck + 8.0 * reach, 14.0 + 20.0 * reach),
         (22.0, 26.0 + 40.0 * tuck, 26.0 + 72.0 * tuck, 24.0 + 36.0 * tuck, 26.0),
-        full=(0.45, 0.62),
+        full=(0.50, 0.60),
         point=0.40,
         out=0.01,
     )

@@ -11,21 +11,51 @@ import numpy as np
 from ..curves import bump, hermite
 from ..flight import GRAVITY
 from ..randomness import Stream
-from ..score import FPS, SIDES, Foot, Plant, Score
+from ..score import FPS, SIDES, Air, Foot, Plant, Score
+from .carriage import Carriage
 from .gait import Course, Gait
-from .striding import Carriage, striding, with_air
+from .striding import striding, with_air
 from .style import Style
-from .swing import carried
+from .swing import carried, flowing
 
 Contact = tuple[int, int]
 """Frames of a foot's first touch and of its last, during which the body is borne."""
 
 
 @dataclass(frozen=True)
+class _Swung:
+    """A leg's way through the air, at shares of a swing: degrees of the thigh as it leaves, soon after and
+    as it lands, and between them shares of its most; of the knee as it leaves, shares of its most, and
+    towards landing. Fitted for little jerk of the ankle between its plants. full: as of ``carried``."""
+
+    shares: tuple[float, ...]
+    thigh: tuple[float, float, float]
+    raised: tuple[float, float, float]
+    knee: tuple[float, float, float]
+    bent: tuple[float, float, float]
+    full: tuple[float, float]
+
+    def air(self, plants: Sequence[Plant], frames: int, thigh: float, knee: float) -> Air:
+        (back, soon, lands), (leaves, late, ends) = self.thigh, self.knee
+        return carried(
+            plants,
+            frames,
+            self.shares,
+            (back, soon, *(share * thigh for share in self.raised), lands),
+            (leaves, *(share * knee for share in self.bent), late, ends),
+            full=self.full,
+            point=0.05,
+            out=-0.025,
+            curve=flowing,
+        )
+
+
+@dataclass(frozen=True)
 class _Run:
     """What tells a run from a jog. rate: steps a second. speed: leg lengths a second. down: seconds a foot
     is down. knee: most bent in the swing, thigh: most raised, degrees. lean: of the chest. tall: height of
-    the hips at take-off, leg lengths. elbow: bend on top of the style's. swing: of the arms."""
+    the hips at take-off, leg lengths. elbow: bend on top of the style's. swing: of the arms.
+    swung: of the legs."""
 
     rate: tuple[float, float]
     speed: tuple[float, float]
@@ -36,6 +66,7 @@ class _Run:
     tall: tuple[float, float]
     elbow: tuple[float, float]
     swing: tuple[float, float]
+    swung: _Swung
 
 
 _JOG = _Run(
@@ -44,21 +75,37 @@ _JOG = _Run(
     down=(0.22, 0.27),
     knee=(68.0, 95.0),
     thigh=(24.0, 38.0),
-    lean=(0.03, 0.14),
+    lean=(0.00, 0.27),
     tall=(0.955, 0.980),
-    elbow=(0.7, 1.45),
-    swing=(0.32, 0.50),
+    elbow=(0.2, 1.25),
+    swing=(0.36, 0.60),
+    swung=_Swung(
+        shares=(0.0, 0.20, 0.39, 0.67, 0.86, 1.0),
+        thigh=(-16.0, 0.0, 15.0),
+        raised=(0.77, 1.41, 0.96),
+        knee=(29.0, 28.0, 19.0),
+        bent=(0.55, 0.89, 0.79),
+        full=(0.24, 0.69),
+    ),
 )
 _RUN = _Run(
     rate=(2.8, 3.25),
     speed=(3.1, 4.3),
     down=(0.17, 0.21),
-    knee=(88.0, 118.0),
+    knee=(94.0, 124.0),
     thigh=(36.0, 52.0),
-    lean=(0.10, 0.26),
-    tall=(0.915, 0.945),
-    elbow=(0.6, 1.3),
-    swing=(0.50, 0.72),
+    lean=(0.14, 0.50),
+    tall=(0.915, 0.960),
+    elbow=(0.1, 1.15),
+    swing=(0.52, 0.82),
+    swung=_Swung(
+        shares=(0.0, 0.18, 0.38, 0.66, 0.83, 1.0),
+        thigh=(-19.0, 4.0, 38.0),
+        raised=(0.71, 1.28, 1.02),
+        knee=(34.0, 39.0, 35.0),
+        bent=(0.58, 0.91, 0.77),
+        full=(0.26, 0.77),
+    ),
 )
 
 
@@ -92,33 +139,26 @@ def _running(stream: Stream, kind: str, frames: int, plan: _Run) -> Score:
     landing = stream.uniform(-0.22, 0.16)
     feet = {side: Foot(_plants(gait, course, side, landing), np.zeros(frames)) for side in SIDES}
     knee, thigh = stream.uniform(*plan.knee), stream.uniform(*plan.thigh)
-    air = {
-        side: carried(
-            foot.plants,
-            frames,
-            (0.0, 0.2, 0.42, 0.65, 0.85, 1.0),
-            (-22.0, -10.0, 0.55 * thigh, thigh, 0.85 * thigh, 24.0),
-            (38.0, 0.80 * knee, knee, 0.62 * knee, 32.0, 20.0),
-            full=(0.42, 0.58),
-            point=0.05,
-            out=-0.025,
-        )
-        for side, foot in feet.items()
-    }
+    air = {side: plan.swung.air(foot.plants, frames, thigh, knee) for side, foot in feet.items()}
+    lean = stream.uniform(*plan.lean) + stream.normal(0.07)
     carriage = Carriage(
         bob=0.0,
         sway=0.012,
-        turn=0.06,
-        drop=0.03,
-        tilt=0.10,
-        lean=stream.uniform(*plan.lean),
-        gaze=0.02,
+        turn=stream.uniform(0.04, 0.12),
+        drop=stream.uniform(0.02, 0.05),
+        tilt=0.07 + 0.3 * lean,
+        lean=lean,
+        gaze=0.02 + 0.15 * lean,
+        back=0.05,
         counter=1.6,
         swing=stream.uniform(*plan.swing),
-        ahead=-0.42,
-        aside=0.04,
+        ahead=stream.uniform(-0.50, -0.30),
+        aside=stream.uniform(-0.06, 0.14),
         bend=stream.uniform(*plan.elbow),
-        hinge=stream.uniform(0.3, 0.6),
+        hinge=stream.uniform(0.35, 0.75),
+        out=stream.uniform(-0.2, 0.5),
+        behind=0.4,
+        still=stream.choice(((0.0, 0.0), (0.0, 0.0), (0.0, 0.0), (0.6, 0.0), (0.0, 0.6))),
     )
     score = striding(stream, kind, gait, course, with_air(feet, air), carriage, speed=speed)
     contacts = sorted((plant.strike, plant.off) for foot in feet.values() for plant in foot.plants)

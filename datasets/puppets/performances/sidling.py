@@ -9,8 +9,9 @@ import numpy as np
 from ..curves import wander
 from ..randomness import Stream
 from ..score import Score
+from .carriage import personal
 from .gait import Course, Tread
-from .striding import Carriage, stepping, striding
+from .striding import stepping, striding
 from .style import seconds
 from .walking import MODES, gait
 
@@ -50,15 +51,16 @@ def walk_sideways(stream: Stream, frames: int, mode: str = "") -> Score:
     # the foot in front of the way goes first
     drawn = replace(drawn, lead="left" if to > 0 else "right")
     course = Course.of(drawn)
-    carriage = Carriage(
+    usual = personal(stream, drawn.style, drawn.step)
+    carriage = replace(
+        usual,
         low=stream.uniform(0.03, 0.09),
         bob=0.012,
         sway=0.0,
-        lean=0.08,
+        lean=0.04 + 0.7 * usual.lean,
         drop=0.05,
         swing=0.0,
         aside=stream.uniform(0.05, 0.30),
-        bend=stream.uniform(0.1, 0.8),
     )
     score = striding(stream, "walk_sideways", drawn, course, stepping(drawn, course, _SIDEWAYS), carriage)
     return _looking(stream, score, 0.55 * to * stream.choice((0.0, 1.0)))
@@ -77,7 +79,18 @@ def turn(stream: Stream, frames: int, mode: str = "") -> Score:
     )
     drawn = replace(drawn, lead="left" if drawn.turned > 0.0 else "right")
     course = _turning(Course.of(drawn), drawn.turned, frames)
-    carriage = Carriage(low=0.018, bob=0.008, sway=0.038, drop=0.0, swing=0.10, turn=0.0, tilt=0.02)
+    usual = personal(stream, drawn.style, drawn.step)
+    carriage = replace(
+        usual,
+        low=0.018,
+        bob=0.008,
+        sway=0.038,
+        drop=0.0,
+        turn=0.0,
+        tilt=0.02,
+        lean=0.5 * usual.lean,
+        swing=0.3 * usual.swing,
+    )
     score = striding(stream, "turn", drawn, course, stepping(drawn, course, _ON_THE_SPOT), carriage)
     return _stepping_arms(stream, score)
 

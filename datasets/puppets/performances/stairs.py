@@ -10,8 +10,9 @@ import numpy as np
 from ..curves import ramp
 from ..randomness import Stream
 from ..score import SIDES, Foot, Plant, Score, Stairs
+from .carriage import personal
 from .gait import Course, Gait
-from .striding import Carriage, striding
+from .striding import striding
 from .walking import gait
 
 
@@ -41,16 +42,17 @@ def _climbing(stream: Stream, kind: str, frames: int, up: int) -> Score:
     risers = {k: 0.5 * tread * up * (levels[k + (up > 0)] != levels[k - (up < 0)]) for k in steps[1:-1]}
     feet = _feet(drawn, course, levels, risers, up)
     stairs = _stairs(drawn, course, tread, rise, first, last)
-    carriage = Carriage(
-        low=0.045 if up > 0 else 0.035,
+    usual = personal(stream, drawn.style, tread)
+    carriage = replace(
+        usual,
+        low=0.036 if up > 0 else 0.035,
         bob=0.006,
         sway=0.032,
-        lean=0.14 if up > 0 else 0.04,
+        lean=(0.08 if up > 0 else 0.0) + 0.6 * usual.lean,
         tilt=0.08,
         gaze=0.22 if up > 0 else 0.38,
-        swing=0.20,
-        ahead=0.05 if up > 0 else -0.05,
-        bend=stream.uniform(0.35, 0.9),
+        swing=0.6 * usual.swing,
+        ahead=usual.ahead + (0.15 if up > 0 else 0.05),
         turn=0.08,
     )
     score = striding(stream, kind, drawn, course, feet, carriage, tread=tread, rise=rise)

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
@@ -11,35 +10,12 @@ from ..curves import wander
 from ..flight import GRAVITY
 from ..randomness import Stream
 from ..score import SIDES, Air, Foot, Hand, Score, Trunk, sign
+from .carriage import Carriage
 from .gait import MARGIN, Course, Gait, Tread, plants, support
 from .style import hand, hanging, seconds, trunk
 
-
-@dataclass(frozen=True)
-class Carriage:
-    """How the body is carried over its steps, in shares of a usual walk's or added to it.
-
-    low, bob: of the hips' mean height and its going up and down, leg lengths. sway: to the side.
-    turn, drop: of the pelvis. lean: of the chest, tilt: of the pelvis, gaze: of the head, radians forward.
-    counter: of the chest against the pelvis.
-    swing: of the arms; ahead, aside, bend: of the hanging arm, radians; together: share of the walk's bend
-    that swings.
-    """
-
-    low: float = 0.018
-    bob: float = 0.017
-    sway: float = 0.030
-    turn: float = 0.10
-    drop: float = 0.065
-    tilt: float = 0.05
-    lean: float = 0.03
-    gaze: float = 0.06
-    counter: float = 1.0
-    swing: float = 0.36
-    ahead: float = -0.14
-    aside: float = 0.0
-    bend: float = 0.0
-    hinge: float = 0.3
+_QUICK = (1.5, 4.0)
+"""Hertz, of the unsteadiness that is left in practised movements."""
 
 
 def striding(
@@ -62,15 +38,18 @@ def striding(
         "stride": gait.stride,
         "turned": gait.turned,
     }
-    sway = [carriage.sway * active * np.cos(over_left), 0.010 * active * np.sin(2.0 * over_left)]
+    sway = [carriage.sway * active * np.cos(over_left), 0.014 * active * np.sin(2.0 * over_left)]
     sway[0] = sway[0] + wander(stream, t, 0.004 * style.loose) + 0.25 * _into_the_bend(gait, course)
-    height = 0.994 - carriage.low * active + carriage.bob * style.bounce * active * np.cos(2.0 * over_left)
+    # hips stay behind a trunk that leans ahead
+    leaning = np.cos(gait.bearing) * (carriage.lean + style.posture - 0.05)
+    sway[1] = sway[1] - carriage.back * leaning * active
+    sway = [row + wander(stream, t, 0.0022 * style.loose, *_QUICK) for row in sway]
     return Score(
         kind=kind,
         heading=course.heading[inside],
         path=course.place[inside],
         sway=np.stack(sway, axis=-1),
-        height=height,
+        height=_height(stream, gait, carriage, t, active),
         balance=1.0 - active,
         support=support(gait),
         trunk=_trunk(stream, gait, course, carriage, t, active),
@@ -79,6 +58,16 @@ def striding(
         parameters=told | parameters,
         phase=phase / (2.0 * np.pi),
     )
+
+
+def _height(
+    stream: Stream, gait: Gait, carriage: Carriage, t: np.ndarray, active: np.ndarray
+) -> np.ndarray:
+    """Highest over either foot, lowest between them, and shaken a little by every landing."""
+    over_left = gait.phase - 0.64 * np.pi
+    wave = np.cos(2.0 * over_left) + carriage.shock * np.cos(4.0 * over_left - 1.0)
+    bob = carriage.bob * gait.style.bounce * wave + wander(stream, t, 0.0021 * gait.style.loose, *_QUICK)
+    return 0.994 + active * (bob - carriage.low)
 
 
 def stepping(gait: Gait, course: Course, tread: Tread | Mapping[str, Tread]) -> dict[str, Foot]:
@@ -132,13 +121,26 @@ def _arm(
 ) -> Hand:
     """Each arm swings with the other side's leg, a little late, and bends more in front."""
     style = gait.style
-    own = 1.0 + sign(side) * style.asymmetry
+    still = carriage.still[side == "right"]
+    own = (1.0 + sign(side) * style.asymmetry) * (1.0 - still)
     way = np.cos(gait.bearing)
     wave = -sign(side) * way * np.cos(gait.phase - 0.15)
     swing = carriage.swing * style.swing * own * active * min(gait.step / 0.7, 1.3)
-    ahead = swing * wave + (carriage.ahead + 0.14) * active - 0.14 + wander(stream, t, 0.02 * style.loose)
+    ahead = swing * wave + (carriage.ahead + 0.14) * active - 0.14 + wander(stream, t, 0.03 * style.loose)
+    ahead = ahead + wander(stream, t, 0.014 * style.loose, *_QUICK)
     lagging = -sign(side) * way * np.cos(gait.phase - 0.55)
-    bend = style.elbow + carriage.bend * active + swing * (0.3 + carriage.hinge * lagging)
-    bend = bend + wander(stream, t, 0.03 * style.loose)
-    aside = style.aside + carriage.aside * active + wander(stream, t, 0.015 * style.loose)
-    return hand(stream, t, hanging(ahead, aside, bend), style, upright=0.8)
+    bend = (
+        style.elbow
+        + (carriage.bend + 0.4 * still) * active
+        + swing * (0.2 + carriage.hinge * (0.35 + lagging))
+    )
+    bend = bend + wander(stream, t, 0.05 * style.loose) + wander(stream, t, 0.028 * style.loose, *_QUICK)
+    aside = style.aside + carriage.aside * active + wander(stream, t, 0.025 * style.loose)
+    swivel = carriage.out * active + carriage.behind * swing * (1.0 - wave)
+    reach = hanging(ahead, aside, _flexed(bend))
+    return hand(stream, t, reach, style, upright=0.8, swivel=swivel)
+
+
+def _flexed(bend: np.ndarray) -> np.ndarray:
+    """Bends of an elbow, eased where it would be straight."""
+    return 0.5 * (bend + 0.12 + np.sqrt((bend - 0.12) ** 2 + 0.01))

@@ -33,15 +33,15 @@ class Style:
         if stream.person:
             stream = Stream(stream.person)
         return cls(
-            posture=stream.uniform(-0.02, 0.10),
-            bounce=stream.uniform(0.7, 1.4),
-            swing=stream.uniform(0.7, 1.35),
-            asymmetry=stream.normal(0.08),
-            loose=stream.uniform(0.6, 1.5),
+            posture=0.03 + stream.normal(0.05),
+            bounce=stream.uniform(0.65, 1.5),
+            swing=stream.uniform(0.65, 1.4),
+            asymmetry=stream.normal(0.10),
+            loose=stream.uniform(0.6, 1.7),
             toe_out=stream.uniform(0.05, 0.25),
             stance=stream.uniform(0.9, 1.25),
-            elbow=stream.uniform(0.18, 0.5),
-            aside=stream.uniform(0.10, 0.20),
+            elbow=stream.uniform(0.18, 0.6),
+            aside=stream.uniform(0.06, 0.28),
         )
 
 

@@ -8,8 +8,9 @@ import numpy as np
 
 from ..randomness import Stream
 from ..score import FPS, SIDES, Score, sign
+from .carriage import Carriage, personal
 from .gait import Course, Gait, Tread
-from .striding import Carriage, stepping, striding, with_air
+from .striding import stepping, striding, with_air
 from .style import Style
 from .swing import carried
 
@@ -65,12 +66,7 @@ def walk(stream: Stream, frames: int, mode: str = "") -> Score:
         turns=(0.0, 0.0, 0.35, 0.8, 1.4),
     )
     course = Course.of(drawn)
-    carriage = Carriage(
-        lean=stream.uniform(-0.02, 0.12),
-        swing=stream.uniform(0.30, 0.55),
-        ahead=stream.uniform(-0.24, -0.08),
-        bend=stream.choice((0.0, 0.0, stream.uniform(0.1, 0.9))),
-    )
+    carriage = personal(stream, drawn.style, drawn.step)
     return striding(stream, "walk", drawn, course, stepping(drawn, course, Tread()), carriage)
 
 
@@ -86,7 +82,14 @@ def arc(stream: Stream, frames: int, mode: str = "steady") -> Score:
         turns=(1.6, 2.2, 2.8),
     )
     course = Course.of(drawn)
-    return striding(stream, "arc", drawn, course, stepping(drawn, course, Tread()), Carriage())
+    return striding(
+        stream,
+        "arc",
+        drawn,
+        course,
+        stepping(drawn, course, Tread()),
+        personal(stream, drawn.style, drawn.step),
+    )
 
 
 def walk_backwards(stream: Stream, frames: int, mode: str = "") -> Score:
@@ -103,9 +106,24 @@ def walk_backwards(stream: Stream, frames: int, mode: str = "") -> Score:
     )
     course = Course.of(drawn)
     tread = Tread(
-        landing=(0.10, 0.45), leaving=(0.12, 0.10), flat=0.14, peel=(0.10, 0.04), width=0.95, under=0.30
+        landing=(0.10, 0.45),
+        leaving=(0.12, 0.10),
+        flat=0.14,
+        peel=(0.10, 0.04),
+        lift=(0.035, 0.015),
+        width=0.95,
+        under=0.30,
     )
-    carriage = Carriage(low=0.030, bob=0.010, lean=0.08, tilt=0.06, swing=0.20, bend=0.15, aside=0.06)
+    usual = personal(stream, drawn.style, drawn.step)
+    carriage = replace(
+        usual,
+        low=stream.uniform(0.010, 0.024),
+        bob=0.010,
+        lean=0.6 * usual.lean,
+        tilt=0.04 + 0.15 * usual.lean,
+        swing=0.5 * usual.swing,
+        aside=usual.aside + 0.06,
+    )
     return striding(stream, "walk_backwards", drawn, course, stepping(drawn, course, tread), carriage)
 
 
@@ -243,14 +261,15 @@ def limp(stream: Stream, frames: int, mode: str = "steady") -> Score:
     course = Course.of(drawn)
     stiff = Tread(landing=(0.05, 0.0), leaving=(0.20, 0.15), flat=0.08, peel=(0.12, 0.0), under=0.22)
     treads = {side: stiff if side == lame else Tread(under=0.31) for side in SIDES}
-    carriage = Carriage(
+    usual = personal(stream, drawn.style, drawn.step)
+    carriage = replace(
+        usual,
         low=0.035,
         bob=0.012,
         sway=0.034,
-        lean=0.12,
-        gaze=0.18,
-        swing=0.22,
-        bend=0.25,
+        lean=0.08 + 0.7 * usual.lean,
+        gaze=0.10 + usual.gaze,
+        swing=0.6 * usual.swing,
         turn=0.07,
     )
     score = striding(
