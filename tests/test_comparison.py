@@ -11,10 +11,11 @@ import pytest
 
 sys.path.insert(0, str(Path(__file__).parent / "metrics"))
 
-from metric_cases import FEET, HUMAN, SCORED, Sides, character, index, motion, sides
+from metric_cases import FEET, HUMAN, SCORED, Sides, character, index, labelled, motion, sides
 
 from retarget_bench.api import Contacts
 from retarget_bench.errors import BenchError
+from retarget_bench.testing.check import resized, snapshot
 
 
 def names(case: Sides, joints: np.ndarray) -> set[str]:
@@ -61,6 +62,39 @@ def test_the_schedule_is_the_case_s_own_then_the_reference_s() -> None:
     case.contacts = Contacts(("left_toe_end_2",), np.ones((20, 1), dtype=bool))
     assert case.comparison().schedule is None
     assert replace(case, contacts=None, expected=None).comparison().schedule is None
+
+
+def test_pivots_are_those_of_the_labels_or_none() -> None:
+    case = sides(20)
+    assert not case.comparison().schedule.pivoting.any()
+    stands, turns = np.zeros((20, 2), dtype=bool), np.zeros((20, 2), dtype=bool)
+    turns[3:6] = [False, True]
+    case.contacts = Contacts(("left_toe_end_2", "right_toe"), stands, turns)
+    schedule = case.comparison().schedule
+    assert schedule.joints.tolist() == index(case.predicted.character, ("RightToeBase",))
+    assert np.flatnonzero(schedule.pivoting[:, 0]).tolist() == [3, 4, 5]
+    case.contacts = Contacts(("left_foot",), np.ones((20, 1), dtype=bool), np.ones((20, 2), dtype=bool))
+    with pytest.raises(BenchError, match=r"need labels \(20, 1\), got \(20, 2\)"):
+        _ = case.comparison().schedule
+
+
+def test_touches_are_those_whose_joints_the_target_has() -> None:
+    case = labelled(sides(20))
+    strange = replace(case.touches[0], end="left_index_1")
+    known = replace(case, touches=(strange, *case.touches)).comparison().touches
+    assert known == case.touches
+    assert sides(20).comparison().touches == ()
+
+
+def test_a_resized_case_takes_its_touches_along() -> None:
+    """There and back: frame 12 of a clip of 10 is frame 6."""
+    case = labelled(sides(10)).comparison().case
+    longer = resized(case, 15)
+    assert [touch.rests.shape for touch in longer.touches] == [(15,), (15,)]
+    for before, after in zip(case.touches, longer.touches, strict=True):
+        assert np.array_equal(after.rests[:10], before.rests)
+        assert after.rests[12] == before.rests[6]
+    assert "case.touches.1.rests" in snapshot(case=case)
 
 
 def test_what_does_not_fit_together_is_refused() -> None:

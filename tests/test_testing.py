@@ -232,6 +232,26 @@ DATA_FAULTS = {
         "loaded cases fit",
         "another skeleton",
     ),
+    "touch of other length": (
+        {
+            "reference=self._bow(target, CLIPS[info.clip])": (
+                "reference=self._bow(target, CLIPS[info.clip]), touches=(__import__('retarget_bench').api."
+                "Touch('head', np.zeros(3), 'hips', np.zeros(3), np.ones(7, dtype=bool)),)"
+            )
+        },
+        "loaded cases fit",
+        "a touch of shapes ((3,), (3,), (7,)), not (3,), (3,), (60,)",
+    ),
+    "touch of nobody's hand": (
+        {
+            "reference=self._bow(target, CLIPS[info.clip])": (
+                "reference=self._bow(target, CLIPS[info.clip]), touches=(__import__('retarget_bench').api."
+                "Touch('left_index_1', np.zeros(3), 'hips', np.zeros(3), np.ones(60, dtype=bool)),)"
+            )
+        },
+        "loaded cases fit",
+        "a touch of left_index_1, which the target does not have",
+    ),
     "not unit": (
         {"rotations = np.tile(rotation.identity(),": "rotations = np.tile(2 * rotation.identity(),"},
         "loaded cases are finite",

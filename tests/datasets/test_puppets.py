@@ -112,6 +112,29 @@ def test_kind_phase_and_touches_are_known_for_every_frame() -> None:
     assert len(touched) > 4
 
 
+def test_touches_of_cases_are_the_labelled_ones_and_touch() -> None:
+    """Every hand on a place of the own body that the labels name, where the rig has the place's joint."""
+    data, seen = Puppets(), Counter()
+    for info in data.cases("retarget", "self"):
+        case = data.load(info)
+        named = {k: v for k, v in data.labels(info).touches.items() if not k.endswith(("floor", "thing"))}
+        assert len(case.touches) <= len(named)
+        assert len(case.touches) == len(named) or case.target.structure == "h36m17"
+        for touch in case.touches:
+            assert any(np.array_equal(touch.rests, label) for label in named.values())
+            turned = to_matrix(relative(case.reference))
+            ends = [
+                case.reference.positions[:, joint] + turned[:, joint] @ at
+                for joint, at in (
+                    (case.target.joint_of[touch.end], touch.point),
+                    (case.target.joint_of[touch.bearing], touch.place),
+                )
+            ]
+            assert np.linalg.norm(ends[0] - ends[1], axis=-1)[touch.rests].max() < 0.01, info.id
+            seen[touch.bearing] += 1
+    assert len(seen) > 3
+
+
 def test_the_second_answer_is_another_one_with_the_same_contacts() -> None:
     data = Puppets()
     for info in data.cases("retarget", "intra")[::4]:
