@@ -48,16 +48,17 @@ def sequence(stream: Stream, frames: int, kinds: Sequence[str] = ()) -> DogScore
 
 
 def _drawn_order(stream: Stream, frames: int) -> list[str]:
-    """What there is time for."""
+    """What there is time for, beginning with something else than standing."""
     usual = {kind: long * (_STRETCHED if frames > 300 else 1.0) for kind, (_, long) in PARTS.items()}
     order: list[str] = []
     left = 1.1 * frames
     while True:
         had = order[len(order) - len(order) % len(usual) :]
         room = left - (BRIDGE if order else 0)
-        fits = [kind for kind in usual if kind not in (*had, *order[-1:]) and usual[kind] <= room]
+        not_now = (*had, *order[-1:]) if order else ("dog_stand",)
+        fits = [kind for kind in usual if kind not in not_now and usual[kind] <= room]
         if not fits:
-            return order or ["dog_stand"]
+            return order or ["dog_turn"]
         order.append(stream.choice(fits))
         left = room - usual[order[-1]]
 
