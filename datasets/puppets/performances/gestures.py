@@ -168,8 +168,8 @@ def touch_toe(stream: Stream, frames: int) -> Score:
         scene.low += knees * share
         scene.bend(
             share,
-            pelvis=(-0.15 * lean, 1.24 - 0.8 * knees, 0.0),
-            chest=(-0.14 * lean, 0.34, 0.05 * lean),
+            pelvis=(-0.15 * lean, 1.32 - 0.8 * knees, 0.0),
+            chest=(-0.14 * lean, 0.26, 0.05 * lean),
             gaze=(0.0, 1.15, 0.0),
         )
     return scene.score("touch_toe")

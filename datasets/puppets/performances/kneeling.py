@@ -20,7 +20,7 @@ def lunge(stream: Stream, frames: int) -> Score:
     count = max(1, int((frames - 6) / stream.uniform(108.0, 140.0)))
     whole = max(frames, 112)
     scene = Scene(stream, whole, width=stream.uniform(0.9, 1.2), shift=0.1, loose=0.3)
-    long, deep = stream.uniform(0.72, 0.92), stream.uniform(0.30, 0.37)
+    long, deep = stream.uniform(0.68, 0.84), stream.uniform(0.28, 0.35)
     style, front = stream.choice(("hips", "ahead", "hang")), stream.choice(SIDES)
     share = (whole - 6.0) / count
     for number in range(count):
@@ -113,7 +113,7 @@ def _down_and_up(stream: Stream, frames: int, kind: str, late: float, rises: boo
     scene = Scene(stream, whole, width=stream.uniform(0.9, 1.15), shift=0.1, loose=0.3)
     scene.style = replace(scene.style, toe_out=0.6 * scene.style.toe_out)
     hind = stream.choice(SIDES)
-    fore, long = other(hind), stream.uniform(0.70, 0.84)
+    fore, long = other(hind), stream.uniform(0.72, 0.82)
     feet = {
         hind: _hind(scene, hind, times),
         fore: _fore(scene, fore, times, whole, long),
@@ -171,7 +171,7 @@ def _fore(scene: Scene, side: str, times: Times, whole: int, long: float) -> Foo
             replace(ahead, strike=up + _SWING - 8, flat=up + _SWING - 8, strike_pitch=0.0),
         ]
         kneel = plateau(scene.k, down + 9.0, down + _SWING + 6.0, up - 4.0, up + 18.0)
-        heel = 0.80 * plateau(scene.k, down - 8.0, down + 8.0, down + 14.0, down + _SWING + 6.0)
+        heel = 0.86 * plateau(scene.k, down - 8.0, down + 8.0, down + 14.0, down + _SWING + 6.0)
         heel += 0.85 * plateau(scene.k, up - 4.0, up + 12.0, up + _SWING - 12.0, up + _SWING + 4.0)
     plants[-1] = replace(plants[-1], lift=close, off=close + 5, off_pitch=0.15, lift_height=0.06)
     plants.append(replace(stands, strike=close + 20, flat=close + 24, strike_pitch=0.18))

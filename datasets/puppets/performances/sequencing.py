@@ -72,17 +72,19 @@ def strung(
     room = frames - BRIDGE * (len(order) - 1)
     ends = np.round(np.cumsum([0.0, *shares]) / sum(shares) * room).astype(int).tolist()
     whole: Score | None = None
+    before = ""
     for number, name in enumerate(order):
         long, middle = ends[number + 1] - ends[number], (number > 0, number < len(order) - 1)
         # a kind that happens not to stand, or has too little time, is replaced, unless it was asked for
         names = [name]
         if not kinds:
-            names += [each for each in among if each != name]
-            names = [each for each in names if takes.get(each, 0) <= long]
-        tries = (drawn(stream.part(number, each), among[each], long, *middle) for each in names)
-        part = next((score for score in tries if score is not None), None)
-        if part is None:
+            offered = [each for each in (name, *among) if takes.get(each, 0) <= long]
+            names = [each for each in offered if each != before] or offered
+        tries = ((each, drawn(stream.part(number, each), among[each], long, *middle)) for each in names)
+        found = next(((each, score) for each, score in tries if score is not None), None)
+        if found is None:
             raise ValueError(f"no performance of {name} stands where it is joined to another one")
+        before, part = found
         whole = part if whole is None else joined(whole, part, stream.choice(SIDES))
     assert whole is not None
     acts = whole.stretches()

@@ -118,8 +118,9 @@ def _lean(scene: Scene, seat: _Seat) -> None:
         scene.bend(
             share, pelvis=(0.0, 0.55 * deep, 0.0), chest=(0.0, 0.45 * deep, 0.0), gaze=(0.0, 0.15, 0.0)
         )
+    soon, late = (0.6, 1.1) if seat.on == "seat" else (0.45, 0.95)
     calm = 0.7 if seat.on == "seat" else 0.58
-    seated = scene.held(first + 0.6 * down, first + 1.1 * down, last - 1.1 * up, last - calm * up)
+    seated = scene.held(first + soon * down, first + late * down, last - 1.1 * up, last - calm * up)
     tilt = seat.tilt if seat.on == "floor" else 0.6 * seat.tilt - 0.08
     chest = -0.17 * seat.tilt if seat.on == "floor" else 0.4 * seat.tilt + 0.02
     scene.bend(
