@@ -51,7 +51,7 @@ class _Squat:
         return cls(
             arms=arms,
             deep=stream.uniform(0.66, 0.74) if knees else stream.uniform(0.50, 0.70),
-            lean=stream.uniform(0.75, 0.95) if knees else stream.uniform(0.45, 0.75),
+            lean=stream.uniform(0.70, 0.84) if knees else stream.uniform(0.45, 0.75),
             times=tuple(times),
             toes=stream.choice((0.0, 0.0, 0.35)),
             width=stream.uniform(1.3, 2.0),
