@@ -15,7 +15,7 @@ from . import casting, exclusions, grounds, held_out, labels, matched, parts, tr
 from .clips import SIZES, Clip, clips
 from .solved import SECOND, USUAL, Studio
 
-VERSION = "2"
+VERSION = "3"
 """Of the generator: moves when any motion or list does."""
 
 RELEASE = "puppets-1.0"

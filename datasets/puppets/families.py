@@ -50,7 +50,13 @@ def families() -> tuple[Family, ...]:
     return (
         Family("people", BODIES, kinds, solve, SECOND, out_of_reach),
         Family(
-            "dogs", KENNEL, DOG_KINDS, dog_solver.solve, dog_solver.SECOND, _nothing, sequence="dog_sequence"
+            "dogs",
+            KENNEL,
+            DOG_KINDS,
+            dog_solver.solve,
+            dog_solver.SECOND,
+            _nothing,
+            sequence="dog_sequence",
         ),
     )
 

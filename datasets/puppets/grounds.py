@@ -14,7 +14,7 @@ from .solver import Solution
 
 def misfit(score: Score, body: Body, solution: Solution) -> float:
     """Metres by which stairs do not suit a body: its ankle hangs over the edge of a tread, its hands reach
-    into the steps. 0 on a flat floor."""
+    into the steps, its toes would have to point farther than an ankle turns. 0 on a flat floor."""
     if score.stairs is None:
         return 0.0
     floor, places = ground(score, body), body.place(solution.turned, solution.root)
@@ -28,9 +28,20 @@ def misfit(score: Score, body: Body, solution: Solution) -> float:
         out = np.array([sign(side) * body.proportions.hand, 0.0, 0.0])
         tip = places[:, hand] + solution.turned[:, hand] @ out
         worst = max(worst, float((ground_height(floor, tip[:, 0], tip[:, 2]) - tip[:, 1]).max()))
+        worst = max(worst, _ankle_excess(body, solution, side))
     return worst
 
 
+def _ankle_excess(body: Body, solution: Solution, side: str) -> float:
+    """Metres by which the tip of the foot is where the ankle cannot bring it."""
+    shank, foot = (solution.turned[:, body.part[f"{side}_{part}"]] for part in ("leg", "foot"))
+    cosine = (np.einsum("fij,fij->f", shank, foot) - 1.0) / 2.0
+    angle = float(np.arccos(np.clip(cosine, -1.0, 1.0)).max())
+    return max(angle - _ANKLE, 0.0) * (body.proportions.ball + body.proportions.toes)
+
+
+_ANKLE = np.radians(60.0)
+"""How far an ankle turns on stairs."""
 _SPACING = 0.01
 """Between samples of a height field, leg lengths: how thick a riser is."""
 
