@@ -211,6 +211,17 @@ class Method(Protocol):
 
 
 # -------------------------------------------------------------------------------------------- metrics
+PROTOCOL: Mapping[str, str] = {
+    "error": "what is averaged: distance, squared distance, or squared coordinate (a third of it)",
+    "divided by": "the height that it is divided by, and its power: h, H1, H1^2, H2, or 1",
+    "joints": "which joints count",
+    "placed": "how prediction and reference are put together: world, hips, fit of a frame, ...",
+    "frames": "which frames count",
+    "self pairs": "pairs of a character with itself: apart, or in intra",
+}
+"""What tells position protocols apart, beside the unit (see ``Value.protocol``)."""
+
+
 @dataclass(frozen=True)
 class Value:
     """One named number that a metric returns, as its card declares it.
@@ -226,6 +237,8 @@ class Value:
                missing the value is *not applicable*.
     index:     what the value is a curve over (``threshold``, ``joint``), or "" for one number.
     with_self: in the intra group this value pools self pairs too (a legacy protocol).
+    protocol: of position errors, what fixes the number: the keys of ``PROTOCOL``. Two protocols differ by
+               what these say; ``bench explain`` lists them.
     """
 
     id: str
@@ -240,6 +253,7 @@ class Value:
     needs: tuple[str, ...] = ("reference",)
     index: str = ""
     with_self: bool = False
+    protocol: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -183,4 +183,5 @@ def folder_hash(folder: Path) -> str:
 def value_facts(value: Value) -> Mapping[str, Any]:
     """What a table needs to know of a value, as plain data for the header."""
     names = ("label", "meaning", "unit", "better", "goal", "tolerance", "index", "with_self", "formula")
-    return {name: getattr(value, name) for name in names}
+    facts = {name: getattr(value, name) for name in names}
+    return facts | ({"protocol": dict(value.protocol)} if value.protocol else {})
