@@ -50,7 +50,7 @@ class Procrustes:
     card = MetricCard(
         name="procrustes",
         summary="position errors after fitting the prediction onto the reference",
-        version="2",
+        version="1",
         values=(
             _value(
                 "rigid",
@@ -95,9 +95,9 @@ class Procrustes:
                 unit="m/frame^2",
                 better="lower",
                 formula=(
-                    "mean over frames and joints of |R D(p) - D(g)| * (fps / 30)^2, R of pa_mpjpe.rigid_clip "
-                    "(a fit per frame would add jitter of its own), D(x) = x(t+1) - 2 x(t) + x(t-1); left "
-                    "out for clips of fewer than three frames"
+                    "mean over frames and joints of |R D(p) - D(g)| * (fps / 30)^2, R as in "
+                    "pa_mpjpe.rigid_clip (a fit per frame would add jitter of its own), D(x) = x(t+1) - "
+                    "2 x(t) + x(t-1); left out for clips of fewer than three frames"
                 ),
                 source="printed for SMPL bodies; one fit per clip is our choice",
             ),
