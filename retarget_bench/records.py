@@ -247,7 +247,7 @@ def read_results(place: Place) -> Results:
     """
     header = read_header(place.header)
     cases = {info.id: info for info in read_cases(place.cases, place.task, place.split)}
-    entries = _read_rows(place.rows)
+    entries = read_rows(place.rows)
     for problem in header["problems"]:
         for case in problem["cases"]:
             entries[case] = Entry(case, problem["status"], problem["message"])
@@ -256,7 +256,7 @@ def read_results(place: Place) -> Results:
     return Results(place, header, [entries[case] for case in sorted(entries)], cases)
 
 
-def _read_rows(path: Path) -> dict[str, Entry]:
+def read_rows(path: Path) -> dict[str, Entry]:
     entries: dict[str, Entry] = {}
     for line, (case, value_id, index, text) in enumerate(_read_csv(path, ROW_FIELDS), 2):
         try:

@@ -1,0 +1,128 @@
+"""Uncertainty of means over source clips: intervals, paired tests, and correction for many tests.
+
+Pairs of one source clip are not independent, so the clip is the unit: numbers of cases become means per
+clip first, and everything here takes those. All of it is deterministic: the same numbers give the same
+intervals and p-values on every machine.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+
+LEVEL = 0.95
+"""Of intervals."""
+ALPHA = 0.05
+"""Differences with a smaller adjusted p-value are called differences."""
+ENOUGH_CLIPS = 10
+"""With fewer clips no interval is given."""
+EXACT_CLIPS = 13
+"""Up to here all sign flips are tried."""
+SAMPLED_FLIPS = 9999
+"""Above, so many are drawn; the smallest p-value is one in ten thousand."""
+FARTHEST_RATIO = 1e3
+"""A ratio counts as missing its goal by this factor where it misses it by more, or is not positive."""
+
+
+@dataclass(frozen=True)
+class Interval:
+    """From ``low`` to ``high``, in the unit of the mean it belongs to."""
+
+    low: float
+    high: float
+
+
+def per_clip(numbers: np.ndarray, clips: np.ndarray) -> np.ndarray:
+    """Mean per clip of numbers ``(..., cases)``: ``(..., clips)``; nan where a clip has no number.
+
+    clips: ``(cases,)`` from 0, the clip of every case, in increasing order.
+    """
+    starts = np.flatnonzero(np.diff(clips, prepend=-1))
+    there = ~np.isnan(numbers)
+    sums = np.add.reduceat(np.where(there, numbers, 0.0), starts, axis=-1)
+    counts = np.add.reduceat(there.astype(float), starts, axis=-1)
+    with np.errstate(invalid="ignore"):
+        return sums / counts
+
+
+def intervals(means: np.ndarray) -> list[Interval | None]:
+    """95 % interval of the mean over clips of each row of ``(rows, clips)``; nan: the row lacks the clip.
+
+    Student's t interval over clips. None for rows of fewer than ``ENOUGH_CLIPS`` clips.
+    """
+    from scipy.special import stdtrit  # type: ignore[import-untyped]
+
+    there = ~np.isnan(means)
+    n = there.sum(axis=1)
+    enough = np.maximum(n, 2)
+    centre = np.where(there, means, 0.0).sum(axis=1) / np.maximum(n, 1)
+    squares = np.where(there, (means - centre[:, None]) ** 2, 0.0).sum(axis=1)
+    half = stdtrit(enough - 1, (1 + LEVEL) / 2) * np.sqrt(squares / (enough - 1) / enough)
+    return [
+        Interval(float(c - h), float(c + h)) if k >= ENOUGH_CLIPS else None
+        for c, h, k in zip(centre, half, n, strict=True)
+    ]
+
+
+def sign_flip(differences: np.ndarray) -> np.ndarray:
+    """Two-sided p-values ``(rows,)`` of the mean of paired differences ``(rows, clips)`` being 0.
+
+    The share of sign flips of the clips whose mean is at least as far from 0 as the one observed: of all
+    2^clips up to ``EXACT_CLIPS``, above of ``SAMPLED_FLIPS`` drawn ones and the observed one. The flips of
+    a studentised mean give the same p-values, since no flip changes the sum of squares.
+    """
+    rows, clips = differences.shape
+    if not clips:
+        return np.ones(rows)
+    flipped = np.abs(_signs(clips) @ differences.T)
+    observed = np.abs(differences.sum(axis=1))
+    # flips that give the observed mean up to rounding count as giving it
+    slack = 1e-12 * np.abs(differences).sum(axis=1)
+    reached = (flipped >= observed - slack).sum(axis=0)
+    if clips <= EXACT_CLIPS:
+        return reached / len(_signs(clips))
+    return (reached + 1) / (SAMPLED_FLIPS + 1)
+
+
+@lru_cache(maxsize=8)
+def _signs(clips: int) -> np.ndarray:
+    """``(flips, clips)`` of ±1: one of every flip and its opposite, or drawn ones."""
+    if clips <= EXACT_CLIPS:
+        numbers = np.arange(2 ** (clips - 1))[:, None]
+        return 1.0 - 2.0 * (numbers >> np.arange(clips) & 1)
+    words = -(-SAMPLED_FLIPS * clips // 64)
+    raw = np.random.Philox(key=0).random_raw(words).astype("<u8")  # raw: the same in every numpy
+    bits = np.unpackbits(raw.view(np.uint8))[: SAMPLED_FLIPS * clips]
+    return 1.0 - 2.0 * bits.reshape(SAMPLED_FLIPS, clips)
+
+
+def holm(p: np.ndarray, family: int | None = None) -> np.ndarray:
+    """Holm's step-down adjustment of p-values ``(tests,)``, which are some of a ``family`` of tests.
+
+    The family is the tests themselves where nothing is said.
+    """
+    order = np.argsort(p, kind="stable")
+    factors = np.arange(family or len(p), 0, -1)[: len(p)]
+    adjusted = np.empty(len(p))
+    adjusted[order] = np.minimum(1.0, np.maximum.accumulate(factors * np.asarray(p)[order]))
+    return adjusted
+
+
+def losses(numbers: np.ndarray, value: Mapping[str, Any]) -> np.ndarray:
+    """Numbers of a value on a scale of which less is better: negated, or |log(number / goal)|.
+
+    value: what its header declares: ``better`` and ``goal``.
+    """
+    if value["better"] == "higher":
+        return -numbers
+    if value["better"] != "target":
+        return numbers
+    with np.errstate(divide="ignore", invalid="ignore"):
+        away = np.abs(np.log(numbers / value["goal"]))
+    farthest = np.log(FARTHEST_RATIO)
+    away = np.where(numbers / value["goal"] <= 0, farthest, np.minimum(away, farthest))
+    return np.where(np.isnan(numbers), np.nan, away)
