@@ -14,7 +14,6 @@ from typing import Any
 
 import retarget_bench
 from retarget_bench import registry, score
-from retarget_bench.api import Value
 from retarget_bench.plan import (
     Cell,
     dataset,
@@ -49,7 +48,7 @@ def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
             "notes": list(data.notes),
         },
         "metrics": metric_versions(plan.metrics),
-        "values": {key: value_facts(value) for key, value in _values(cell).items()},
+        "values": _values(cell),
         "counts": {"asked": len(entries)}
         | {status: sum(entry.status == status for entry in entries) for status in STATUSES},
         "problems": _problems(entries),
@@ -66,6 +65,7 @@ def _method(cell: Cell) -> dict[str, Any]:
     common = {
         "name": cell.method.name,
         "label": str(cell.method),
+        "summary": "" if cell.plan.external else str(getattr(method(cell.method).card, "summary", "")),
         "parameters": dict(cell.method.parameters),
     }
     if cell.plan.external:
@@ -88,8 +88,14 @@ def _method(cell: Cell) -> dict[str, Any]:
     }
 
 
-def _values(cell: Cell) -> dict[str, Value]:
-    return score.declared_values(metrics(cell.plan.metrics))
+def _values(cell: Cell) -> dict[str, Any]:
+    """Value id -> what tables need to know of it, its metric included."""
+    asked = metrics(cell.plan.metrics)
+    owner = {value.id: metric.card.name for metric in asked for value in metric.card.values}
+    return {
+        key: {**value_facts(value), "needs": list(value.needs), "metric": owner[key]}
+        for key, value in score.declared_values(asked).items()
+    }
 
 
 def _problems(entries: Sequence[Entry]) -> list[dict[str, Any]]:
