@@ -15,6 +15,7 @@ from retarget_bench import records
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.records import Place
+from retarget_bench.versions import Newest
 
 LARGE = 1_000_000
 """Bytes from which importing pandas pays."""
@@ -37,16 +38,19 @@ class Columns:
     numbers: dict[Key, np.ndarray]
 
 
-def read(place: Place) -> Columns:
-    """The rows, header and case list at a place.
+def read(place: Place, header: dict[str, Any], newest: Newest) -> Columns:
+    """The rows and case list at a place: the numbers that may stand beside the newest results.
 
     Raises FileError when a file is missing, damaged or from a newer version.
     """
-    header = records.read_header(place.header)
+    if newest.stale_data(header):  # the case list beside the rows is that of the newer data
+        return Columns(place, header, (), {})
     cases = tuple(records.read_cases(place.cases, place.task, place.split))
     position = {info.id: number for number, info in enumerate(cases)}
     found = _fast(place, position) if _is_large(place) else None
-    return Columns(place, header, cases, _slow(place, position) if found is None else found)
+    numbers = _slow(place, position) if found is None else found
+    stale = {value for value, _ in numbers if newest.stale_value(header, value)}
+    return Columns(place, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})
 
 
 def _is_large(place: Place) -> bool:

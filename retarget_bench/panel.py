@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench import columns
+from retarget_bench import columns, records, versions
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.columns import Columns, Key
 from retarget_bench.errors import FileError
@@ -92,28 +92,24 @@ class Panel:
 def panels(places: Iterable[Place]) -> list[Panel]:
     """The results at these places, by data set and split (self, intra, cross).
 
-    A result whose data set has changed since is a panel of its own: its label says so. Raises FileError
-    where two versions of the data, or of one method under different seeds, stand side by side.
+    Numbers on other data, or of another version of a metric, than the newest of a data set's results are
+    left out. Raises FileError where two versions of one method under different seeds stand side by side.
     """
+    there = [(place, records.read_header(place.header)) for place in places]
+    newest = versions.newest_by_label(header for _, header in there)
     grouped: dict[tuple[str, str, str], list[Columns]] = {}
-    for place in places:
-        found = columns.read(place)
-        grouped.setdefault((found.header["dataset"]["label"], place.task, place.split), []).append(found)
+    for place, header in there:
+        label = header["dataset"]["label"]
+        found = columns.read(place, header, newest[label])
+        grouped.setdefault((label, place.task, place.split), []).append(found)
     order = {split: rank for rank, split in enumerate(SPLITS)}
     keys = sorted(grouped, key=lambda key: (*key[:2], order.get(key[2], len(order))))
     return [_panel(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
 
 
 def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> Panel:
-    contents = {each.header["dataset"]["content"] for each in found}
-    if len(contents) > 1:
-        raise FileError(
-            found[0].place.folder,
-            f"holds results of {len(contents)} versions of {label}; run the methods again, or delete "
-            "the old results",
-        )
     values: dict[str, Mapping[str, Any]] = {}
-    for each in found:
+    for each in sorted(found, key=lambda each: versions.made(each.header)):
         values |= each.header["values"]
     pooled = {key for key, value in values.items() if value["with_self"]}
     split = found[0].place.split

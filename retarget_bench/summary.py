@@ -121,7 +121,7 @@ def sections(places: Iterable[Place], by: By | None = None) -> list[Section]:
 
     by: one section per group: ``pair``, ``clip``, ``kind``, ``joint``, ``part`` (of the body) or ``seen``
         (whether the method's training, or else the data set's, had the characters and the motion).
-    A result whose data set has changed since is a section of its own: its label says so.
+    Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
     Raises BenchError where results do not know what they are to be broken down by.
     """
     found = panels(places)
