@@ -21,9 +21,11 @@ COMMANDS = {
     "list": ("list_plugins", "List methods, metrics and data sets."),
     "info": ("info", "Show the card of a method, metric or data set; or every protocol."),
     "new": ("new", "Start a method, metric or data set of your own from a template."),
+    "check": ("check", "Regression gate: does everything still measure what it measured?"),
     "test": ("test_plugin", "Check that a plug-in keeps its contract."),
     "retarget": ("retarget", "Retarget one BVH file to another character."),
     "doctor": ("doctor", "Say how a motion file is understood, and what to override."),
+    "train-features": ("train_features", "Train the networks that FID compares motions by."),
     "data": ("data", "Work with data sets themselves: export one as files."),
     "export-cases": ("export_cases", "Write sources and targets for predicting elsewhere."),
 }
