@@ -35,10 +35,12 @@ class Mean:
 class Ranking:
     """Who is best by one value, on the cases that all ranked methods have it for.
 
+    Values that are best at a goal are compared as |log(value / goal)| of every case.
+
     order: labels of the ranked methods, best first.
     tied:  those that the data cannot tell from the best.
     cases: common cases, of ``clips`` source clips.
-    p:     label -> Holm-adjusted p-value of the difference from the best.
+    p:     label -> p-value of the difference from the best, adjusted for all pairs of methods (Holm).
     left_out: label -> why a ranked method is not ranked by this value.
     """
 
@@ -183,7 +185,7 @@ def _means(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
     per_clip = statistics.per_clip(numbers, clips)
     counts, filled = (~np.isnan(numbers)).sum(axis=1), (~np.isnan(per_clip)).sum(axis=1)
     totals = np.nansum(per_clip, axis=1)
-    found = statistics.intervals(per_clip)
+    found = statistics.mean_intervals(per_clip)
     return [
         Mean(float(total / k), int(n), int(k), interval) if n else None
         for total, n, k, interval in zip(totals, counts, filled, found, strict=True)
@@ -199,8 +201,8 @@ def _ranking(
     there = ~np.isnan(worse).any(axis=0)
     per_clip = statistics.per_clip(worse[:, there], panel.clips[there])
     order = np.argsort(per_clip.mean(axis=1), kind="stable")
-    p = statistics.holm(statistics.sign_flip(per_clip[order[1:]] - per_clip[order[0]]))
-    adjusted = {labels[at[i]]: float(each) for i, each in zip(order[1:], p, strict=True)}
+    best, p = statistics.against_best(per_clip, panel.values[value]["tolerance"])
+    adjusted = {labels[at[i]]: float(p[i]) for i in order if i != best}
     return Ranking(
         order=tuple(labels[at[i]] for i in order),
         tied=frozenset(label for label, each in adjusted.items() if each >= statistics.ALPHA),
