@@ -120,6 +120,7 @@ class Group:
     heading: what a row is: ``method``, or what a breakdown is by.
     common:  what each column is ranked on; None where it is not ranked.
     absent:  sentences about columns that were asked for and that no case here has.
+    subject: the id of the value that is broken down; "" where the columns are values.
     """
 
     title: str
@@ -130,6 +131,7 @@ class Group:
     common: tuple[Common | None, ...]
     heading: str = "method"
     absent: tuple[str, ...] = ()
+    subject: str = ""
 
     @property
     def rows(self) -> tuple[Row, ...]:
