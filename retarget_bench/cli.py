@@ -18,6 +18,7 @@ COMMANDS = {
     "predict": ("predict", "First stage only: write a method's predictions."),
     "score": ("score", "Second stage only: score predictions, also a folder made elsewhere."),
     "table": ("table", "Show the results that exist."),
+    "compare": ("compare", "Compare two methods, or two versions of one: differences and p-values."),
     "explain": ("explain", "Show the same predictions under every position protocol, and why they differ."),
     "list": ("list_plugins", "List methods, metrics and data sets."),
     "info": ("info", "Show the card of a method, metric or data set; or every protocol."),
