@@ -18,6 +18,8 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ENGINE = ROOT / "retarget_bench"
 ROOMS = ("methods", "metrics", "datasets")
+INSIDE = {"": "retarget_bench", **{room: room for room in ROOMS}, "golden": "results/golden"}
+"""Folder in the wheel's package -> folder in a checkout."""
 TRAVELLING = (".py", ".safetensors", ".json", ".toml", ".md", ".csv", ".npz")
 LARGEST_WHEEL = 100_000_000
 
@@ -126,7 +128,7 @@ def wheel(tmp_path_factory) -> Path:
     if find_spec("setuptools") is None or find_spec("pip") is None:
         pytest.skip("building the wheel needs setuptools and pip in this environment")
     copy = tmp_path_factory.mktemp("source")
-    for name in ("retarget_bench", *ROOMS):
+    for name in INSIDE.values():
         shutil.copytree(
             ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info")
         )
@@ -152,9 +154,9 @@ def wheel(tmp_path_factory) -> Path:
 def test_the_wheel_holds_what_the_folders_hold(wheel):
     packed = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
     expected = {
-        (Path("retarget_bench") / p.relative_to(ROOT if room else ENGINE)).as_posix()
-        for room in ("", *ROOMS)
-        for p in (ROOT / room if room else ENGINE).rglob("*")
+        (Path("retarget_bench") / there / p.relative_to(ROOT / here)).as_posix()
+        for there, here in INSIDE.items()
+        for p in (ROOT / here).rglob("*")
         if p.is_file() and "__pycache__" not in p.parts and (p.suffix in TRAVELLING or p.name == "py.typed")
     }
     assert packed == expected
@@ -164,8 +166,8 @@ def test_the_wheel_holds_what_the_folders_hold(wheel):
 def test_every_kind_of_file_in_the_rooms_travels():
     suffixes = {
         p.suffix
-        for room in (*ROOMS, "retarget_bench")
-        for p in (ROOT / room).rglob("*")
+        for folder in INSIDE.values()
+        for p in (ROOT / folder).rglob("*")
         if p.is_file() and "__pycache__" not in p.parts and p.name != "py.typed"
     }
     assert suffixes <= set(TRAVELLING), (
