@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import tomllib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
@@ -128,16 +128,17 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[re
     header = found[0].header
     numbers = _numbers(found)
     theirs = header["dataset"]["name"] == DATASET
+    asked = {
+        column.id: [each for each in numbers.get(column.value, ()) if _asked(column, each[0])]
+        for column in table.columns
+        if theirs or column.any_pair
+    }
     cells: dict[str, OwnCell] = {}
     for column in table.columns:
-        if column.mean_of:
-            cell = _mean_of([cells[each] for each in column.mean_of if each in cells])
-        elif column.value and (theirs or column.any_pair):
-            cell = _mean([pair for pair in numbers.get(column.value, ()) if _asked(column, pair[0])])
-        else:
-            cell = None
-        if cell is not None:
-            cells[column.id] = cell
+        if parts := [cells[each] for each in column.mean_of if each in cells]:
+            cells[column.id] = _mean_of(parts, [each for part in column.mean_of for each in asked[part]])
+        elif asked.get(column.id):
+            cells[column.id] = _mean(asked[column.id])
     method = header["method"]
     seen = ", ".join(name.replace("_", " ") for name in method["privileged"])
     mark = "control" if method["control"] else f"sees {seen}" if seen else ""
@@ -159,38 +160,22 @@ def _asked(column: PublishedColumn, info: CaseInfo) -> bool:
     return info.split != "self" if column.any_pair else info.pair in column.pairs
 
 
-def _mean(found: Sequence[tuple[CaseInfo, float]]) -> OwnCell | None:
-    if not found:
-        return None
+def _mean(found: Sequence[tuple[CaseInfo, float]]) -> OwnCell:
     by_clip: dict[str, list[float]] = {}
     for info, number in found:
         by_clip.setdefault(info.clip, []).append(number)
-    numbers = np.array([number for _, number in found])
     return OwnCell(
         value=float(np.mean([np.mean(mine) for mine in by_clip.values()])),
-        spread=float(numbers.std()),
+        spread=float(np.std([number for _, number in found])),
         cases=len(found),
         clips=len(by_clip),
         pairs=len({info.pair for info, _ in found}),
     )
 
 
-def _mean_of(parts: Sequence[OwnCell]) -> OwnCell | None:
-    """The mean of means; the spread is that of all cases together, as the papers pool it."""
-    if not parts:
-        return None
-    value = float(np.mean([part.value for part in parts]))
-    weights = np.array([part.cases for part in parts], dtype=np.float64)
-    squares = np.array([part.spread**2 + part.value**2 for part in parts])
-    pooled = float((weights * squares).sum() / weights.sum())
-    centre = float((weights * np.array([part.value for part in parts])).sum() / weights.sum())
-    return OwnCell(
-        value=value,
-        spread=float(np.sqrt(max(pooled - centre**2, 0.0))),
-        cases=sum(part.cases for part in parts),
-        clips=max(part.clips for part in parts),
-        pairs=sum(part.pairs for part in parts),
-    )
+def _mean_of(parts: Sequence[OwnCell], found: Sequence[tuple[CaseInfo, float]]) -> OwnCell:
+    """The mean of means, as the papers take it; all else is of all cases together."""
+    return replace(_mean(found), value=float(np.mean([part.value for part in parts])))
 
 
 # ------------------------------------------------------------------------------------- what it means
