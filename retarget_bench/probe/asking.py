@@ -1,0 +1,156 @@
+"""Asking one method all probes on a few cases of a data set, or on two BVH files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from retarget_bench import records
+from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.predict import predict
+from retarget_bench.probe.blindness import FEWEST, dependence
+from retarget_bench.probe.probes import PROBES, Probe, Question, deviation
+
+RATE = 30.0
+"""Frames per second of the plain questions."""
+Progress = Callable[[], None]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One plain question and what it is called."""
+
+    info: CaseInfo
+    question: Question
+
+
+@dataclass
+class Reply:
+    """What came of one subject: deviations by probe id, and sentences of those that gave none.
+
+    failed: probe id -> why there is no answer to the rewritten question though there is one to the plain.
+    """
+
+    subject: Subject
+    status: str = "ok"
+    message: str = ""
+    deviations: dict[str, float] = field(default_factory=dict)
+    skipped: dict[str, str] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
+    dependence: dict[str, float] = field(default_factory=dict)
+
+
+def subject(info: CaseInfo, source: Prediction, target: Character) -> Subject | str:
+    """A plain question at 30 frames per second, or why there is none."""
+    if not isinstance(source, Motion):
+        return "the source is known by joint positions only; probes need rotations"
+    return Subject(info, Question(source if source.fps == RATE else source.resample(RATE), target))
+
+
+def ask(
+    method: Method,
+    label: str,
+    subjects: Sequence[Subject],
+    probes: Sequence[Probe] = PROBES,
+    progress: Progress = lambda: None,
+) -> list[Reply]:
+    """Every probe on every subject; whatever the method does wrong costs its value and no other.
+
+    label: what seeds are drawn for. Every question of a subject has the same seed.
+    Raises BenchError for a method that needs what probes do not have (references, other clips).
+    """
+    if needs := tuple(getattr(method.card, "needs", ())):
+        raise BenchError(
+            f"{label} is given {', '.join(n.replace('_', ' ') for n in needs)}, which a rewritten question "
+            "does not have; only methods that see source and target alone can be probed"
+        )
+    replies = []
+    for each in subjects:
+        replies.append(_ask(_Asking(method, label, each), probes))
+        progress()
+    _add_dependence(method, label, replies)
+    return replies
+
+
+class _Asking:
+    """One method and one subject: questions in, places of the answer out, each asked once."""
+
+    def __init__(self, method: Method, label: str, about: Subject) -> None:
+        self.method, self.about = method, about
+        self.seed = records.case_seed(0, label, about.info.id)
+        self._plain: dict[int, np.ndarray] = {}
+
+    def answer(self, question: Question) -> tuple[Prediction | None, str, str]:
+        """The answer, or None with status and message."""
+        case = Case(self.about.info, question.source, question.target)
+        outcome = predict(self.method, case, Context(seed=self.seed))
+        return outcome.prediction, outcome.status, outcome.message
+
+    def plain(self, question: Question) -> np.ndarray:
+        """``(frames, joints, 3)`` of a plain question. Raises BenchError where there is no answer."""
+        if id(question) not in self._plain:
+            answer, status, message = self.answer(question)
+            if answer is None:
+                raise BenchError(f"{status}: {message}")
+            self._plain[id(question)] = answer.positions
+        return self._plain[id(question)]
+
+
+def _ask(asking: _Asking, probes: Sequence[Probe]) -> Reply:
+    about = asking.about
+    answer, status, message = asking.answer(about.question)
+    if answer is None:
+        return Reply(about, status, message)
+    asking._plain[id(about.question)] = answer.positions
+    reply = Reply(about)
+    for probe in probes:
+        asked = probe.ask(about.question)
+        if isinstance(asked, str):
+            reply.skipped[probe.id] = asked
+            continue
+        try:
+            plain = asking.plain(asked.plain)
+        except BenchError as error:
+            reply.failed[probe.id] = str(error)
+            continue
+        new, status, message = asking.answer(asked.question)
+        if new is None:
+            reply.failed[probe.id] = f"{status}: {message}"
+        else:
+            reply.deviations[probe.id] = deviation(asked, new.positions, plain)
+    return reply
+
+
+def _add_dependence(method: Method, label: str, replies: Sequence[Reply]) -> None:
+    """Sources of one structure and different clips, all given to one target; noted with the first."""
+    for group in _groups([reply.subject for reply in replies if reply.status == "ok"]):
+        target = group[0].question.target
+        questions = [Subject(each.info, Question(each.question.source, target)) for each in group]
+        answers = [_Asking(method, label, each).answer(each.question)[0] for each in questions]
+        both = [(s.question.source, a) for s, a in zip(group, answers, strict=True) if a is not None]
+        found = dependence([source for source, _ in both], [answer for _, answer in both])
+        next(reply for reply in replies if reply.subject is group[0]).dependence = found
+
+
+def _groups(subjects: Sequence[Subject]) -> list[list[Subject]]:
+    """Subjects by the structure of their source, one per clip, where there are enough."""
+    found: dict[str, dict[str, Subject]] = {}
+    for each in subjects:
+        structure = each.question.source.character.structure
+        found.setdefault(structure, {}).setdefault(each.info.clip, each)
+    return [list(clips.values()) for clips in found.values() if len(clips) >= FEWEST]
+
+
+def spread(infos: Mapping[str, Sequence[CaseInfo]], number: int) -> list[CaseInfo]:
+    """``number`` cases, evenly from the splits given and from beginning to end of each."""
+    chosen: list[CaseInfo] = []
+    share = -(-number // max(len(infos), 1))
+    for listed in infos.values():
+        most = min(share, len(listed), number - len(chosen))
+        chosen += [listed[(2 * k + 1) * len(listed) // (2 * most)] for k in range(most)]
+    return chosen
