@@ -12,7 +12,6 @@ import numpy as np
 from retarget_bench import columns, records, versions
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.columns import Columns, Key
-from retarget_bench.errors import FileError
 from retarget_bench.records import STATUSES, Place
 
 
@@ -93,7 +92,7 @@ def panels(places: Iterable[Place]) -> list[Panel]:
     """The results at these places, by data set and split (self, intra, cross).
 
     Numbers on other data, or of another version of a metric, than the newest of a data set's results are
-    left out. Raises FileError where two versions of one method under different seeds stand side by side.
+    left out, and so are further seeds of a method that another version of it ran with.
     """
     there = [(place, records.read_header(place.header)) for place in places]
     newest = versions.newest_by_label(header for _, header in there)
@@ -167,6 +166,7 @@ def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Row, 
     for (label, root), each in grouped.items():
         each.sort(key=lambda pair: pair[0].header.get("seeds", [0]))
         first = each[0][0]
+        each = [pair for pair in each if _same_version(pair[0], first)]
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
         seeds = tuple(numbers for _, numbers in each)
         rows.append(Row(shown, _header([found for found, _ in each]), first.place, seeds))
@@ -178,17 +178,15 @@ def _header(found: Sequence[Columns]) -> Mapping[str, Any]:
     first = found[0].header
     if len(found) == 1:
         return first
-    for other in found[1:]:
-        if any(other.header[name] != first[name] for name in ("method", "metrics")):
-            raise FileError(
-                other.place.header,
-                f"is another version of {first['method']['label']} than {found[0].place.header.name}; "
-                "run it again with the same number of seeds",
-            )
     problems = [problem for each in found for problem in each.header["problems"]]
-    ids = {info.id for info in found[0].cases}
     seeds = [seed for each in found for seed in each.header["seeds"]]
+    ids = {info.id for info in found[0].cases}
     return counted({**first, "problems": problems, "seeds": seeds}, ids)
+
+
+def _same_version(found: Columns, first: Columns) -> bool:
+    """Whether a result under another seed was made by the same method and metrics."""
+    return all(found.header[name] == first.header[name] for name in ("method", "metrics"))
 
 
 def counted(header: Mapping[str, Any], ids: set[str]) -> dict[str, Any]:

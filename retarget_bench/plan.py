@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
@@ -31,6 +31,7 @@ class Plan:
     redo:     never: compute nothing; missing: what is missing or was made by other code, data or
               parameters; failed: also what failed; always: everything.
     external: a folder of predictions made elsewhere, to be scored under the name ``methods[0]``.
+    seeds:    stochastic methods run with so many seeds, from ``seed`` on; others with the first alone.
     """
 
     methods: tuple[Spec, ...]
@@ -40,6 +41,7 @@ class Plan:
     task: str = "retarget"
     root: Path = Path("runs")
     seed: int = 0
+    seeds: int = 1
     jobs: int = 1
     stage: Stage = "run"
     redo: Redo = "missing"
@@ -69,12 +71,16 @@ def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
 
 @dataclass(frozen=True)
 class Cell:
-    """One method on one split of one data set: a result file and what it is known by."""
+    """One method on one split of one data set: a result file and what it is known by.
+
+    draw: which of several seeds of a stochastic method this is; ``plan.seed`` is that seed.
+    """
 
     plan: Plan
     dataset: Spec
     split: str
     method: Spec
+    draw: int = 0
 
     @cached_property
     def infos(self) -> Sequence[CaseInfo]:
@@ -82,9 +88,8 @@ class Cell:
 
     @cached_property
     def place(self) -> records.Place:
-        return records.Place(
-            self.plan.root, dataset_slug(self.dataset), self.plan.task, self.split, self.method.slug
-        )
+        name = self.method.slug + (f".seed-{self.draw}" if self.draw else "")
+        return records.Place(self.plan.root, dataset_slug(self.dataset), self.plan.task, self.split, name)
 
     @cached_property
     def prediction_facts(self) -> dict[str, Any]:
@@ -126,8 +131,18 @@ def cells(plan: Plan) -> list[Cell]:
         offered = dataset(spec).card.splits
         for split in dict.fromkeys(plan.splits):
             if split in offered:
-                found += [Cell(plan, spec, split, each) for each in dict.fromkeys(methods)]
+                found += [
+                    Cell(replace(plan, seed=plan.seed + draw), spec, split, each, draw)
+                    for each in dict.fromkeys(methods)
+                    for draw in range(_draws(plan, each))
+                ]
     return found
+
+
+def _draws(plan: Plan, spec: Spec) -> int:
+    """With how many seeds a method runs."""
+    stochastic = not plan.external and getattr(method(spec).card, "stochastic", False)
+    return plan.seeds if stochastic else 1
 
 
 def without_location(spec: Spec) -> dict[str, Any]:

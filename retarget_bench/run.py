@@ -70,13 +70,13 @@ def _jobs(
     todo: Mapping[Cell, Sequence[str]], done: Mapping[Cell, Mapping[str, Entry]]
 ) -> list[dict[str, Any]]:
     """One job per case with all methods that lack it, so that a case is loaded once."""
-    jobs: dict[tuple[Any, str, str], dict[str, Any]] = {}
+    jobs: dict[tuple[Any, str, str, int], dict[str, Any]] = {}
     for cell, cases in todo.items():
         for case_id in cases:
             if case_id in done[cell]:
                 continue
             job = jobs.setdefault(
-                (cell.dataset, cell.split, case_id),
+                (cell.dataset, cell.split, case_id, cell.plan.seed),
                 {
                     "plan": cell.plan,
                     "dataset": cell.dataset,

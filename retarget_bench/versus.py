@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench import statistics
+from retarget_bench import registry, statistics
 from retarget_bench.errors import BenchError
 from retarget_bench.panel import Panel, Row
 from retarget_bench.spec import Spec
@@ -72,7 +72,7 @@ class Versus:
 def find(panel: Panel, name: str) -> Row | None:
     """The row of a method by its label, or by what means the same; None where it has no results here."""
     labels = {row.label: row for row in panel.rows}
-    return labels.get(name) or labels.get(_canonical(name))
+    return labels.get(name if name in labels else _canonical(name))
 
 
 def unknown(panels: Sequence[Panel], name: str) -> BenchError:
@@ -85,7 +85,7 @@ def unknown(panels: Sequence[Panel], name: str) -> BenchError:
 
 def _canonical(name: str) -> str:
     try:
-        return str(Spec.parse(name))
+        return str(registry.canonical("methods", Spec.parse(name)))
     except BenchError:
         return name
 

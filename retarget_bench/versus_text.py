@@ -5,11 +5,13 @@ from __future__ import annotations
 import csv
 import io
 import math
+import textwrap
 from collections.abc import Callable, Sequence
 
 from retarget_bench.statistics import ENOUGH_CLIPS, Interval
 from retarget_bench.versus import LEAST_CLIPS, Difference, Versus
 
+WIDTH = 108
 HEADS = ("", "{first}", "{second}", "difference", "95 % interval", "p", "cases", "clips", "")
 LEGEND = (
     "Means over clips of the mean per clip, over the cases that both have. Difference: {first} minus "
@@ -34,7 +36,8 @@ def text(found: Sequence[Versus]) -> str:
             middle = (cell.rjust(width) for cell, width in zip(row[1:-1], widths[1:-1], strict=True))
             out.append("  ".join(["", row[0].ljust(widths[0]), *middle, row[-1]]).rstrip())
         out += ["", *(f"* {note}" for note in each.notes), *([""] if each.notes else [])]
-    return "\n".join([*out, *_legend(found)]) + "\n"
+    legend = [line for words in _legend(found) for line in textwrap.wrap(words, WIDTH)]
+    return "\n".join([*out, *legend]) + "\n"
 
 
 def markdown(found: Sequence[Versus]) -> str:
