@@ -161,6 +161,7 @@ class Origin:
     """Where the rows of a method come from: what made them, when, with what, and how to make them again."""
 
     label: str
+    about: str
     splits: tuple[str, ...]
     version: str
     code: str
