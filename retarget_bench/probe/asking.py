@@ -12,13 +12,14 @@ from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.roles import is_quadruped
 from retarget_bench.predict import predict
 from retarget_bench.probe.blindness import FEWEST, dependence
 from retarget_bench.probe.probes import PROBES, Probe, Question, deviation
 
 RATE = 30.0
 """Frames per second of the plain questions."""
-Progress = Callable[[], None]
+Progress = Callable[[], object]
 
 
 @dataclass(frozen=True)
@@ -127,7 +128,7 @@ def _ask(asking: _Asking, probes: Sequence[Probe]) -> Reply:
 
 
 def _add_dependence(method: Method, label: str, replies: Sequence[Reply]) -> None:
-    """Sources of one structure and different clips, all given to one target; noted with the first."""
+    """Sources of different clips, all given to one target; noted with the first of them."""
     for group in _groups([reply.subject for reply in replies if reply.status == "ok"]):
         target = group[0].question.target
         questions = [Subject(each.info, Question(each.question.source, target)) for each in group]
@@ -138,11 +139,12 @@ def _add_dependence(method: Method, label: str, replies: Sequence[Reply]) -> Non
 
 
 def _groups(subjects: Sequence[Subject]) -> list[list[Subject]]:
-    """Subjects by the structure of their source, one per clip, where there are enough."""
-    found: dict[str, dict[str, Subject]] = {}
+    """Subjects of one split, with two legs or four, one per clip, where there are enough."""
+    found: dict[tuple[str, bool], dict[str, Subject]] = {}
     for each in subjects:
-        structure = each.question.source.character.structure
-        found.setdefault(structure, {}).setdefault(each.info.clip, each)
+        body = each.question.source.character
+        key = each.info.split, is_quadruped(body.skeleton, body.roles)
+        found.setdefault(key, {}).setdefault(each.info.clip, each)
     return [list(clips.values()) for clips in found.values() if len(clips) >= FEWEST]
 
 

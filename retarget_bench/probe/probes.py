@@ -251,8 +251,8 @@ PROBES: tuple[Probe, ...] = (
     Probe(
         "source_merged",
         "source merged",
-        "a spine joint of the source that does not bend is left out: the same answer, but for how a method "
-        "shares a spine out among joints",
+        "a spine joint of the source that does not bend is left out: the same answer where a method carries "
+        "spines over joint by joint",
         _source_merged,
         demanded=False,
     ),
@@ -277,7 +277,7 @@ PROBES: tuple[Probe, ...] = (
     Probe(
         "reversed",
         "time reversed",
-        "the source played backwards: the answer backwards, of methods that do not remember the past",
+        "the source played backwards: the answer backwards, of methods without memory",
         _reversed,
         demanded=False,
     ),
