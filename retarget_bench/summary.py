@@ -151,7 +151,7 @@ def _section(panel: Panel) -> Section:
         value, index = key
         numbers = panel.numbers(key)
         common, left_out = common_cases(numbers, ranked)
-        among = ranked & ~np.isin(np.arange(len(scores)), list(left_out))
+        among = ranked & ~np.isin(np.arange(len(scores)), list(left_out)) & common.any()
         numbers[among] = np.where(common, numbers[among], np.nan)
         for score, mean in zip(scores, _means(numbers, panel.clips), strict=True):
             if mean is not None and index:
