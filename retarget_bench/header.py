@@ -14,6 +14,7 @@ from typing import Any
 
 import retarget_bench
 from retarget_bench import registry, score
+from retarget_bench.api import Method
 from retarget_bench.plan import (
     Cell,
     dataset,
@@ -85,7 +86,14 @@ def _method(cell: Cell) -> dict[str, Any]:
         "privileged": list(declared(method(cell.method), "needs")),
         "control": bool(getattr(card, "control", False)),
         "stochastic": bool(getattr(card, "stochastic", False)),
+        "trained_on": _manifest(method(cell.method)),
     }
+
+
+def _manifest(asked: Method) -> dict[str, list[str]] | None:
+    """What a method's weights were trained on (characters, structures, kinds, clips); None: untrained."""
+    manifest = getattr(asked, "training_manifest", None)
+    return None if manifest is None else {key: list(map(str, names)) for key, names in manifest.items()}
 
 
 def _values(cell: Cell) -> dict[str, Any]:

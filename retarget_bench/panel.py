@@ -20,13 +20,18 @@ class Row:
     """One method: what its header says, and for every seed that it was run with its numbers.
 
     header: of the first seed, with the counts and problems of all.
+    places: of the results, per seed.
     draws:  per seed (value id, index) -> ``(cases,)``.
     """
 
     label: str
     header: Mapping[str, Any]
-    place: Place
+    places: tuple[Place, ...]
     draws: tuple[Mapping[Key, np.ndarray], ...]
+
+    @property
+    def place(self) -> Place:
+        return self.places[0]
 
     def number(self, key: Key) -> np.ndarray | None:
         """``(cases,)``: the mean over seeds, nan where any seed has none; None where no case has one."""
@@ -74,18 +79,24 @@ class Panel:
         return np.array([nothing if each is None else each for each in found])
 
     def restricted(self, kept: np.ndarray, part: str) -> Panel:
-        """The panel of the cases for which ``kept`` ``(cases,)`` is true."""
-        cases = tuple(info for info, keep in zip(self.cases, kept, strict=True) if keep)
-        ids = {info.id for info in cases}
-        rows = [
-            replace(
-                row,
-                header=counted(row.header, ids),
-                draws=tuple({key: column[kept] for key, column in draw.items()} for draw in row.draws),
+        """The panel of some cases: ``kept`` is ``(cases,)`` bool, or ``(methods, cases)`` where methods
+        keep different ones."""
+        each = np.array(np.broadcast_to(kept, (len(self.rows), len(self.cases))))
+        some: np.ndarray = np.logical_or.reduce(each, axis=0)
+        rows = []
+        for row, keep in zip(self.rows, each, strict=True):
+            ids = {
+                info.id
+                for info, mine in zip(self.cases, np.logical_and(keep, self.own), strict=True)
+                if mine
+            }
+            draws = tuple(
+                {key: np.where(keep, column, np.nan)[some] for key, column in draw.items()}
+                for draw in row.draws
             )
-            for row in self.rows
-        ]
-        return replace(self, cases=cases, own=self.own[kept], rows=tuple(rows), part=part)
+            rows.append(replace(row, header=counted(row.header, ids), draws=draws))
+        cases = tuple(info for info, keep in zip(self.cases, some, strict=True) if keep)
+        return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
 
 def panels(places: Iterable[Place]) -> list[Panel]:
@@ -169,7 +180,8 @@ def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Row, 
         each = [pair for pair in each if _same_version(pair[0], first)]
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
         seeds = tuple(numbers for _, numbers in each)
-        rows.append(Row(shown, _header([found for found, _ in each]), first.place, seeds))
+        places = tuple(found.place for found, _ in each)
+        rows.append(Row(shown, _header([found for found, _ in each]), places, seeds))
     return tuple(rows)
 
 

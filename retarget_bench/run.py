@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from retarget_bench import records
+from retarget_bench import marks, records
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.executor import Executor, LocalPool
 from retarget_bench.header import header_of
@@ -36,6 +36,7 @@ def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> lis
         done[by_place[place]][entry.case] = entry
     for cell, entries in done.items() if keep else ():
         listed = [entries[info.id] for info in cell.infos]
+        marks.write(cell.place, dataset(cell.dataset), cell.infos)
         records.write_results(cell.place, header_of(cell, listed), listed, cell.infos)
     return [cell.place for cell in wanted]
 
