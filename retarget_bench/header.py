@@ -21,6 +21,7 @@ from retarget_bench.plan import (
     method,
     metric_versions,
     metrics,
+    set_metrics,
     value_facts,
     without_location,
 )
@@ -34,7 +35,7 @@ def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
     """The header for a finished cell; plain data, ready for JSON."""
     plan = cell.plan
     data = dataset(cell.dataset)
-    return {
+    return _sets(cell) | {
         "schema": SCHEMA,
         "keys": cell.keys,
         "task": plan.task,
@@ -103,6 +104,18 @@ def _values(cell: Cell) -> dict[str, Any]:
     return {
         key: {**value_facts(value), "needs": list(value.needs), "metric": owner[key]}
         for key, value in score.declared_values(asked).items()
+    }
+
+
+def _sets(cell: Cell) -> dict[str, Any]:
+    """What is declared of values of whole sets and what makes their features; nothing without any."""
+    asked = set_metrics(cell.plan.metrics)
+    if not asked:
+        return {}
+    declared_ = score.declared_values(asked)
+    return {
+        "set_values": {key: value_facts(value) for key, value in declared_.items()},
+        "networks": cell.networks,
     }
 
 

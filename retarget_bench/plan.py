@@ -10,9 +10,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from retarget_bench import records, registry
-from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, Value
-from retarget_bench.errors import BenchError
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, Value
+from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.files import digest, slug
+from retarget_bench.motion.character import Character
 from retarget_bench.score import declared_values
 from retarget_bench.spec import Spec
 
@@ -61,9 +62,18 @@ def method(spec: Spec) -> Method:
     return registry.create("methods", spec)
 
 
-@cache
 def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
-    """The metrics, built once per process; raises BenchError where two declare the same value."""
+    """The metrics of single cases, built once per process; BenchError where two declare one value."""
+    return tuple(each for each in _built(names) if not hasattr(each, "features"))
+
+
+def set_metrics(names: tuple[str, ...]) -> tuple[SetMetric, ...]:
+    """The metrics of sets of cases, likewise."""
+    return tuple(each for each in _built(names) if hasattr(each, "features"))
+
+
+@cache
+def _built(names: tuple[str, ...]) -> tuple[Any, ...]:
     built = tuple(registry.create("metrics", Spec.parse(name)) for name in names)
     declared_values(built)
     return built
@@ -114,7 +124,22 @@ class Cell:
     def keys(self) -> dict[str, str]:
         prediction = records.key(self.prediction_facts)
         facts = {"prediction": prediction, "metrics": metric_versions(self.plan.metrics)}
+        if self.networks:
+            facts["networks"] = self.networks
         return {"prediction_key": prediction, "score_key": records.key(facts)}
+
+    @cached_property
+    def networks(self) -> dict[str, dict[str, str]]:
+        """Set metric -> target structure -> hash of what makes its features; "" where there is none."""
+        asked = set_metrics(self.plan.metrics)
+        if not asked:
+            return {}
+        cast = dataset(self.dataset).characters()
+        targets = {cast[name].structure: cast[name] for name in {info.target for info in self.infos}}
+        return {
+            each.card.name: {name: _network(each, targets[name]) for name in sorted(targets)}
+            for each in asked
+        }
 
     def case_key(self, case_id: str) -> str:
         """The key of one case's prediction."""
@@ -143,6 +168,13 @@ def _draws(plan: Plan, spec: Spec) -> int:
     """With how many seeds a method runs."""
     stochastic = not plan.external and getattr(method(spec).card, "stochastic", False)
     return plan.seeds if stochastic else 1
+
+
+def _network(metric: SetMetric, target: Character) -> str:
+    try:
+        return metric.network(target)
+    except NotSupported:
+        return ""
 
 
 def without_location(spec: Spec) -> dict[str, Any]:
@@ -174,7 +206,7 @@ def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
     return {
         metric.card.name: f"{metric.card.version}+"
         + files_hash([*registry.code_files("metrics", Spec.parse(name).name), shared])
-        for name, metric in zip(names, metrics(names), strict=True)
+        for name, metric in zip(names, _built(names), strict=True)
     }
 
 

@@ -14,10 +14,12 @@ from retarget_bench import records, registry
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import write_text
-from retarget_bench.plan import Plan, dataset, method, metrics
+from retarget_bench.plan import Plan, dataset, method, metrics, set_metrics
 from retarget_bench.predict import Invalid, Outcome
 from retarget_bench.records import Entry, Place
 from retarget_bench.score import score
+from retarget_bench.sets import files as set_files
+from retarget_bench.sets.collect import collect
 from retarget_bench.spec import Spec
 
 MISSING = Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
@@ -57,7 +59,18 @@ def _entry(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Cas
     if outcome.prediction is None or plan.stage == "predict":
         return Entry(case.info.id, outcome.status, outcome.message)
     scored = stage_one.as_scored(outcome.prediction)
+    _keep_features(plan, place, case, scored)
     return Entry(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
+
+
+def _keep_features(plan: Plan, place: Place, case: Case, scored: Prediction) -> None:
+    """What set metrics need of the case, for when the cell is complete. Raises CannotStore."""
+    if asked := set_metrics(plan.metrics):
+        arrays = collect(asked, case, scored)
+        try:
+            set_files.put(place, case.info.id, arrays)
+        except FileError as error:
+            raise CannotStore(str(error)) from error
 
 
 def _outcome(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Outcome:

@@ -20,8 +20,12 @@ from retarget_bench.commands import options
     metavar="DIR",
     help="Where networks go. [default: features/ in the cache folder, where they are found]",
 )
-@click.option("--steps", type=click.IntRange(1), metavar="N", help="Training steps. [default: the recipe's]")
-@click.option("--seed", type=click.IntRange(0), default=0, show_default=True, help="Of weights and batches.")
+@click.option(
+    "--steps", type=click.IntRange(1), metavar="N", help="Training steps. [default: the recipe's]"
+)
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of weights and batches."
+)
 @options.root_option
 @options.jobs_option
 @options.plugin_option
@@ -41,8 +45,6 @@ def command(
     it was trained on and how. The card's hash stands beside every FID. Test clips are never used.
     """
     del plugins
-    from dataclasses import replace
-
     from tqdm import tqdm
 
     from retarget_bench import plan
@@ -51,7 +53,7 @@ def command(
 
     spec = options.dataset_spec(dataset, root)
     data, folder = plan.dataset(spec), out or network.own_folder()
-    recipe = replace(Recipe(), seed=seed, **({} if steps is None else {"steps": steps}))
+    recipe = Recipe(seed=seed) if steps is None else Recipe(seed=seed, steps=steps)
     for source in material.sources(data, structures):
         with tqdm(desc=f"motion for {source.structure}", unit="body", leave=False, disable=None) as bar:
             clips = material.gather(spec, source, jobs, _mover(bar))
@@ -87,8 +89,8 @@ def _facts(spec: Any, data: Any, source: Any) -> dict[str, Any]:
     }
     if source.borrowed:
         facts["note"] = (
-            f"no motion of structure {source.structure} was used: its joints are those of {source.lender} that "
-            "lie nearest in the reference pose"
+            f"no motion of structure {source.structure} was used; its joints are those of {source.lender} "
+            "that lie nearest in the reference pose"
         )
     return facts
 

@@ -35,7 +35,7 @@ Clips = Mapping[str, np.ndarray]
 class Source:
     """Where the motion for a structure's network comes from.
 
-    lender: the structure that moves. joints: which of its joints are seen, in the order of the structure's own.
+    lender: the structure that moves. joints: which of its joints are seen, in the structure's own order.
     roles:  of the structure's own joints.
     """
 
@@ -66,13 +66,15 @@ def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
     found = [_source(name, cast, moving) for name in wanted or cast]
     if wanted and None in found:
         raise NotSupported(
-            f"{data.label} has no motion to train a feature network of structure {wanted[found.index(None)]!r} "
-            "on, nor a structure whose joints lie where its joints lie"
+            f"{data.label} has no training motion of structure {wanted[found.index(None)]!r}, nor of one "
+            "that has a joint wherever it has one"
         )
     return [each for each in found if each is not None]
 
 
-def gather(spec: Spec, source: Source, jobs: int, progress: Callable[[int, int], None]) -> dict[str, np.ndarray]:
+def gather(
+    spec: Spec, source: Source, jobs: int, progress: Callable[[int, int], None]
+) -> dict[str, np.ndarray]:
     """The clips of all training characters, in a fixed order, as channels."""
     names = sorted(_training(dataset(spec))[source.lender])
     payloads = [
@@ -103,7 +105,7 @@ def clips_of(job: Mapping[str, Any]) -> Clips:
 
 def _training(data: Dataset) -> Mapping[str, Mapping[str, Any]]:
     """Structure -> character -> clips with names."""
-    found = getattr(data, "training", dict)()
+    found: Mapping[str, Any] = getattr(data, "training", dict)()
     usable = {name: mine for name, mine in found.items() if isinstance(mine, Mapping)}
     if not usable:
         raise NotSupported(f"{data.label} has no training motion; see training() in datasets/puppets")
@@ -131,7 +133,7 @@ def _source(
 
 def _match(body: Character, lender: Character) -> tuple[float, tuple[int, ...]]:
     """Heights by which matched joints lie apart at most, and the lender's joint for each of the body's."""
-    from scipy.optimize import linear_sum_assignment
+    from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped]
 
     ours, theirs = _places(body), _places(lender)
     if len(ours) > len(theirs):

@@ -1,7 +1,7 @@
 """Feature networks: an encoder's weights and statistics, kept with a card, run with NumPy alone.
 
 A network belongs to one structure. It takes windows of channels (``windows.py``), three convolutions with
-stride 2 and ReLU make ``(FRAMES / 8, 256)`` activations of them, and their mean over time, each brought to
+stride 2 and tanh make ``(FRAMES / 8, 256)`` activations of them, and their mean over time, each brought to
 mean 0 and standard deviation 1 over the training windows, is the window's feature vector.
 """
 
@@ -74,9 +74,9 @@ class Network:
         return np.concatenate(parts) if parts else np.zeros((0, self.dimensions), np.float32)
 
     def _encode(self, cut: np.ndarray) -> np.ndarray:
-        return ((self.activations(cut) - self._tensor["feature_mean"]) * self._tensor["feature_scale"]).astype(
-            np.float32
-        )
+        return (
+            (self.activations(cut) - self._tensor["feature_mean"]) * self._tensor["feature_scale"]
+        ).astype(np.float32)
 
     def activations(self, cut: np.ndarray) -> np.ndarray:
         """``(windows, 256)`` deepest activations of a batch, mean over time, as they are."""
@@ -98,7 +98,7 @@ class Network:
 
 
 def _convolve(signal: np.ndarray, filters: np.ndarray, bias: np.ndarray) -> np.ndarray:
-    """Convolution with stride and zero padding, and ReLU: ``(windows, frames, in)`` to
+    """Convolution with stride and zero padding, and tanh: ``(windows, frames, in)`` to
     ``(windows, frames / STRIDE, out)``."""
     padded = np.pad(signal, ((0, 0), (KERNEL // 2, KERNEL // 2), (0, 0)))
     count, width, inner = padded.shape
@@ -111,7 +111,7 @@ def _convolve(signal: np.ndarray, filters: np.ndarray, bias: np.ndarray) -> np.n
         (step[0], STRIDE * step[1], step[2]),
         writeable=False,
     )
-    return np.maximum(rows.reshape(count * frames, -1) @ filters + bias, 0.0).reshape(count, frames, -1)
+    return np.tanh(rows.reshape(count * frames, -1) @ filters + bias).reshape(count, frames, -1)
 
 
 # ------------------------------------------------------------------------------------------------ files
@@ -149,7 +149,7 @@ def write(folder: Path, tensors: Mapping[str, np.ndarray], card: Mapping[str, An
 def find(folder: Path, structure: str) -> Network | None:
     """A structure's network in a folder, None where there is none.
 
-    Raises FileError when it is damaged, its two files do not belong together, or it is from a newer version.
+    Raises FileError when it is damaged, its files do not belong together, or it is from a newer version.
     """
     weights, facts = paths(folder, structure)
     return _read(weights, facts, facts.stat().st_mtime_ns) if facts.exists() else None
@@ -170,7 +170,7 @@ def _read(weights: Path, facts: Path, _stamp: int) -> Network:
     try:
         tensors = load_file(weights)
     except (OSError, SafetensorError) as error:
-        raise FileError(weights, f"cannot be read ({error}); bench train-features makes it anew") from error
+        raise FileError(weights, f"cannot be read ({error}); train it anew") from error
     if set(tensors) != set(TENSORS) or tensors_hash(tensors) != expected:
-        raise FileError(weights, f"is not what {facts.name} describes; bench train-features makes both anew")
+        raise FileError(weights, f"is not what {facts.name} describes; train it anew")
     return Network(tensors, card)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -22,10 +23,10 @@ DROPPED = 1e-6
 
 @dataclass(frozen=True)
 class Recipe:
-    """hop: frames between training windows. least: smallest standard deviation that a place (heights) and a
-    rate (heights or radians per second) is divided by. validation: one clip in so many is kept aside."""
+    """hop: frames between training windows. least: the smallest deviation that a place (heights) and any
+    other channel is divided by. validation: one clip in so many is kept aside."""
 
-    steps: int = 400
+    steps: int = 300
     batch: int = 48
     rate: float = 1e-3
     hop: int = 16
@@ -36,27 +37,24 @@ class Recipe:
 
 
 class Autoencoder(nn.Module):
-    """Three convolutions with stride 2 and ReLU, and their mirror image."""
+    """Three convolutions with stride 2 and tanh, and their mirror image."""
 
     def __init__(self, inputs: int) -> None:
         super().__init__()
         widths = (inputs, *LAYERS)
         half = KERNEL // 2
-        self.down = nn.ModuleList(
-            nn.Conv1d(a, b, KERNEL, STRIDE, half) for a, b in zip(widths, widths[1:], strict=False)
-        )
+        self.down = nn.ModuleList(nn.Conv1d(a, b, KERNEL, STRIDE, half) for a, b in pairwise(widths))
         back = widths[::-1]
         self.up = nn.ModuleList(
-            nn.ConvTranspose1d(a, b, KERNEL, STRIDE, half, output_padding=1)
-            for a, b in zip(back, back[1:], strict=False)
+            nn.ConvTranspose1d(a, b, KERNEL, STRIDE, half, output_padding=1) for a, b in pairwise(back)
         )
 
     def forward(self, signal: Tensor) -> Tensor:
         """Windows ``(batch, channels, FRAMES)`` rebuilt from their deepest activations."""
         for layer in self.down:
-            signal = torch.relu(layer(signal))
+            signal = torch.tanh(layer(signal))
         for layer in self.up[:-1]:
-            signal = torch.relu(layer(signal))
+            signal = torch.tanh(layer(signal))
         rebuilt: Tensor = self.up[-1](signal)
         return rebuilt
 
@@ -78,13 +76,15 @@ def train(
     mean, scale = _statistics(kept, recipe)
     curve, model = _fit((kept - mean) * scale, (aside - mean) * scale, recipe, progress)
     tensors = _tensors(model, mean, scale)
-    bare = Network(tensors | {"feature_mean": np.zeros(LAYERS[-1]), "feature_scale": np.ones(LAYERS[-1])}, {})
+    bare = Network(
+        tensors | {"feature_mean": np.zeros(LAYERS[-1]), "feature_scale": np.ones(LAYERS[-1])}, {}
+    )
     deepest = np.concatenate([bare.activations(kept[at : at + 64]) for at in range(0, len(kept), 64)])
     spread = deepest.std(axis=0)
     tensors["feature_mean"] = deepest.mean(axis=0).astype(np.float32)
-    tensors["feature_scale"] = np.where(
-        spread > DROPPED, 1.0 / np.maximum(spread, DROPPED), 0.0
-    ).astype(np.float32)
+    tensors["feature_scale"] = np.where(spread > DROPPED, 1.0 / np.maximum(spread, DROPPED), 0.0).astype(
+        np.float32
+    )
     card = {
         "structure": source.structure,
         "roles": list(source.roles),
@@ -113,8 +113,8 @@ def _split(clips: Mapping[str, np.ndarray], recipe: Recipe) -> tuple[np.ndarray,
 def _statistics(kept: np.ndarray, recipe: Recipe) -> tuple[np.ndarray, np.ndarray]:
     """``(channels,)`` mean, and one over the standard deviation (0 for what never varies)."""
     mean, spread = (each.astype(np.float32) for each in (kept.mean(axis=(0, 1)), kept.std(axis=(0, 1))))
-    places = (kept.shape[2] - 3) // 2
-    least = np.repeat(np.float32(recipe.least), (places, places + 3))
+    joints = (kept.shape[2] - 3) // 5
+    least = np.repeat(np.array(recipe.least, np.float32), (3 * joints, 2 * joints + 3))
     return mean, np.where(spread > DROPPED, 1.0 / np.maximum(spread, least), 0.0).astype(np.float32)
 
 
@@ -127,21 +127,33 @@ def _fit(
         model = Autoencoder(kept.shape[2])
     optimiser = torch.optim.Adam(model.parameters(), lr=recipe.rate)
     schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, recipe.steps)
-    here, there = (torch.from_numpy(np.ascontiguousarray(each.transpose(0, 2, 1))) for each in (kept, aside))
+    here, there = (
+        torch.from_numpy(np.ascontiguousarray(each.transpose(0, 2, 1))) for each in (kept, aside)
+    )
     curve, recent = [], []
     for step, batch in enumerate(_batches(len(here), recipe), 1):
         wanted = here[batch]
         loss = nn.functional.mse_loss(model(wanted), wanted)
         optimiser.zero_grad()
-        loss.backward()
+        loss.backward()  # type: ignore[no-untyped-call]
         optimiser.step()
         schedule.step()
         recent.append(loss.item())
         progress(step, recent[-1])
         if step % max(recipe.steps // recipe.checks, 1) == 0 or step == recipe.steps:
-            curve.append({"step": step, "train": _short(np.mean(recent)), "validation": _check(model, there)})
+            curve.append(
+                {
+                    "step": step,
+                    "train": _short(sum(recent) / len(recent)),
+                    "validation": _check(model, there),
+                }
+            )
             recent = []
     return curve, model
+
+
+def _tensor(cut: np.ndarray) -> Tensor:
+    return torch.from_numpy(np.ascontiguousarray(cut.transpose(0, 2, 1)))
 
 
 def _batches(count: int, recipe: Recipe) -> Iterator[Tensor]:
@@ -157,7 +169,8 @@ def _batches(count: int, recipe: Recipe) -> Iterator[Tensor]:
 
 @torch.no_grad()
 def _check(model: Autoencoder, windows_: Tensor) -> float:
-    parts = [nn.functional.mse_loss(model(part), part).item() * len(part) for part in windows_.split(64)]
+    batches = [windows_[at : at + 64] for at in range(0, len(windows_), 64)]
+    parts = [nn.functional.mse_loss(model(part), part).item() * len(part) for part in batches]
     return _short(sum(parts) / len(windows_))
 
 

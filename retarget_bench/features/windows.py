@@ -1,14 +1,18 @@
 """What a feature network sees of a motion: channels per frame in the facing frame, cut into windows.
 
-The channels are chosen so that nothing depends on where a clip is done and which way it faces, while gliding
-feet, trembling and standing still are visible. With h the height of the body, for every frame
+The channels are chosen so that nothing depends on where a clip is done and which way it faces, while
+gliding feet, trembling and standing still are visible. With h the height of the body, for every frame
 
-    places       (x, y, z) of every joint: x and z from the hips, y from the floor, over h
-    velocities   (x, y, z) of every joint in the world, over h, per second
-    root         (x, z) velocity of the hips, over h, per second, and the yaw rate in radians per second
+    places   (x, y, z) of every joint: x and z from the hips, y from the floor, over h
+    speeds   log(0.05 + |velocity|) of every joint in the world, heights per second
+    jolts    log(1 + |acceleration|) likewise, heights per second squared
+    root     (x, z) velocity of the hips, over h, per second, and the yaw rate in radians per second
 
-all seen in the facing frame: left is +x, forward is +z. Its forward direction is square to the line from the
-right to the left (hips and shoulders together), made smooth over a third of a second.
+seen in the facing frame: left is +x, forward is +z. Its forward direction is square to the line from
+the right to the left (hips and shoulders together), made smooth over a third of a second.
+
+Speeds and jolts are sizes, not vectors, since filters that rebuild real motion let nothing pass that goes
+to and fro from frame to frame: with vectors, trembling by 2 % of the height left no trace in features.
 """
 
 from __future__ import annotations
@@ -29,6 +33,8 @@ HOP = 8
 """Frames from one scored window to the next."""
 SMOOTHING = 10.0
 """Frames: standard deviation of the Gaussian over which the facing direction is averaged."""
+STILL = 0.05
+"""Heights per second: slower is about as good as standing."""
 SIDES = (("left_up_leg", "right_up_leg"), ("left_arm", "right_arm"))
 
 
@@ -47,7 +53,7 @@ def unseeable(character: Character) -> str:
 
 
 def channels(motion: Prediction, joints: Sequence[int] | None = None, floor: float = 0.0) -> np.ndarray:
-    """``(frames, 6 * joints + 3)`` float64 channels of a motion, brought to 30 frames per second.
+    """``(frames, 5 * joints + 3)`` float64 channels of a motion, brought to 30 frames per second.
 
     joints: which joints are seen, in this order; None: ``joints_of`` the character.
     floor:  metres, the height of the floor. Raises NotSupported where ``unseeable`` says why.
@@ -60,20 +66,21 @@ def channels(motion: Prediction, joints: Sequence[int] | None = None, floor: flo
     hips = places[:, character.joint_of.get("hips", 0)] * (1.0, 0.0, 1.0)
     turn = _facing(places, character)
     centred = places[:, seen] - hips[:, None] - (0.0, floor, 0.0)
-    moved, root = _rates(places[:, seen]), _rates(hips)
-    yaw = np.angle(turn[1:] * turn[:-1].conj(), deg=False) * RATE if len(turn) > 1 else np.zeros(0)
     height = float(character.height)
+    velocity, root = _rates(places[:, seen]) / height, _rates(hips) / height
+    yaw = np.angle(turn[1:] * turn[:-1].conj(), deg=False) * RATE if len(turn) > 1 else np.zeros(0)
     parts = [
         _seen(centred, turn[:, None]) / height,
-        _seen(moved, turn[:, None]) / height,
-        _seen(root, turn)[:, [0, 2]] / height,
+        np.log(STILL + _length(velocity)),
+        np.log(1.0 + _length(_rates(velocity))),
+        _seen(root, turn)[:, [0, 2]],
         np.concatenate([yaw[:1], yaw]) if len(yaw) else np.zeros(len(turn)),
     ]
     return np.concatenate([part.reshape(len(places), -1) for part in parts], axis=1)
 
 
 def windows(seen: np.ndarray, hop: int = HOP) -> np.ndarray:
-    """``(windows, FRAMES, channels)`` view of channels ``(frames, channels)``; none where they are too few."""
+    """``(windows, FRAMES, channels)`` view of channels ``(frames, channels)``; none where too few."""
     if len(seen) < FRAMES:
         return np.zeros((0, FRAMES, seen.shape[1]))
     cut = np.lib.stride_tricks.sliding_window_view(seen, FRAMES, axis=0)[::hop]
@@ -99,6 +106,10 @@ def _rates(places: np.ndarray) -> np.ndarray:
         return np.zeros_like(places)
     steps = np.diff(places, axis=0) * RATE
     return np.concatenate([steps[:1], steps])
+
+
+def _length(vectors: np.ndarray) -> np.ndarray:
+    return np.sqrt(np.einsum("fjc,fjc->fj", vectors, vectors))
 
 
 def _facing(places: np.ndarray, character: Character) -> np.ndarray:
