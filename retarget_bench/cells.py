@@ -179,6 +179,7 @@ class Table:
     notes:     sentences that belong below the table: what the data leave out, which versions met.
     footnotes: what the numbers in cells (from 1) refer to.
     data:      name, version and content of the data set, as (what, which) pairs.
+    subjects:  the values that a breakdown is of.
     """
 
     title: str
@@ -188,12 +189,17 @@ class Table:
     problems: tuple[Problem, ...] = ()
     origins: tuple[Origin, ...] = ()
     data: tuple[tuple[str, str], ...] = ()
-    by: str = ""
+    subjects: tuple[Column, ...] = ()
 
     @property
     def columns(self) -> tuple[Column, ...]:
         """The columns of all groups, each once."""
         return tuple(dict.fromkeys(column for group in self.groups for column in group.columns))
+
+    @property
+    def explained(self) -> tuple[Column, ...]:
+        """The values that a reader must know to read the table."""
+        return self.subjects or self.columns
 
     @property
     def cells(self) -> tuple[Cell, ...]:

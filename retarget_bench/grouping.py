@@ -175,7 +175,7 @@ def _place(section: Section, score: Score, key: str, making: Making) -> tuple[in
 
 # --------------------------------------------------------------------------------- parts by methods
 def by_part(sections: Sequence[Section], key: str, heading: str, making: Making) -> Group:
-    """One value on one split, broken down: a row per part, a column per method."""
+    """One value on one split, broken down: a row per part, a column per method. The title has the unit."""
     value = making.column(key)
     first = {score.label: score for section in reversed(sections) for score in section.scores}
     labels = sorted(first, key=lambda label: bool(first[label].unranked))
@@ -194,8 +194,7 @@ def by_part(sections: Sequence[Section], key: str, heading: str, making: Making)
         title=f"{split}: {value.label} {value.arrow}".rstrip() + f"{unit}, by {heading}",
         split=split,
         columns=tuple(
-            Column(label, label, value.unit, value.better, _told(first[label]), value.goal)
-            for label in labels
+            Column(label, label, "1", value.better, _told(first[label]), value.goal) for label in labels
         ),
         ranked=tuple(rows),
         unranked=(),

@@ -30,7 +30,7 @@ def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT, by: s
     """One table per data set. ``columns`` are value ids, or ``fps``.
 
     by: what ``found`` is broken down by; then there is a group per split and column, and where no columns
-        are asked for only the first that there is (per joint: all that are known per joint).
+        are asked for only the first that there is (where none of the usual ones is there: all).
     Raises BenchError for no column at all, for one that no result declares, listing those there are, and
     for one that is a curve.
     """
@@ -44,10 +44,9 @@ def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT, by: s
     return [_table(title, each, columns, declared, methods, by) for title, each in by_dataset.items()]
 
 
-def all_columns(found: Sequence[Section], by: str = "") -> list[str]:
-    """Every value that such a table can show, in declared order, then fps."""
-    ids = [key for key, value in _declared(found).items() if _single(value, by)]
-    return ids if by else [*ids, FPS]
+def all_columns(found: Sequence[Section]) -> list[str]:
+    """Every value that is one number per case, in declared order, then fps."""
+    return [*(key for key, value in _declared(found).items() if not value["index"]), FPS]
 
 
 def _declared(found: Sequence[Section]) -> dict[str, Mapping[str, Any]]:
@@ -55,8 +54,8 @@ def _declared(found: Sequence[Section]) -> dict[str, Mapping[str, Any]]:
 
 
 def _check_columns(columns: Sequence[str], declared: Values, by: str) -> None:
-    shown = [key for key, value in declared.items() if _single(value, by)]
-    known = ", ".join(sorted(shown) if by else [FPS, *sorted(shown)])
+    shown = sorted(key for key, value in declared.items() if not value["index"])
+    known = ", ".join(shown if by else [FPS, *shown])
     if not columns:
         raise BenchError(f"name at least one column; there are {known}")
     for column in columns:
@@ -66,13 +65,7 @@ def _check_columns(columns: Sequence[str], declared: Values, by: str) -> None:
             raise BenchError(f"no result has a value {column!r}; there are {known}")
         if column not in shown:
             index = declared[column]["index"]
-            kind = f"a number per {index}" if index else "no numbers per joint"
-            raise BenchError(f"{column} has {kind}; this table can show {known}")
-
-
-def _single(value: Mapping[str, Any], by: str) -> bool:
-    """Whether a value has one number in a cell of such a table."""
-    return bool(value["index"] == ("joint" if by in ("joint", "part") else ""))
+            raise BenchError(f"{column} has a number per {index}; a table shows single numbers: {known}")
 
 
 def _table(
@@ -86,22 +79,22 @@ def _table(
     known = versions.newest([score.header for section in found for score in section.scores])
     decimals = {key: _decimals(_numbers(found, key)) for key in (*declared, FPS)}
     making = Making(known, declared, decimals, methods)
+    keys = _broken_down(found, wanted, declared) if by else []
     if by:
-        keys = _broken_down(found, wanted, declared, by)
         groups = [
             by_part(each, key, by, making) for each in _splits(found) for key in keys if _has(each, key)
         ]
     else:
         groups = [by_method(section, *_columns(section, wanted, declared), making) for section in found]
-    explained = [f"{making.column(g).label}: {making.column(g).meaning}." for g in (keys if by else ())]
     return Table(
         title=title,
         groups=tuple(groups),
-        notes=(*explained, *_notes(found)),
+        notes=tuple(_notes(found)),
         footnotes=tuple(making.footnotes.sentences),
         problems=tuple(_problems(found)),
         origins=origins.origins(found),
         data=origins.data_facts(found),
+        subjects=tuple(making.column(key) for key in keys),
     )
 
 
@@ -132,14 +125,14 @@ def _stand_in(key: str, present: set[str]) -> str | None:
     return f"{key}_src" if f"{key}_src" in present else None
 
 
-def _broken_down(found: Sequence[Section], wanted: Sequence[str], declared: Values, by: str) -> list[str]:
-    """The values of a breakdown: a group each."""
+def _broken_down(found: Sequence[Section], wanted: Sequence[str], declared: Values) -> list[str]:
+    """The values of a breakdown: a group each. Unasked, the first of the usual columns, or else all."""
     present = _present(found)
-    if wanted is FIRST_SIGHT and by in ("joint", "part"):
-        return [key for key, value in declared.items() if _single(value, by) and key in present]
     shown = (_stand_in(key, present) for key in wanted if key != FPS)
-    keys = [key for key in shown if key is not None]
-    return keys[:1] if wanted is FIRST_SIGHT else keys
+    keys = list(dict.fromkeys(key for key in shown if key is not None))
+    if wanted is not FIRST_SIGHT:
+        return keys
+    return keys[:1] or [key for key in declared if key in present]
 
 
 def _splits(found: Sequence[Section]) -> list[list[Section]]:

@@ -49,7 +49,7 @@ def command(
     found = summary.sections(places, by)
     wanted: tuple[str, ...] = table.FIRST_SIGHT
     if everything:
-        wanted = tuple(table.all_columns(found, by or ""))
+        wanted = tuple(table.all_columns(found))
     elif columns is not None:
         wanted = tuple(column.strip() for column in columns.split(",") if column.strip())
     renderers = WITH_INTERVALS if intervals else RENDERERS

@@ -38,6 +38,9 @@ ESCAPES = {
     "²": r"$^2$",
 }
 TIED = r"\textsuperscript{=}"
+LONGEST_NAME = 24
+NAME_COLUMN = r"p{0.21\linewidth}"
+"""Of names longer than that, which then take several lines."""
 
 
 def latex(tables: Sequence[Table]) -> str:
@@ -63,7 +66,7 @@ def _environment(table: Table, group: Group) -> str:
     body = _tabular(group) if group.columns else [plain(words.NO_COLUMN)]
     lines = [
         r"\begin{table}",
-        r"\centering\small\setlength{\tabcolsep}{4pt}",
+        r"\centering\small\setlength{\tabcolsep}{3pt}",
         rf"\caption{{{plain(table.title)}. {plain(group.title)}.}}",
         *body,
         rf"\par\smallskip\parbox{{\linewidth}}{{\footnotesize {' '.join(_legend(table, group))}}}",
@@ -73,21 +76,25 @@ def _environment(table: Table, group: Group) -> str:
 
 
 def _tabular(group: Group) -> list[str]:
-    heads = [_stack(plain(f"{column.label} {column.arrow}".strip())) for column in group.columns]
+    heads = [
+        _stack(plain(f"{column.label} {column.arrow}".strip()).split(" "), "b") for column in group.columns
+    ]
     units = [_small(plain(words.shown_unit(column))) for column in group.columns]
     whole = len(group.columns) + 2
-    out = [rf"\begin{{tabular}}{{l{'r' * (whole - 1)}}}", r"\toprule"]
+    longest = max(len(words.named(row)) for row in group.rows)
+    first = "l" if longest <= LONGEST_NAME else NAME_COLUMN
+    out = [rf"\begin{{tabular}}{{{first}{'r' * (whole - 1)}}}", r"\toprule"]
     out.append(_joined([plain(group.heading), *heads, "$n$"]))
     if any(units):
         out.append(_joined(["", *units, ""]))
     out.append(r"\midrule")
-    out += [line for row in group.ranked for line in _lines(row)]
+    out += map(_line, group.ranked)
     if counts := words.common_counts(group):
         out.append(_joined([rf"\emph{{{words.COMMON}}}", *counts, ""]))
     if group.unranked:
         out.append(r"\midrule")
         out.append(_joined([rf"\multicolumn{{{whole}}}{{l}}{{\emph{{{words.NOT_RANKED}}}}}"]))
-    out += [line for row in group.unranked for line in _lines(row)]
+    out += map(_line, group.unranked)
     return [*out, r"\bottomrule", r"\end{tabular}"]
 
 
@@ -95,32 +102,33 @@ def _joined(cells: Sequence[str]) -> str:
     return " & ".join(cells) + r" \\"
 
 
-def _stack(head: str) -> str:
-    """A heading with its words below each other; ``{}`` keeps words from being options of a break."""
-    return r"\begin{tabular}[b]{@{}r@{}}{}" + r" \\ {}".join(head.split(" ")) + r"\end{tabular}"
+def _stack(lines: Sequence[str], place: str) -> str:
+    """Lines below each other; ``{}`` keeps them from being read as options of a break."""
+    return rf"\begin{{tabular}}[{place}]{{@{{}}r@{{}}}}{{}}" + r" \\ {}".join(lines) + r"\end{tabular}"
 
 
-def _lines(row: Row) -> list[str]:
-    """A row, and below it the intervals. ``{}`` keeps a name from being read as an option of a break."""
-    cells = [_cell(cell) for cell in row.cells]
-    lines = [_joined([f"{{}}{plain(words.named(row))}", *cells, plain(row.n)])]
-    below = [_below(cell) for cell in row.cells]
-    if any(below):
-        lines.append(_joined(["", *below, ""]))
-    return lines
+def _line(row: Row) -> str:
+    return _joined([_name(row), *(_cell(cell) for cell in row.cells), plain(row.n)])
+
+
+def _name(row: Row) -> str:
+    """A name that may be broken after brackets, commas and underscores."""
+    shown = plain(words.named(row))
+    for each in ("[", ",", r"\_"):
+        shown = shown.replace(each, rf"{each}\allowbreak{{}}")
+    return rf"\raggedright {shown}" if len(words.named(row)) > LONGEST_NAME else f"{{}}{shown}"
 
 
 def _cell(cell: Cell) -> str:
+    """Number, mark and footnote; below them the interval and the spread over seeds."""
     number = plain(cell.text) if cell.value is None else f"${cell.text}$"
     if cell.mark == "best":
         number = rf"\textbf{{{cell.text.replace('-', '$-$')}}}"
     tied = TIED if cell.mark == "tied" else ""
-    return number + tied + (rf" \textsuperscript{{[{cell.footnote}]}}" if cell.footnote else "")
-
-
-def _below(cell: Cell) -> str:
-    seeds = f"±{cell.between_seeds}" if cell.spread is not None else ""
-    return _small(plain(" ".join(filter(None, [cell.between, seeds]))))
+    first = number + tied + (rf" \textsuperscript{{[{cell.footnote}]}}" if cell.footnote else "")
+    below = [cell.between, f"±{cell.between_seeds}" if cell.spread is not None else ""]
+    lines = [first, *(_small(plain(each)) for each in below if each)]
+    return first if len(lines) == 1 else _stack(lines, "t")
 
 
 def _small(what: str) -> str:

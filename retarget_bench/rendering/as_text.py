@@ -13,8 +13,8 @@ from retarget_bench.rendering.words import printable, width, wrapped
 WIDTH = 108
 MOST_COLUMNS = 8
 """With more than these, and more columns than rows, there is a line per column."""
-WIDEST_HEAD = 9
-NARROWEST_NAME, WIDEST_NAME = 24, 52
+WIDEST_HEAD, WIDEST_WORD = 9, 22
+NARROWEST_NAME, WIDEST_NAME = 24, 40
 
 
 @dataclass(frozen=True)
@@ -62,11 +62,11 @@ def _by_row(group: Group, intervals: bool) -> list[str]:
 
 
 def _by_column(group: Group, intervals: bool) -> list[str]:
-    """A line per column of the group; rows that are not ranked are in parentheses."""
-    heads = [
-        wrapped(f"({printable(row.label)})" if row.mark else printable(row.label), 2 * WIDEST_HEAD)
-        for row in group.rows
-    ]
+    """A line per column of the group; why a row is not ranked stands below its name."""
+    heads = []
+    for row in group.rows:
+        mark = wrapped(printable(f"({row.mark})"), WIDEST_WORD) if row.mark else []
+        heads.append([*wrapped(printable(row.label), WIDEST_WORD), *mark])
     lines = []
     for number, column in enumerate(group.columns):
         unit = words.shown_unit(column)
@@ -89,7 +89,7 @@ def _head(column: Column) -> list[str]:
     *start, end = printable(column.label).split(" ")
     lines = textwrap.wrap(" ".join(start), WIDEST_HEAD) if start else []
     unit = textwrap.wrap(printable(words.shown_unit(column)), WIDEST_HEAD)
-    return [*lines, *wrapped(f"{end} {column.arrow}".strip(), 2 * WIDEST_HEAD), *unit]
+    return [*lines, *wrapped(f"{end} {column.arrow}".strip(), WIDEST_WORD), *unit]
 
 
 # ------------------------------------------------------------------------------------------------ grid
@@ -100,7 +100,8 @@ def _grid(heading: str, heads: Sequence[list[str]], lines: Sequence[_Line]) -> l
         for i, head in enumerate(heads)
     ]
     longest = max(width(printable(line.name)) for line in lines)
-    first = min(longest, WIDEST_NAME, max(NARROWEST_NAME, WIDTH - 2 - sum(widths)))
+    room = WIDTH - 2 - sum(widths)
+    first = min(longest, room if room >= NARROWEST_NAME else WIDEST_NAME)
     out: list[str] = []
     for block in _blocks(widths, WIDTH - 2 - first):
         tall = max(len(heads[i]) for i in block)

@@ -23,9 +23,9 @@ TIED = (
     f"Holm-corrected, {100 * ALPHA:g} %)"
 )
 INTERVALS = (
-    f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for these "
-    "characters: how much other bodies would change the numbers they do not say. Two overlapping intervals "
-    "do not make a tie, since methods are compared case by case."
+    f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for "
+    "these characters: how much other bodies would change the numbers they do not say. Two overlapping "
+    "intervals do not make a tie, since methods are compared case by case."
 )
 SEEDS = "± is the standard deviation of the mean over the seeds of a stochastic method."
 N = "cases that the method answered, out of those asked where it did not answer all"
@@ -71,8 +71,8 @@ def shown_unit(column: Column) -> str:
 def short(table: Table) -> list[tuple[str, str]]:
     """(heading and unit, meaning) of every column, by name where two headings are alike."""
     found = []
-    for column in table.columns:
-        alike = sum(other.label == column.label for other in table.columns) > 1
+    for column in table.explained:
+        alike = sum(other.label == column.label for other in table.explained) > 1
         unit = shown_unit(column)
         name = column.id if alike else column.label
         found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
