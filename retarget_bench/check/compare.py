@@ -169,6 +169,10 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[Line]:
     elif old_facts["weights"] != facts["weights"]:
         reason = f"other weights: {old_facts['weights'] or 'none'} before, {facts['weights'] or 'none'} now"
     before, after = golden.rows.get(label, {}), now.rows.get(label, {})
+    if not before and not after:
+        why = next(iter(now.problems.get(label, {}).values()), "no case gave a row")
+        yield Line(Mark.UNMEASURED, label, why=f"it answers nothing: {why}")
+        return
     for split in now.smoke:
         if not reason and golden.smoke.get(split) != now.smoke[split]:
             yield Line(Mark.INCOMPARABLE, label, split, why="other cases were asked")
@@ -177,12 +181,13 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[Line]:
         old, new = _of_split(before, split), _of_split(after, split)
         if not old and not new:
             continue
+        cases = _common(old, new)
         for value, columns in _by_value(_merged(old), _merged(new)):
             limit = _limit(now, value, bool(facts["weights"]))
             pairs = [
                 (f"{case} {column}", old.get(case, {}).get(column), new.get(case, {}).get(column), limit)
                 for column in columns
-                for case in sorted(old.keys() | new.keys())
+                for case in cases
             ]
             why = reason or _value_moved(golden, now, value)
             failure = _first_problem(golden, now, label, split)
@@ -192,7 +197,7 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[Line]:
 def _answered(golden: Snapshot, now: Snapshot, label: str, split: str, reason: str) -> Line:
     """How many cases the method answered."""
     old, new = (
-        sum(f"{split} {case}" not in each.problems.get(label, {}) for case in each.smoke.get(split, ()))
+        sum(f"{split} {case}" in each.rows.get(label, {}) for case in each.smoke.get(split, ()))
         for each in (golden, now)
     )
     mark, why = Mark.SAME, reason
@@ -216,6 +221,12 @@ def _of_split(table: Table, split: str) -> Table:
     """Case (or mean) -> columns."""
     parts = {tuple(row.split(" ", 1)): columns for row, columns in table.items()}
     return {case: columns for (of, case), columns in parts.items() if of == split}
+
+
+def _common(old: Table, new: Table) -> list[str]:
+    """The cases answered before and now; with the mean where these are all, or there is none."""
+    both = sorted((old.keys() & new.keys()) - {MEAN})
+    return [*both, MEAN] if not both or old.keys() == new.keys() else both
 
 
 def _merged(table: Table) -> dict[str, float]:

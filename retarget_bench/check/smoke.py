@@ -209,7 +209,8 @@ def _rows(
     for split, infos in asked:
         listed = entries.get((label, split), [])
         answered = {entry.case for entry in listed}
-        part = _Part(plan, asked.spec, split, spec, tuple(i for i in infos if i.id in answered))
+        chosen = tuple(info for info in infos if info.id in answered)
+        part = _Part(plan=plan, dataset=asked.spec, split=split, method=spec, chosen=chosen)
         if part.infos:
             records.write_results(part.place, header_of(part, listed), listed, part.infos)
             places.append(part.place)
@@ -228,5 +229,6 @@ def _rows(
             key: {index: mean.value for index, mean in curve.items()} for key, curve in means.curves.items()
         }
         values = {key: mean.value for key, mean in means.means.items()} | curves
-        answers.table[f"{section.split} {MEAN}"] = flat(values)
+        if values:
+            answers.table[f"{section.split} {MEAN}"] = flat(values)
     return answers

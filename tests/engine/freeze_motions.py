@@ -136,7 +136,10 @@ def freeze(folder: Path) -> str:
         data = registry.create("datasets", spec)
         case = cut(data.load(info), frames)
         assert isinstance(case.reference, Motion)
-        answers = {fault.__name__: as_scored(fault(case.reference)) for fault in faults}
+        answers: dict[str, Prediction] = {}
+        for fault in faults:
+            answer = fault(case.reference)
+            answers[fault.__name__] = answer if answer is case.reference else as_scored(answer)
         origin = f"{data.content}: {info.id}, {frames} frames from the middle"
         frozen.write(folder, frozen.Frozen(name, replace(case, alternative=None), answers, origin))
         size = (folder / f"{name}.npz").stat().st_size
