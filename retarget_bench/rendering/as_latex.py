@@ -143,7 +143,10 @@ def _legend(table: Table, group: Group) -> list[str]:
         out.append(rf"\textbf{{Bold}}: {plain(words.BEST)}; {TIED}{plain(words.TIED)}.")
     if any(cell.interval for cell in cells):
         out.append(plain(f"Small: {words.INTERVALS}"))
-    meanings = [(column.label, column.meaning) for column in group.columns] + [("n", words.N)]
+    if any(cell.spread is not None for cell in cells):
+        out.append(plain(words.SEEDS))
+    explained = table.subjects or group.columns
+    meanings = [(column.label, column.meaning) for column in explained] + [("n", words.N)]
     shown = {cell.text for cell in cells if cell.value is None}
     meanings += [(kind, words.reason_known(kind)) for kind in words.empty_kinds(table) if kind in shown]
     out += [rf"\emph{{{plain(label)}}}: {plain(meaning)}." for label, meaning in meanings]

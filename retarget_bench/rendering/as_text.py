@@ -79,7 +79,8 @@ def _by_column(group: Group, intervals: bool) -> list[str]:
 def _stacked(cell: Cell, intervals: bool) -> tuple[str, ...]:
     """Number, mark and footnote; below them the interval and the spread over seeds."""
     footnote = f" [{cell.footnote}]" if cell.footnote else ""
-    first = f"{cell.text}{MARKS[cell.mark] or ' '}{footnote}"
+    mark = MARKS[cell.mark] or ("" if footnote else " ")
+    first = f"{cell.text}{mark}{footnote}"
     below = [f"{cell.between} "] if intervals and cell.between else []
     return (first, *below, *([f"±{cell.between_seeds} "] if cell.spread is not None else []))
 
@@ -158,6 +159,9 @@ def _legend(table: Table, intervals: bool) -> list[str]:
     meanings = [(printable(label), printable(meaning)) for label, meaning in meanings]
     most = min(max(width(label) for label, _ in meanings), WIDEST_NAME)
     for label, meaning in meanings:
+        if width(label) > most:
+            out += [f"  {line}" for line in wrapped(label, WIDTH - 2)]
+            label = ""
         out += _hung(f"  {label}{' ' * (most - width(label))}  ", meaning)
     for number, footnote in enumerate(table.footnotes, 1):
         out += _hung(f"[{number}] ", printable(footnote))
