@@ -19,8 +19,8 @@ MEANS = (
 ARROWS = "↓ less is better, ↑ more is better, →1 best at 1 (ranked by the mean of |log|)."
 BEST = "best of the ranked methods"
 TIED = (
-    f"tied: the data cannot tell it from the best (paired sign-flip test over clips, "
-    f"Holm-corrected, {100 * ALPHA:g} %)"
+    f"tied: the data cannot tell it from the best (paired sign-flip test over clips at {100 * ALPHA:g} %, "
+    "Holm-corrected for all pairs of methods), or the difference is below the measure's tolerance"
 )
 INTERVALS = (
     f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for "
