@@ -18,8 +18,8 @@ LEGEND = (
     "{second}; where a value is best at a goal, of their distances |ln(value / goal)|.",
     "p: how often flipping signs of whole clips at random would give as large a difference, adjusted for "
     "the values compared in a split (Holm). Below 0.05 it is called a difference.",
-    f"Intervals (Student's t over clips) and p stand for these characters; intervals need {ENOUGH_CLIPS} "
-    f"clips, differences {LEAST_CLIPS}.",
+    "Intervals (the differences that flips do not reject, without that adjustment) and p hold for these "
+    f"characters. Intervals need {ENOUGH_CLIPS} clips, verdicts {LEAST_CLIPS}.",
 )
 ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
 
