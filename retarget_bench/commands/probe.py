@@ -14,6 +14,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.spec import Spec
 
 if TYPE_CHECKING:
+    from retarget_bench.api import CaseInfo, Dataset
     from retarget_bench.probe.asking import Reply, Subject
     from retarget_bench.probe.probes import Probe
     from retarget_bench.records import Place
@@ -61,11 +62,11 @@ def command(
     specs = [registry.canonical("methods", Spec.parse(name)) for name in methods]
     data = None if source else registry.canonical("datasets", options.dataset_spec(dataset, root))
     if source is not None and target is not None:
-        subjects = _of_files(source, target)
+        subjects, groups = _of_files(source, target)
     else:
         assert data is not None
-        subjects = _of_dataset(data, splits, cases)
-    answers = _answers(specs, subjects, probes)
+        subjects, groups = _of_dataset(data, splits, cases)
+    answers = _answers(specs, subjects, groups, probes)
     off = _report(answers, data, out)
     return int(strict and off)
 
@@ -80,28 +81,41 @@ def _probes(only: str) -> list[Probe]:
     return [known[name] for name in asked] or list(PROBES)
 
 
-def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> list[Subject]:
+Questions = tuple[list["Subject"], list[list["Subject"]]]
+"""Subjects of the probes, and groups for the dependence on the source."""
+
+
+def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
     from retarget_bench.plan import dataset
-    from retarget_bench.probe.asking import Subject, spread, subject
+    from retarget_bench.probe.asking import groups_of, spread
 
     data = dataset(spec)
     offered = [split for split in splits if split in data.card.splits]
     infos = {split: listed for split in offered if (listed := data.cases("retarget", split))}
     if not infos:
         raise BenchError(f"{data.label} has no case in {', '.join(splits)}: {' '.join(data.notes)}")
+    structure = {name: body.structure for name, body in data.characters().items()}
+    groups = [group for listed in infos.values() for group in groups_of(listed, structure)]
+    loaded = [_loaded(data, group) for group in groups]
+    return _loaded(data, spread(infos, cases)), [group for group in loaded if group]
+
+
+def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
+    from retarget_bench.probe.asking import Subject, subject
+
     found = []
-    for info in spread(infos, cases):
+    for info in infos:
         case = data.load(info)
         found.append(subject(info, case.source, case.target))
     if reasons := [each for each in found if isinstance(each, str)]:
-        click.echo(f"{len(reasons)} cases cannot be asked: {reasons[0]}", err=True)
+        click.echo(f"{len(reasons)} of {len(found)} cases cannot be asked: {reasons[0]}", err=True)
     return [each for each in found if isinstance(each, Subject)]
 
 
-def _of_files(source: Path, target: Path) -> list[Subject]:
+def _of_files(source: Path, target: Path) -> Questions:
     from retarget_bench.api import CaseInfo
     from retarget_bench.motion import importer
-    from retarget_bench.probe.asking import Subject, subject
+    from retarget_bench.probe.asking import Subject, pieces, subject
 
     performer, body = importer.load(source), importer.load(target)
     for side in (performer, body):
@@ -113,11 +127,15 @@ def _of_files(source: Path, target: Path) -> list[Subject]:
     )
     found = subject(info, performer.motion, body.motion.character)
     assert isinstance(found, Subject)
-    return [found]
+    parts = pieces(found)
+    return [found], [parts] if parts else []
 
 
 def _answers(
-    specs: Sequence[Spec], subjects: Sequence[Subject], probes: Sequence[Probe]
+    specs: Sequence[Spec],
+    subjects: Sequence[Subject],
+    groups: Sequence[Sequence[Subject]],
+    probes: Sequence[Probe],
 ) -> dict[Spec, list[Reply]]:
     from tqdm import tqdm
 
@@ -127,7 +145,7 @@ def _answers(
     answers = {}
     with tqdm(total=len(specs) * len(subjects), desc="bench probe", unit="case", leave=False) as bar:
         for spec in specs:
-            answers[spec] = ask(method(spec), str(spec), subjects, probes, bar.update)
+            answers[spec] = ask(method(spec), str(spec), subjects, groups, probes, bar.update)
     return answers
 
 

@@ -12,13 +12,14 @@ from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.roles import is_quadruped
 from retarget_bench.predict import predict
 from retarget_bench.probe.blindness import FEWEST, dependence
 from retarget_bench.probe.probes import PROBES, Probe, Question, deviation
 
 RATE = 30.0
 """Frames per second of the plain questions."""
+MOST = 12
+"""Motions that are compared with each other."""
 Progress = Callable[[], object]
 
 
@@ -57,12 +58,15 @@ def ask(
     method: Method,
     label: str,
     subjects: Sequence[Subject],
+    groups: Sequence[Sequence[Subject]] = (),
     probes: Sequence[Probe] = PROBES,
     progress: Progress = lambda: None,
 ) -> list[Reply]:
     """Every probe on every subject; whatever the method does wrong costs its value and no other.
 
-    label: what seeds are drawn for. Every question of a subject has the same seed.
+    label:  what seeds are drawn for. Every question of a subject has the same seed.
+    groups: subjects of like bodies in different clips, whose sources are all given to the first one's
+            target, to see whether answers depend on them.
     Raises BenchError for a method that needs what probes do not have (references, other clips).
     """
     if needs := tuple(getattr(method.card, "needs", ())):
@@ -74,8 +78,7 @@ def ask(
     for each in subjects:
         replies.append(_ask(_Asking(method, label, each), probes))
         progress()
-    _add_dependence(method, label, replies)
-    return replies
+    return replies + [_dependence(method, label, group) for group in groups]
 
 
 class _Asking:
@@ -127,25 +130,39 @@ def _ask(asking: _Asking, probes: Sequence[Probe]) -> Reply:
     return reply
 
 
-def _add_dependence(method: Method, label: str, replies: Sequence[Reply]) -> None:
-    """Sources of different clips, all given to one target; noted with the first of them."""
-    for group in _groups([reply.subject for reply in replies if reply.status == "ok"]):
-        target = group[0].question.target
-        questions = [Subject(each.info, Question(each.question.source, target)) for each in group]
-        answers = [_Asking(method, label, each).answer(each.question)[0] for each in questions]
-        both = [(s.question.source, a) for s, a in zip(group, answers, strict=True) if a is not None]
-        found = dependence([source for source, _ in both], [answer for _, answer in both])
-        next(reply for reply in replies if reply.subject is group[0]).dependence = found
+def _dependence(method: Method, label: str, group: Sequence[Subject]) -> Reply:
+    """How the answers of one target depend on the sources of a group; noted with its first subject."""
+    first = group[0]
+    questions = [
+        Subject(each.info, Question(each.question.source, first.question.target)) for each in group
+    ]
+    answers = [_Asking(method, label, each).answer(each.question)[0] for each in questions]
+    both = [(s.question.source, a) for s, a in zip(group, answers, strict=True) if a is not None]
+    found = dependence([source for source, _ in both], [answer for _, answer in both])
+    return Reply(first, dependence=found)
 
 
-def _groups(subjects: Sequence[Subject]) -> list[list[Subject]]:
-    """Subjects of one split, with two legs or four, one per clip, where there are enough."""
-    found: dict[tuple[str, bool], dict[str, Subject]] = {}
-    for each in subjects:
-        body = each.question.source.character
-        key = each.info.split, is_quadruped(body.skeleton, body.roles)
-        found.setdefault(key, {}).setdefault(each.info.clip, each)
-    return [list(clips.values()) for clips in found.values() if len(clips) >= FEWEST]
+def groups_of(infos: Sequence[CaseInfo], structure: Mapping[str, str]) -> list[list[CaseInfo]]:
+    """Cases whose sources are of one structure, one per clip, at most ``MOST`` evenly chosen, where there
+    are enough. structure: by character."""
+    found: dict[str, dict[str, CaseInfo]] = {}
+    for info in infos:
+        found.setdefault(structure[info.source], {}).setdefault(info.clip, info)
+    enough = [list(clips.values()) for clips in found.values() if len(clips) >= FEWEST]
+    return [spread({"": listed}, min(MOST, len(listed))) for listed in enough]
+
+
+def pieces(whole: Subject) -> list[Subject]:
+    """A long clip in pieces of equal length, at most ``MOST``; none where they would be under a second."""
+    frames, motion = whole.question.source.frames, whole.question.source
+    number = min(MOST, int(frames // RATE))
+    if number < FEWEST:
+        return []
+    length = frames // number
+    return [
+        Subject(whole.info, Question(motion.at(slice(k * length, (k + 1) * length)), whole.question.target))
+        for k in range(number)
+    ]
 
 
 def spread(infos: Mapping[str, Sequence[CaseInfo]], number: int) -> list[CaseInfo]:

@@ -20,21 +20,39 @@ FEWEST = 4
 _STILL = 1e-9
 
 
+Bones = Sequence[tuple[str, str]]
+"""Roles of the two ends of lines on a body."""
+
+
 def pose_distance(a: np.ndarray, b: np.ndarray) -> float:
-    """Mean distance of joints in heights, over the frames that both have; ``(frames, joints, 3)`` each."""
+    """Mean distance of directions ``(frames, bones, 3)``, over the frames that both have: 0 to 2."""
     frames = min(len(a), len(b))
     return float(np.linalg.norm(a[:frames] - b[:frames], axis=-1).mean())
 
 
-def poses(motion: Prediction, joints: Sequence[int]) -> np.ndarray:
-    """``(frames, joints, 3)`` in heights: relative to the hips and turned to face one way."""
-    character = motion.character
-    places = motion.positions
-    centred = (places - places[:, [character.joint_of.get("hips", 0)]]) / character.height
-    yaw = _facing(character, places)
+def poses(motion: Prediction, bones: Bones) -> np.ndarray:
+    """``(frames, bones, 3)`` unit vectors along the bones, turned so that the hips face one way."""
+    joint, places = motion.character.joint_of, motion.positions
+    lines = np.stack([places[:, joint[end]] - places[:, joint[start]] for start, end in bones], axis=1)
+    lines /= np.maximum(np.linalg.norm(lines, axis=-1, keepdims=True), _STILL)
+    yaw = _facing(motion.character, places)
     cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
-    x, y, z = (centred[:, list(joints), axis] for axis in range(3))
+    x, y, z = (lines[..., axis] for axis in range(3))
     return np.stack([cos * x - sin * z, y, sin * x + cos * z], axis=-1)
+
+
+def shared_bones(characters: Sequence[Character]) -> Bones:
+    """Lines between joints whose roles all bodies have: from each to the next one above it in the first."""
+    first = characters[0]
+    shared = {role for role in first.joint_of if all(role in each.joint_of for each in characters)}
+    bones = []
+    for role in sorted(shared):
+        above = int(first.skeleton.parents[first.joint_of[role]])
+        while above >= 0 and first.roles[above] not in shared:
+            above = int(first.skeleton.parents[above])
+        if above >= 0:
+            bones.append((str(first.roles[above]), role))
+    return bones
 
 
 def _facing(character: Character, places: np.ndarray) -> np.ndarray:
@@ -55,17 +73,16 @@ def dependence(sources: Sequence[Prediction], answers: Sequence[Prediction]) -> 
     shuffled:    mean distance between each answer and the answer to the next source, over that between the
                  sources: 0 where shuffling the sources changes nothing, about 1 where it matters in full.
 
-    Distances are of poses (hips in one place, facing one way, in heights), so path and size do not count.
-    Left out for fewer than four motions, or without joints in common.
+    Distances are of the directions of bones, facing one way: path, size and proportions do not count.
+    Left out for fewer than four motions, or without bones in common.
     """
     target = answers[0].character if answers else None
     if target is None or len(answers) < FEWEST:
         return {}
-    shared = [r for r in target.joint_of if all(r in each.character.joint_of for each in sources)]
-    if not shared:
+    bones = shared_bones([target, *(each.character for each in sources)])
+    if not bones:
         return {}
-    ours = [poses(each, each.character.joints(shared)) for each in sources]
-    theirs = [poses(each, target.joints(shared)) for each in answers]
+    ours, theirs = ([poses(each, bones) for each in side] for side in (sources, answers))
     pairs = list(combinations(range(len(ours)), 2))
     before = np.array([pose_distance(ours[i], ours[j]) for i, j in pairs])
     after = np.array([pose_distance(theirs[i], theirs[j]) for i, j in pairs])

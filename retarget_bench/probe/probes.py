@@ -251,7 +251,7 @@ PROBES: tuple[Probe, ...] = (
     Probe(
         "source_merged",
         "source merged",
-        "a spine joint of the source that does not bend is left out: the same answer where a method carries "
+        "a stiff spine joint of the source is left out: the same answer where a method carries "
         "spines over joint by joint",
         _source_merged,
         demanded=False,

@@ -29,7 +29,7 @@ DEPENDENCE = (
         unit="1",
         better="higher",
         formula="Pearson's correlation, over all pairs of clips given to one target, of the distance of "
-        "the sources' poses and that of the answers' (hips in one place, facing one way, in heights)",
+        "the sources' poses and that of the answers' (directions of bones, facing one way)",
         source="in the manner of SIF, on poses; this project",
         needs=("source",),
     ),
@@ -66,7 +66,7 @@ VALUES: tuple[Value, ...] = (
 
 def entries(replies: Sequence[Reply]) -> list[Entry]:
     """One per case; a probe that the method failed makes the case a failed one."""
-    found = []
+    found: dict[str, Entry] = {}
     for reply in replies:
         status, message = reply.status, reply.message
         if reply.failed:
@@ -74,8 +74,10 @@ def entries(replies: Sequence[Reply]) -> list[Entry]:
             status, message = "failed", f"{probe}: {why}"
         values: records.Values = {f"probe.{name}": number for name, number in reply.deviations.items()}
         values |= {f"probe.{name}": number for name, number in reply.dependence.items()}
-        found.append(Entry(reply.subject.info.id, status, message, values if status == "ok" else {}))
-    return found
+        entry = found.setdefault(reply.subject.info.id, Entry(reply.subject.info.id, status, message))
+        if entry.status == "ok":
+            entry.values |= values
+    return list(found.values())
 
 
 def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> list[Place]:
@@ -88,7 +90,8 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
         listed = entries(mine)
         header = _header(cell, listed)
         cell.place.folder.mkdir(parents=True, exist_ok=True)
-        records.write_results(cell.place, header, listed, [reply.subject.info for reply in mine])
+        infos = {reply.subject.info.id: reply.subject.info for reply in mine}
+        records.write_results(cell.place, header, listed, list(infos.values()))
         places.append(cell.place)
     return places
 
@@ -120,7 +123,7 @@ def findings(label: str, replies: Sequence[Reply]) -> list[str]:
         if broken := [reply for reply in replies if probe.id in reply.failed]:
             first = broken[0]
             found.append(
-                f"{label}: {probe.id} could not be answered in {len(broken)} of {len(replies)} cases "
+                f"{label}: {probe.id} could not be answered in {len(broken)} of {_asked(replies)} cases "
                 f"(first {first.subject.info.id}: {first.failed[probe.id]})"
             )
         worst = max(numbers, key=lambda case: numbers[case], default=None)
@@ -131,6 +134,10 @@ def findings(label: str, replies: Sequence[Reply]) -> list[str]:
                 f"worst ({worst}). {probe.meaning[0].upper()}{probe.meaning[1:]}"
             )
     return found + _blindness(label, replies)
+
+
+def _asked(replies: Sequence[Reply]) -> int:
+    return sum(bool(reply.deviations or reply.failed) for reply in replies)
 
 
 def _blindness(label: str, replies: Sequence[Reply]) -> list[str]:
