@@ -19,6 +19,8 @@ from retarget_bench.records import Results
 
 CONSTANT = 1e-6
 """Relative spread of a factor below which it is the same in every case."""
+FIRST = "mpjpe_h.world"
+"""The protocol that the others are explained from, where it is there."""
 NOTHING = 1e-9
 """Errors below this share of a value's typical size say nothing about a factor."""
 
@@ -44,7 +46,8 @@ class Reading:
 class Factor:
     """From one protocol to another: ``second = factor * first``.
 
-    means:   factor of the two means. None where one of them is 0.
+    means:   factor of the two means over the same cases, or where only the self pairs are more. None where
+             one of them is 0.
     usual:   median over cases. low, high: of nine cases in ten. n: cases in which both are above 0.
     reasons: what the protocols do differently, as sentences.
     """
@@ -89,9 +92,8 @@ def explain(results: Results, selves: Results | None = None) -> Explanation:
             f"the results of {label} do not say what their position protocols are (they were written by an "
             "older version, or without position metrics); score them again: bench score"
         )
-    readings = tuple(
-        reading for id_, value in known.items() if (reading := _reading(id_, value, results, selves))
-    )
+    found = (_reading(id_, value, results, selves) for id_, value in known.items())
+    readings = tuple(sorted(filter(None, found), key=lambda reading: reading.id != FIRST))
     if not readings:
         raise BenchError(f"{label} has no position error on {results.place.split}: no case has a reference")
     factors = tuple(_factor(a, b) for a, b in combinations(readings, 2))
@@ -120,6 +122,9 @@ def _reading(
 
 
 def _factor(first: Reading, second: Reading) -> Factor:
+    comparable = (
+        first.cases.keys() == second.cases.keys() or first.facts["self pairs"] != second.facts["self pairs"]
+    )
     both = [(first.cases[case], second.cases[case]) for case in first.cases if case in second.cases]
     pairs = np.array(both, dtype=np.float64).reshape(-1, 2)
     if len(pairs):
@@ -130,7 +135,7 @@ def _factor(first: Reading, second: Reading) -> Factor:
     return Factor(
         first=first.id,
         second=second.id,
-        means=second.value / first.value if first.value > 0 and second.value > 0 else None,
+        means=second.value / first.value if comparable and first.value > 0 and second.value > 0 else None,
         usual=None if usual is None else float(usual),
         low=float(low),
         high=float(high),
