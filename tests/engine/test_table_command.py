@@ -52,3 +52,15 @@ def test_speed_is_no_column_of_a_breakdown(results):
     done = CliRunner().invoke(group, ["table", str(results), "--by", "clip", "--columns", "fps"])
     assert done.exit_code != 0
     assert "no result has a value 'fps'" in str(done.exception) + done.output
+
+
+@pytest.mark.parametrize("form", FORMATS)
+def test_published_tables_are_drawn_in_every_format(results, form):
+    drawn = bench(results, "--paper", "pan-table1", "-f", form)
+    assert "8.86" in drawn
+    assert form == "csv" or "all others were computed here" in " ".join(drawn.replace("-{}", "-").split())
+
+
+def test_published_tables_have_their_own_columns(results):
+    done = CliRunner().invoke(group, ["table", str(results), "--paper", "pan-table1", "--all"])
+    assert "--paper has columns of its own" in str(done.exception)
