@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import json
+import os
+import re
 import shutil
 import subprocess
 import sys
@@ -188,6 +190,27 @@ def test_an_unpacked_wheel_lists_the_same_plug_ins(wheel, tmp_path):
     assert Path(place.stdout.strip()) == tmp_path / "retarget_bench" / "methods" / "copy_rotations.py"
 
 
+def test_an_unpacked_wheel_passes_its_own_gate_on_another_processor(wheel, tmp_path):
+    """From an empty cache, without vector instructions and with other linear algebra."""
+    zipfile.ZipFile(wheel).extractall(tmp_path)
+    other = {
+        "NPY_DISABLE_CPU_FEATURES": "X86_V4 X86_V3 AVX512_SKX AVX512F AVX2 FMA3",
+        "OPENBLAS_CORETYPE": "Prescott",
+        "RETARGET_BENCH_CACHE": str(tmp_path / "cache"),
+    }
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-m", "retarget_bench", "check"],
+        cwd=tmp_path,
+        env=os.environ | other,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    rows = re.search(r"^(\d+) rows: \1 same\.$", done.stdout, re.MULTILINE)
+    assert rows is not None
+    assert int(rows[1]) > 2000
+
+
 def test_versions_and_names_agree():
     from retarget_bench import __version__
 
@@ -199,8 +222,6 @@ def test_versions_and_names_agree():
 
 
 def test_every_dependency_is_pinned():
-    import re
-
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     pins = dict(re.findall(r"^([a-z0-9-]+)==(\S+)$", (ROOT / "constraints.txt").read_text(), re.MULTILINE))
     asked = [*project["dependencies"], *project["optional-dependencies"]["test"]]

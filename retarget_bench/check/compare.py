@@ -108,7 +108,7 @@ def _lists(golden: Snapshot, now: Snapshot) -> Iterator[Line]:
 
 
 def _data_moved(golden: Snapshot, now: Snapshot) -> str:
-    for name in ("spec", "content"):
+    for name in ("name", "parameters", "content"):
         old, new = golden.dataset.get(name), now.dataset.get(name)
         if old != new and new is not None:
             return f"the data set is another: {old} before, {new} now"
@@ -142,13 +142,15 @@ def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[Line]:
             why = _value_moved(golden, now, value)
             if file in changed:
                 why = f"the frozen motion {file}.npz is another"
-            metric = (now.values.get(value) or golden.values.get(value) or {}).get("metric")
+            fact = _fact(golden, now, value)
+            metric = fact.get("metric")
+            limit = Limit(fact["tolerance"], LEARNED.relative) if "networks" in fact else EXACT
             failure = now.failures.get(f"{row} {metric}", "")
             yield _line(
                 FROZEN,
                 row,
-                _fact(golden, now, value),
-                [(column, old.get(column), new.get(column), EXACT) for column in columns],
+                fact,
+                [(column, old.get(column), new.get(column), limit) for column in columns],
                 why,
                 failure,
             )

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
+from functools import partial
 from pathlib import Path
+from typing import cast
 
 from retarget_bench import score
-from retarget_bench.api import Case, Metric, Prediction
-from retarget_bench.check import packing
+from retarget_bench.api import Case, Metric, Prediction, SetMetric
+from retarget_bench.check import packing, sets
 from retarget_bench.check.table import Table, flat
 from retarget_bench.errors import FileError
 
@@ -51,22 +53,51 @@ def hashes(folder: Path) -> dict[str, str]:
 
 
 def measure(
-    folder: Path, metrics: Sequence[Metric], progress: Callable[[int, int], None]
-) -> tuple[Table, dict[str, str]]:
-    """Every value of every metric on every frozen motion, and ``<motion> <metric>`` -> what went wrong."""
-    table: Table = {}
-    failures: dict[str, str] = {}
+    folder: Path, metrics: Sequence[Metric | SetMetric], progress: Callable[[int, int], None]
+) -> Measured:
+    """Every value of every metric on every frozen motion. Raises FileError."""
+    found = Measured()
     paths = sorted((folder / FOLDER).glob("*.npz"))
     for done, path in enumerate(paths, 1):
-        for name, case, prediction in _asked(read(path)):
-            table[name] = {}
-            for metric in metrics:
-                try:
-                    table[name] |= flat(score.score([metric], case, prediction))
-                except Exception as error:  # a metric's own fault is a finding, not the end
-                    failures[f"{name} {metric.card.name}"] = f"{type(error).__name__}: {error}"
+        held = read(path)
+        for metric in metrics:
+            if not hasattr(metric, "compute") and (hash_ := sets.network(metric, held.case)):
+                found.networks.setdefault(metric.card.name, {})[held.case.target.structure] = hash_
+            for name, case, prediction in _asked(held):
+                found.keep(name, metric, partial(_columns, metric, case, prediction))
         progress(done, len(paths))
-    return table, failures
+    for metric in metrics:
+        if not hasattr(metric, "compute"):
+            for name in sets.ROWS:
+                found.keep(name, metric, partial(sets.values, metric, name))
+    return found
+
+
+@dataclass
+class Measured:
+    """table: ``<file>/<prediction>`` -> column -> number. failures: ``<row> <metric>`` -> what went wrong.
+
+    networks: set metric -> structure -> hash of what makes its features.
+    """
+
+    table: Table = field(default_factory=dict)
+    failures: dict[str, str] = field(default_factory=dict)
+    networks: dict[str, dict[str, str]] = field(default_factory=dict)
+
+    def keep(
+        self, row: str, metric: Metric | SetMetric, columns: Callable[[], Mapping[str, float]]
+    ) -> None:
+        kept = self.table.setdefault(row, {})
+        try:
+            kept |= columns()
+        except Exception as error:  # a metric's own fault is a finding, not the end
+            self.failures[f"{row} {metric.card.name}"] = f"{type(error).__name__}: {error}"
+
+
+def _columns(metric: Metric | SetMetric, case: Case, prediction: Prediction) -> Mapping[str, float]:
+    if hasattr(metric, "compute"):
+        return flat(score.score([cast(Metric, metric)], case, prediction))
+    return sets.features(metric, case, prediction)
 
 
 def _asked(frozen: Frozen) -> Iterator[tuple[str, Case, Prediction]]:

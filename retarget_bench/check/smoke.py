@@ -57,6 +57,8 @@ def prepare(spec: Spec, wanted: Mapping[str, Sequence[str]] | None, missing: lis
     listed = {split: data.cases(TASK, split) for split in data.card.splits}
     facts = {
         "spec": str(Spec(spec.name, plans.without_location(spec))),
+        "name": spec.name,
+        "parameters": plans.without_location(registry.canonical("datasets", spec)),
         "content": data.content,
         "lists": {split: _list_facts(infos) for split, infos in listed.items()},
     }

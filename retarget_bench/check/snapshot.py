@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench import registry
-from retarget_bench.api import Metric
-from retarget_bench.check import frozen, smoke
+from retarget_bench.api import Metric, SetMetric
+from retarget_bench.check import frozen, sets, smoke
 from retarget_bench.check.table import Table
 from retarget_bench.errors import BenchError
 from retarget_bench.score import declared_values
@@ -24,7 +24,8 @@ class Snapshot:
     """Golden rows, or what is measured now.
 
     complete: frozen motions are part of it, and every built-in method that runs by default.
-    dataset:  ``spec``, ``content``, and of each split the number of its cases and a hash of their ids.
+    dataset:  ``spec`` as it was asked for, ``name``, ``parameters`` that are no defaults, ``content``, and
+              of each split the number of its cases and a hash of their ids (``lists``).
     smoke:    split -> the ids of its cases that methods are asked.
     metrics:  metric -> version. values: value id -> ``VALUE_FACTS`` and its metric.
     methods:  label -> version and hash of its weights.
@@ -69,7 +70,7 @@ def measure(request: Request, progress: Progress) -> Snapshot:
     """Everything asked for. What cannot be measured is named in ``missing``; the rest goes on."""
     missing: list[str] = []
     metrics = _metrics(request.metrics, missing)
-    names = tuple(metric.card.name for metric in metrics)
+    names = tuple(metric.card.name for metric in metrics if hasattr(metric, "compute"))
     found = Snapshot(
         complete=request.folder is not None,
         dataset={},
@@ -81,7 +82,9 @@ def measure(request: Request, progress: Progress) -> Snapshot:
     if request.folder is not None:
         found.motions = frozen.hashes(request.folder)
         try:
-            found.frozen, found.failures = frozen.measure(request.folder, metrics, progress)
+            measured = frozen.measure(request.folder, metrics, progress)
+            found.frozen, found.failures = measured.table, measured.failures
+            found.values |= _feature_facts(metrics, measured.networks)
         except BenchError as error:
             missing.append(str(error))
         if not found.motions:
@@ -103,14 +106,12 @@ def _measure_methods(request: Request, names: tuple[str, ...], found: Snapshot, 
     found.problems = {label: answer.problems for label, answer in answers.items() if answer.problems}
 
 
-def _metrics(names: Sequence[str], missing: list[str]) -> tuple[Metric, ...]:
-    """The metrics that score single cases; those that cannot be built are missing."""
-    kept: list[Metric] = []
+def _metrics(names: Sequence[str], missing: list[str]) -> tuple[Metric | SetMetric, ...]:
+    """The metrics that can be built; the others are missing."""
+    kept: list[Metric | SetMetric] = []
     for name in names:
         try:
             metric = registry.create("metrics", name)
-            if not hasattr(metric, "compute"):
-                continue  # scores whole sets, which a few cases are not
             declared_values([*kept, metric])
         except BenchError as error:
             missing.append(str(error))
@@ -119,11 +120,24 @@ def _metrics(names: Sequence[str], missing: list[str]) -> tuple[Metric, ...]:
     return tuple(kept)
 
 
-def _value_facts(metrics: Sequence[Metric]) -> dict[str, dict[str, Any]]:
+def _value_facts(metrics: Sequence[Metric | SetMetric]) -> dict[str, dict[str, Any]]:
     return {
         value.id: {"metric": metric.card.name} | {name: getattr(value, name) for name in VALUE_FACTS}
         for metric in metrics
         for value in metric.card.values
+    }
+
+
+def _feature_facts(
+    metrics: Sequence[Metric | SetMetric], networks: Mapping[str, Mapping[str, str]]
+) -> dict[str, dict[str, Any]]:
+    """Of set metrics: their features, as if these were a value, with the networks that make them."""
+    plain = {"unit": "1", "better": "none", "goal": 1.0, "index": "sum", "with_self": False}
+    return {
+        sets.feature_value(metric): {"metric": metric.card.name, **plain, "tolerance": sets.TOLERANCE}
+        | {"networks": dict(networks[metric.card.name])}
+        for metric in metrics
+        if not hasattr(metric, "compute") and metric.card.name in networks
     }
 
 

@@ -14,11 +14,13 @@ import subprocess
 import sys
 import tempfile
 
+AVX512 = "X86_V4 AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL"
+"""By the names of NumPy 2.4 and of earlier ones."""
 SETTINGS = {
     "as it is": {},
-    "no AVX-512": {"NPY_DISABLE_CPU_FEATURES": "X86_V4", "OPENBLAS_CORETYPE": "Haswell"},
+    "no AVX-512": {"NPY_DISABLE_CPU_FEATURES": AVX512, "OPENBLAS_CORETYPE": "Haswell"},
     "no vector instructions": {
-        "NPY_DISABLE_CPU_FEATURES": "X86_V4 X86_V3",
+        "NPY_DISABLE_CPU_FEATURES": f"{AVX512} X86_V3 AVX2 FMA3",
         "OPENBLAS_CORETYPE": "Prescott",
     },
 }
