@@ -26,7 +26,7 @@ class Recipe:
     """hop: frames between training windows. least: the smallest deviation that a place (heights) and any
     other channel is divided by. validation: one clip in so many is kept aside."""
 
-    steps: int = 300
+    steps: int = 200
     batch: int = 48
     rate: float = 1e-3
     hop: int = 16

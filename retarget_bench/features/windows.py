@@ -4,8 +4,8 @@ The channels are chosen so that nothing depends on where a clip is done and whic
 gliding feet, trembling and standing still are visible. With h the height of the body, for every frame
 
     places   (x, y, z) of every joint: x and z from the hips, y from the floor, over h
-    speeds   log(0.05 + |velocity|) of every joint in the world, heights per second
-    jolts    log(1 + |acceleration|) likewise, heights per second squared
+    speeds   log(0.01 + |velocity|) of every joint in the world, heights per second
+    jolts    log(0.2 + |acceleration|) likewise, heights per second squared
     root     (x, z) velocity of the hips, over h, per second, and the yaw rate in radians per second
 
 seen in the facing frame: left is +x, forward is +z. Its forward direction is square to the line from
@@ -33,8 +33,10 @@ HOP = 8
 """Frames from one scored window to the next."""
 SMOOTHING = 10.0
 """Frames: standard deviation of the Gaussian over which the facing direction is averaged."""
-STILL = 0.05
-"""Heights per second: slower is about as good as standing."""
+STILL = 0.01
+"""Heights per second: slower is about as good as standing. Real motion that stands still sways by more."""
+EVEN = 0.2
+"""Heights per second squared, likewise."""
 SIDES = (("left_up_leg", "right_up_leg"), ("left_arm", "right_arm"))
 
 
@@ -72,7 +74,7 @@ def channels(motion: Prediction, joints: Sequence[int] | None = None, floor: flo
     parts = [
         _seen(centred, turn[:, None]) / height,
         np.log(STILL + _length(velocity)),
-        np.log(1.0 + _length(_rates(velocity))),
+        np.log(EVEN + _length(_rates(velocity))),
         _seen(root, turn)[:, [0, 2]],
         np.concatenate([yaw[:1], yaw]) if len(yaw) else np.zeros(len(turn)),
     ]

@@ -7,12 +7,20 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
+from retarget_bench.features import network
+from retarget_bench.metrics.fid import SHIPPED
+from retarget_bench.metrics.fid.frechet import frechet
+from retarget_bench.metrics.fid.kernel import kid
+from retarget_bench.metrics.fid.neighbours import fit
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 
+FRAMES, LONGEST = 64, 240
 Corruption = Callable[[Positions, str, float], Positions]
 
 
@@ -21,7 +29,7 @@ def _random(name: str, what: str) -> np.random.Generator:
 
 
 def _rank(name: str, what: str) -> float:
-    """Between 0 and 1: clips are hit in this order, so that more of them include those hit before."""
+    """Between 0 and 1, by the name alone."""
     return int(hashlib.sha256(f"{what} {name}".encode()).hexdigest()[:12], 16) / 16**12
 
 
@@ -39,17 +47,25 @@ def slide(motion: Positions, name: str, amount: float) -> Positions:
 
 
 def freeze(motion: Positions, name: str, amount: float) -> Positions:
-    """A share ``amount`` of the clips stands as in its first frame."""
-    if _rank(name, "freeze") >= amount:
-        return motion
-    return _with(motion, np.repeat(motion.positions[:1], motion.frames, axis=0))
+    """A share ``amount`` of the stretches of 64 frames stands still as in its first frame."""
+    frames = np.arange(motion.frames)
+    for stretch in _hit(motion, name, "freeze", amount):
+        frames[stretch] = stretch.start
+    return motion.at(frames)
 
 
 def shuffle(motion: Positions, name: str, amount: float) -> Positions:
-    """A share ``amount`` of the clips has its frames in a random order."""
-    if _rank(name, "shuffle") >= amount:
-        return motion
-    return motion.at(_random(name, "order").permutation(motion.frames))
+    """A share ``amount`` of the stretches of 64 frames has its frames in a random order."""
+    frames = np.arange(motion.frames)
+    for stretch in _hit(motion, name, "shuffle", amount):
+        frames[stretch] = _random(f"{name} {stretch.start}", "order").permutation(frames[stretch])
+    return motion.at(frames)
+
+
+def _hit(motion: Positions, name: str, what: str, amount: float) -> list[slice]:
+    """Stretches in an order of their own, so that a larger share includes those of a smaller one."""
+    starts = range(0, motion.frames, FRAMES)
+    return [slice(at, at + FRAMES) for at in starts if _rank(f"{name} {at}", what) < amount]
 
 
 def reverse(motion: Positions, name: str = "", amount: float = 1.0) -> Positions:
@@ -94,4 +110,73 @@ HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
     "freeze": (freeze, (0.1, 0.25, 0.5, 1.0)),
     "shuffle": (shuffle, (0.1, 0.25, 0.5, 1.0)),
 }
-"""Corruption -> growing amounts: heights, heights a second, shares of the clips."""
+"""Corruption -> growing amounts: heights, heights a second, shares of the stretches."""
+
+
+# ------------------------------------------------------------------------------------------------- a study
+@dataclass(frozen=True)
+class Noticed:
+    """What the distances say of one half of the clips against real motion of the other half."""
+
+    n: int
+    fid: float
+    kid: float
+    coverage: float
+    density: float
+
+
+class Study:
+    """Real motion of one structure of a data set, dealt into two halves by clip; one half is made worse.
+
+    performances: how many (clip, body) at most. chosen: keeps those whose positions it says True of.
+    """
+
+    def __init__(
+        self,
+        puppets: Any,
+        structure: str,
+        performances: int,
+        chosen: Callable[[Positions], bool] = lambda motion: True,
+    ) -> None:
+        self.network = network.find(SHIPPED, structure)
+        cast = puppets.characters()
+        offered = [
+            (clip, name)
+            for clip, names in puppets.performers().items()
+            for name in names
+            if cast[name].structure == structure
+        ]
+        offered.sort(key=lambda pair: _rank(" ".join(pair), "performance"))
+        self.motions: dict[tuple[str, str], Positions] = {}
+        for clip, name in offered:
+            motion = puppets.motion(clip, name)
+            # of minute-long sequences the beginning, so that no clip makes up most of a half
+            known_by_places = Positions(cast[name], motion.positions[:LONGEST], motion.fps)
+            if motion.frames >= FRAMES and chosen(known_by_places):
+                self.motions[clip, name] = known_by_places
+            if len(self.motions) == performances:
+                break
+        clips = sorted({clip for clip, _ in self.motions}, key=lambda clip: _rank(clip, "half"))
+        self.half = {clip: number % 2 for number, clip in enumerate(clips)}
+        self.real, self.real_clips = self._features(0)
+
+    def _features(
+        self, half: int, harm: Corruption | None = None, amount: float = 0.0
+    ) -> tuple[np.ndarray, np.ndarray]:
+        parts, clips = [], []
+        for (clip, name), motion in self.motions.items():
+            if self.half[clip] == half:
+                shown = harm(motion, f"{clip} {name}", amount) if harm else motion
+                parts.append(self.network.features(shown)[0])
+                clips += [clip] * len(parts[-1])
+        return np.concatenate(parts).astype(np.float64), np.array(clips)
+
+    def notice(self, harm: Corruption | None = None, amount: float = 0.0) -> Noticed:
+        """The distances of the harmed half; without a harm, the floor."""
+        made, clips = self._features(1, harm, amount)
+        return Noticed(
+            len(made),
+            frechet(self.real, made),
+            kid(self.real, made, self.real_clips, clips),
+            *fit(self.real, made, self.real_clips, clips),
+        )
