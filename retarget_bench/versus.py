@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
-from retarget_bench import registry, statistics
+from retarget_bench import registry, statistics, versions
 from retarget_bench.errors import BenchError
 from retarget_bench.panel import Panel, Row
 from retarget_bench.spec import Spec
@@ -71,8 +71,14 @@ class Versus:
 
 def find(panel: Panel, name: str) -> Row | None:
     """The row of a method by its label, or by what means the same; None where it has no results here."""
-    labels = {row.label: row for row in panel.rows}
-    return labels.get(name if name in labels else _canonical(name))
+    rows = {row.label: row for row in panel.rows}
+    label = label_of(name, rows)
+    return None if label is None else rows[label]
+
+
+def label_of(name: str, labels: Collection[str]) -> str | None:
+    """The label among these that a method's name, written in any way, means; None where there is none."""
+    return next((each for each in (name, _canonical(name)) if each in labels), None)
 
 
 def unknown(panels: Sequence[Panel], name: str) -> BenchError:
@@ -160,4 +166,10 @@ def _notes(first: Row, second: Row) -> list[str]:
             notes.append(f"{row.label} answered {counts['ok']} of {counts['asked']} cases")
         if len(row.draws) > 1:
             notes.append(f"{row.label}: mean of {len(row.draws)} seeds in every case")
+    one, two = (versions.metric_versions(row.header) for row in (first, second))
+    notes += [
+        f"{name} scored them in versions {one[name]} and {two[name]}: its values are left out"
+        for name in one
+        if name in two and one[name] != two[name]
+    ]
     return notes

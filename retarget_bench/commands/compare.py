@@ -58,7 +58,8 @@ def command(
     folders = [Path(name) for name in (first, second)]
     wanted = None if columns is None else [each.strip() for each in columns.split(",") if each.strip()]
     by_folder = all(folder.is_dir() and _places([folder], dataset, splits) for folder in folders)
-    panels = _panels(folders if by_folder else roots or (Path("runs"),), dataset, splits)
+    names = () if by_folder else (first, second)
+    panels = _panels(folders if by_folder else roots or (Path("runs"),), dataset, splits, names)
     asked = _checked(panels, wanted)
     values = [_values(panel, asked, everything) for panel in panels]
     found = _of_folders(panels, folders, values) if by_folder else _of_labels(panels, first, second, values)
@@ -78,13 +79,20 @@ def _places(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -
     return [p for p in places if dataset in (None, p.dataset) and p.split in (*splits, "self")]
 
 
-def _panels(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[Panel]:
-    from retarget_bench import panel
+def _panels(
+    roots: Sequence[Path], dataset: str | None, splits: Sequence[str], names: Sequence[str]
+) -> list[Panel]:
+    """The results under the roots; only those of the named methods are read, where each has some."""
+    from retarget_bench import panel, records, versus
 
     places = _places(roots, dataset, splits)
     if not places:
         where = f" of {dataset}" if dataset else ""
         raise BenchError(f"no results{where} in {', '.join(map(str, roots))}; bench run makes some")
+    labels = [records.read_header(place.header)["method"]["label"] for place in places]
+    wanted = {versus.label_of(name, labels) for name in names}
+    if wanted and None not in wanted:
+        places = [place for place, label in zip(places, labels, strict=True) if label in wanted]
     return [each for each in panel.panels(places) if each.split in splits]
 
 
