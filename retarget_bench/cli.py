@@ -30,6 +30,7 @@ COMMANDS = {
     "doctor": ("doctor", "Say how a motion file is understood, and what to override."),
     "train-features": ("train_features", "Train the networks that FID compares motions by."),
     "data": ("data", "Work with data sets themselves: export one as files."),
+    "submit": ("submit", "Make or check a submission to a leaderboard, or draw the leaderboard."),
     "export-cases": ("export_cases", "Write sources and targets for predicting elsewhere."),
 }
 """Command -> the module in ``retarget_bench.commands`` that holds it as ``command``, and its help line."""

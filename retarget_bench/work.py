@@ -76,7 +76,7 @@ def _keep_features(plan: Plan, place: Place, case: Case, scored: Prediction) -> 
 def _outcome(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Outcome:
     """A prediction that is there, or a new one, which is then stored."""
     if plan.external is not None:
-        return _elsewhere(plan.external, case)
+        return elsewhere(plan.external, case)
     stored = None if plan.redo == "always" else _stored(place, key, case)
     retry = plan.redo == "failed" and stored is not None and stored.status in ("failed", "invalid")
     if stored is not None and not retry:
@@ -127,7 +127,7 @@ def _stored(place: Place, key: str, case: Case) -> Outcome | None:
         return None
 
 
-def _elsewhere(folder: Path, case: Case) -> Outcome:
+def elsewhere(folder: Path, case: Case) -> Outcome:
     """A prediction made by somebody else, found by the case's file name."""
     stem = records.case_file(case.info.id)
     found = [path for suffix in (".npz", ".bvh") if (path := folder / (stem + suffix)).exists()]
