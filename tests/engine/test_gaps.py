@@ -179,6 +179,14 @@ def test_a_method_alone_is_not_called_the_best(tmp_path):
     assert found["alone"][0].mark == ""
 
 
+def test_nothing_is_marked_where_clips_are_too_few_for_intervals(tmp_path):
+    for seed, (name, centre) in enumerate([("good", 1.0), ("bad", 5.0)]):
+        noisy(tmp_path, name, centre, seed, clips=9)
+    found = cells_of(records.find_results(tmp_path), ["mpjpe_h.world"])
+    assert [found[name][0].mark for name in ("good", "bad")] == ["", ""]
+    assert found["good"][0].interval is None
+
+
 def test_a_number_over_fewer_cases_says_why_it_is_not_ranked(tmp_path):
     noisy(tmp_path, "a", 1.0, 0)
     some = [("a>b", f"c{n}", {"ratio": 1.0} | (WORLD if n < 5 else {})) for n in range(30)]
@@ -205,3 +213,13 @@ def test_breakdowns_have_a_line_per_part_and_a_column_per_method(tmp_path, form)
     assert [column.id for column in made.explained] == ["mpjpe_h.world"]
     drawn = rendering.RENDERERS[form]([made])
     assert "mpjpe_h.world" in drawn if form == "csv" else "by pair" in drawn
+
+
+def test_self_pairs_have_a_line_only_for_values_that_count_them(tmp_path):
+    store(tmp_path, "intra", "m", [("a>b", "c1", {"pooled": 4.0, **WORLD})])
+    store(tmp_path, "self", "m", [("a>a", "c1", {"pooled": 0.0, **WORLD})])
+    found = [s for s in summary.sections(records.find_results(tmp_path), "pair") if s.split == "intra"]
+    (made,) = table.tables(found, ["mpjpe_h.world", "pooled"], by="pair")
+    lines = {group.subject: [row.label for row in group.ranked] for group in made.groups}
+    assert lines == {"mpjpe_h.world": ["a>b"], "pooled": ["a>a", "a>b"]}
+    assert [row.cells[0].value for row in made.groups[1].ranked] == [0.0, 4.0]
