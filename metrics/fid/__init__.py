@@ -75,7 +75,7 @@ class Fid:
             ),
             _value(
                 "kid",
-                "likewise, without bias for small sets: 0 on average for motion that is as the real one",
+                "how unlike real motion the results are, without bias: 0 on average for real motion",
                 "mean k(r, r') + mean k(g, g') - 2 mean k(r, g) with k(x, y) = (x y / 256 + 1)^3, over "
                 "pairs of windows of different clips",
                 "Binkowski et al. 2018; pairs of one clip are left out: they are no independent draws",
@@ -96,7 +96,7 @@ class Fid:
                 "how much results lie where real motion lies: low where they look like no real motion",
                 "mean over generated windows of the number of real windows that have it nearer than their "
                 f"{NEIGHBOURS}th nearest real one of another clip, over {NEIGHBOURS}",
-                "Naeem et al. 2020, likewise",
+                "Naeem et al. 2020; balls and neighbours as for coverage",
                 better="higher",
                 tolerance=2e-2,
             ),

@@ -1,8 +1,8 @@
 """What the shipped feature networks notice: FID, KID, coverage and density of real motion made worse.
 
-One half of the clips against real motion of the other half, per structure. As many windows as FID asks for
-need some 160 performances. Run: ``python tests/benchmarks/fid_sensitivity.py [--performances N]
-[--structure NAME]``.
+Either half of the clips against real motion of the other half, averaged, per structure. As many windows as
+FID asks for need some 160 performances.
+Run: ``python tests/benchmarks/fid_sensitivity.py [--performances N] [--structure NAME]``.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ def main() -> None:
         for name, harm, amount in tqdm(rows, desc=structure, leave=False, disable=None):
             seen = study.notice(harm, amount)
             print(
-                f"| {structure} | {name} | {amount:g} | {len(study.real)}, {seen.n} | {seen.fid:.1f} | "
+                f"| {structure} | {name} | {amount:g} | {seen.n} | {seen.fid:.1f} | "
                 f"{seen.kid:.3f} | {seen.coverage:.3f} | {seen.density:.2f} |",
                 flush=True,
             )

@@ -116,7 +116,11 @@ HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
 # ------------------------------------------------------------------------------------------------- a study
 @dataclass(frozen=True)
 class Noticed:
-    """What the distances say of one half of the clips against real motion of the other half."""
+    """What the distances say of either half of the clips against real motion of the other, on average.
+
+    n: windows in the smaller half. Both ways are needed: the halves differ anyway, and a little harm brings
+    one of them nearer to the other as often as not; then it takes the other one away.
+    """
 
     n: int
     fid: float
@@ -126,7 +130,7 @@ class Noticed:
 
 
 class Study:
-    """Real motion of one structure of a data set, dealt into two halves by clip; one half is made worse.
+    """Real motion of one structure of a data set, dealt into two halves by clip, made worse.
 
     performances: how many (clip, body) at most. chosen: keeps those whose positions it says True of.
     """
@@ -158,7 +162,11 @@ class Study:
                 break
         clips = sorted({clip for clip, _ in self.motions}, key=lambda clip: _rank(clip, "half"))
         self.half = {clip: number % 2 for number, clip in enumerate(clips)}
-        self.real, self.real_clips = self._features(0)
+        self.begin()
+
+    def begin(self) -> None:
+        """Take the motions as they are now for real."""
+        self.real = [self._features(half) for half in (0, 1)]
 
     def _features(
         self, half: int, harm: Corruption | None = None, amount: float = 0.0
@@ -172,11 +180,11 @@ class Study:
         return np.concatenate(parts).astype(np.float64), np.array(clips)
 
     def notice(self, harm: Corruption | None = None, amount: float = 0.0) -> Noticed:
-        """The distances of the harmed half; without a harm, the floor."""
-        made, clips = self._features(1, harm, amount)
-        return Noticed(
-            len(made),
-            frechet(self.real, made),
-            kid(self.real, made, self.real_clips, clips),
-            *fit(self.real, made, self.real_clips, clips),
-        )
+        """The distances of harmed motion; without a harm, the floor."""
+        found = []
+        for half, (real, clips) in enumerate(self.real):
+            made, other = self._features(1 - half, harm, amount)
+            found.append(
+                (frechet(real, made), kid(real, made, clips, other), *fit(real, made, clips, other))
+            )
+        return Noticed(min(len(clips) for _, clips in self.real), *np.mean(found, axis=0).tolist())

@@ -76,7 +76,7 @@ def ahead(motion: Positions) -> bool:
 def test_mirroring_a_set_that_is_all_left_handed_is_noticed(puppets):
     study = Study(puppets, "body22", 24, raised)
     study.motions = {key: lopsided(motion) for key, motion in study.motions.items()}
-    study.real, study.real_clips = study._features(0)
+    study.begin()
     floor, mirrored = study.notice(), study.notice(mirror, 1.0)
     assert mirrored.fid > 1.15 * floor.fid
     assert mirrored.kid > floor.kid
