@@ -78,13 +78,16 @@ def _fast(place: Place, position: dict[str, int]) -> dict[Key, np.ndarray] | Non
     """The same by pandas; None where anything is not as it should be."""
     import pandas as pd
 
+    # exact by default since 3.1, where asking for it is deprecated
+    old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
+    exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
     text = dict.fromkeys(records.ROW_FIELDS[:3], "category")
     try:
         rows = pd.read_csv(
             place.rows,
             dtype=text | {"value": "float64"},
             na_filter=False,
-            float_precision="round_trip",
+            **exact,
             encoding="utf-8",
         )
     except (OSError, ValueError):
