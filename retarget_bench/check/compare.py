@@ -150,7 +150,7 @@ def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[Line]:
                 FROZEN,
                 row,
                 fact,
-                [(column, old.get(column), new.get(column), limit) for column in columns],
+                [(_index(column), old.get(column), new.get(column), limit) for column in columns],
                 why,
                 failure,
             )
@@ -187,7 +187,7 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[Line]:
         for value, columns in _by_value(_merged(old), _merged(new)):
             limit = _limit(now, value, bool(facts["weights"]))
             pairs = [
-                (f"{case} {column}", old.get(case, {}).get(column), new.get(case, {}).get(column), limit)
+                (case + _index(column), old.get(case, {}).get(column), new.get(case, {}).get(column), limit)
                 for column in columns
                 for case in cases
             ]
@@ -247,6 +247,11 @@ Pair = tuple[str, float | None, float | None, Limit]
 """Name of a number, golden, now, and by how much it may differ."""
 
 
+def _index(column: str) -> str:
+    """What tells a curve's numbers apart, "" for a value that is one number."""
+    return " at " + column.split("@", 1)[1] if "@" in column else ""
+
+
 def _by_value(old: Iterable[str], new: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
     """Value id -> its columns on either side."""
     found: dict[str, list[str]] = {}
@@ -278,13 +283,12 @@ def _line(
         mark = Mark.INCOMPARABLE
     elif gone:
         mark = Mark.FAILING
-        why = failure or f"no value any more: {gone[0]}" + _and_more(len(gone))
+        why = failure or "no value any more" + _first(gone)
     elif moved:
         mark = Mark.MOVED if subject == FROZEN else _direction(fact, before, after)
-        most = max(moved)
-        why = f"{len(moved)} of {len(both)} numbers, most {most[1]}: {most[2]:.6g} -> {most[3]:.6g}"
+        why = _most(moved, len(both))
     elif come:
-        mark, why = Mark.MOVED, f"a value where there was none: {come[0]}" + _and_more(len(come))
+        mark, why = Mark.MOVED, "a value where there was none" + _first(come)
     return Line(mark, subject, where, fact["id"], fact["unit"], before, after, passed, why)
 
 
@@ -293,7 +297,7 @@ def _shown(
 ) -> tuple[float, float | None, float | None]:
     """How far the farthest number has moved, in limits, and what to show: the mean where it moved or
     nothing did, else the number that moved most."""
-    means = [each for each in (moved or both) if each[1].startswith(f"{MEAN} ")]
+    means = [each for each in (moved or both) if each[1].split(" at ")[0] == MEAN]
     if not both:
         return 0.0, None, None
     most = max(both)
@@ -301,8 +305,15 @@ def _shown(
     return most[0], before, after
 
 
-def _and_more(count: int) -> str:
-    return f" and {count - 1} more" if count > 1 else ""
+def _most(moved: list[tuple[float, str, float, float]], count: int) -> str:
+    """Which of several numbers moved most; "" where there is but one."""
+    _, name, before, after = max(moved)
+    return f"{len(moved)} of {count}, most {name.strip()}: {before:.6g} -> {after:.6g}" if count > 1 else ""
+
+
+def _first(names: list[str]) -> str:
+    more = f" and {len(names) - 1} more" if len(names) > 1 else ""
+    return f": {names[0].strip()}{more}" if names[0] else ""
 
 
 def _direction(fact: Mapping[str, Any], before: float | None, after: float | None) -> Mark:

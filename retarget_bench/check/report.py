@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 from retarget_bench.check.compare import Line, Mark
 
-MOST = 30
+MOST = 20
 """Lines of one mark that are written out."""
 CURE = 'If it is meant: bench check --accept --because "...".'
 VERDICTS = (
@@ -94,7 +94,8 @@ def _numbers(line: Line) -> str:
 def _change(line: Line) -> str:
     if line.before is None or line.after is None:
         return ""
-    return f"{line.before:.6g} -> {line.after:.6g} {line.unit}"
+    unit = "" if line.unit == "1" else f" {line.unit}"
+    return f"{line.before:.6g} -> {line.after:.6g}{unit}"
 
 
 def _cell(text: str) -> str:

@@ -385,7 +385,7 @@ def test_what_moved_comes_first_the_gravest_foremost_then_counts():
     said = report.text(lines, 2)
     at = [said.index(word) for word in ("could not measure:", "worse:", "moved:", "47 rows: 5 same")]
     assert at == sorted(at)
-    assert "and 10 more (--all shows them): 40 w" in said
+    assert "and 20 more (--all shows them): 40 w" in said
     assert "f39" in report.text(lines, 2, everything=True)
     written = report.markdown(lines, 2)
     assert "`m\\|x`" in written
