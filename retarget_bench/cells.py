@@ -121,6 +121,7 @@ class Group:
     common:  what each column is ranked on; None where it is not ranked.
     absent:  sentences about columns that were asked for and that no case here has.
     subject: the id of the value that is broken down; "" where the columns are values.
+    counted: what n counts.
     """
 
     title: str
@@ -132,6 +133,7 @@ class Group:
     heading: str = "method"
     absent: tuple[str, ...] = ()
     subject: str = ""
+    counted: str = "cases"
 
     @property
     def rows(self) -> tuple[Row, ...]:
@@ -180,6 +182,7 @@ class Table:
     footnotes: what the numbers in cells (from 1) refer to.
     data:      name, version and content of the data set, as (what, which) pairs.
     subjects:  the values that a breakdown is of.
+    reading:   what the numbers are, where they are not the means of ours that legends describe.
     """
 
     title: str
@@ -190,6 +193,7 @@ class Table:
     origins: tuple[Origin, ...] = ()
     data: tuple[tuple[str, str], ...] = ()
     subjects: tuple[Column, ...] = ()
+    reading: str = ""
 
     @property
     def columns(self) -> tuple[Column, ...]:

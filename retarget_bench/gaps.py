@@ -18,8 +18,10 @@ def of_row(score: Score, newest: Newest) -> Gap | None:
     if newest.stale_data(score.header):
         return OTHER_VERSION, ""
     counts = score.header["counts"]
-    if score.ok or not counts["asked"]:
-        return None if counts["asked"] else (NOT_RUN, "")
+    if score.ok or score.means:
+        return None
+    if not counts["asked"]:
+        return NOT_RUN, ""
     if counts["failed"] + counts["invalid"]:
         return FAILED, ""
     return (NOT_RUN, "") if counts.get("missing") else (NOT_APPLICABLE, "")

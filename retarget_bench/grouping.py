@@ -20,6 +20,7 @@ from retarget_bench.cells import (
     Row,
     count,
 )
+from retarget_bench.statistics import ENOUGH_CLIPS
 from retarget_bench.summary import Score, Section
 from retarget_bench.versions import Newest
 
@@ -66,7 +67,7 @@ class Making:
             return self.empty(gap)
         if key == FPS:
             if score.fps is not None:
-                return Cell(_text(score.fps, self.decimals[key]), score.fps, decimals=self.decimals[key])
+                return Cell(self.shown(score.fps, key), score.fps, decimals=self.decimals[key])
             elsewhere = score.header["method"].get("origin") == "predictions made elsewhere"
             told = "predictions made elsewhere are not timed" if elsewhere else "speed was not measured"
             return self.empty((NOT_APPLICABLE if elsewhere else NOT_RUN, told))
@@ -76,7 +77,7 @@ class Making:
         why = ranking.left_out.get(score.label, "") if ranking else ""
         reason = f"not ranked by this column: {why}" if why else ""
         return Cell(
-            _text(mean.value, self.decimals[key]),
+            self.shown(mean.value, key),
             mean.value,
             mean.interval,
             _mark(section, score, key),
@@ -88,26 +89,31 @@ class Making:
             self.footnotes.number(reason),
         )
 
+    def shown(self, number: float, key: str) -> str:
+        """A number as its column is written; nothing is minus zero."""
+        text = f"{number:.{self.decimals[key]}f}"
+        return text if float(text) else text.removeprefix("-")
+
     def empty(self, gap: gaps.Gap) -> Cell:
         kind, reason = gap
         return Cell(kind, reason=reason, footnote=self.footnotes.number(reason))
 
 
 def _mark(section: Section, score: Score, key: str) -> Mark:
-    """Only where there was something to be better than. A value's tolerance is no difference."""
+    """Only where there was something to be better than, and clips enough to tell (as for intervals).
+
+    Less than the value's tolerance is no difference.
+    """
     ranking = section.rankings.get(key)
     if ranking is None or score.label not in ranking.order or len(ranking.order) < 2:
+        return ""
+    if ranking.clips < ENOUGH_CLIPS:
         return ""
     if score.label == ranking.best:
         return "best"
     best = next(each.means[key].value for each in section.scores if each.label == ranking.best)
     near = abs(score.means[key].value - best) <= section.values[key].get("tolerance", 0.0)
     return "tied" if near or score.label in ranking.tied else ""
-
-
-def _text(number: float, decimals: int) -> str:
-    shown = f"{number:.{decimals}f}"
-    return shown.removeprefix("-") if not float(shown) else shown
 
 
 # -------------------------------------------------------------------------------- methods by values
@@ -127,7 +133,7 @@ def by_method(section: Section, keys: Sequence[str], absent: Sequence[str], maki
         ranked=tuple(row for row, score in rows if not row.mark),
         unranked=(
             *(row for row, score in rows if row.mark),
-            *(Row(label, ABSENT, nothing, "0", _about(making.methods[label])) for label in missing),
+            *(Row(label, ABSENT, nothing, "0", about(making.methods[label])) for label in missing),
         ),
         common=tuple(_common(section, key) for key in keys),
         absent=tuple(absent),
@@ -147,10 +153,11 @@ def _row(section: Section, score: Score, keys: Sequence[str], making: Making) ->
     stale = bool(making.newest.stale_data(score.header))
     n = "0" if stale else f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
     cells = tuple(making.cell(section, score, key) for key in keys)
-    return Row(score.label, STALE if stale else score.unranked, cells, n, _about(score.header))
+    return Row(score.label, STALE if stale else score.unranked, cells, n, about(score.header))
 
 
-def _about(header: Mapping[str, Any]) -> str:
+def about(header: Mapping[str, Any]) -> str:
+    """What a method is, in a line; "" where its header does not say."""
     return str(header["method"].get("summary", ""))
 
 
@@ -181,12 +188,14 @@ def by_part(sections: Sequence[Section], key: str, heading: str, making: Making)
     labels = sorted(first, key=lambda label: bool(first[label].unranked))
     rows = []
     for section in sections:
+        if not any(score.asked or key in score.means for score in section.scores):
+            continue  # self pairs, which only legacy protocols count here
         scores = {score.label: score for score in section.scores}
         cells = (
             making.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
             for label in labels
         )
-        n = max(score.asked for score in section.scores)
+        n = max(max(score.asked, _counted(score, key)) for score in section.scores)
         rows.append(Row(section.part, "", tuple(cells), f"{n}"))
     split = sections[0].split
     unit = f" in {value.unit}" if value.unit != "1" else ""
@@ -204,7 +213,11 @@ def by_part(sections: Sequence[Section], key: str, heading: str, making: Making)
     )
 
 
+def _counted(score: Score, key: str) -> int:
+    return score.means[key].n if key in score.means else 0
+
+
 def _told(score: Score) -> str:
     """A method in a line, and why it is not ranked."""
-    about = _about(score.header) or "a method"
-    return f"{about} (not ranked: {score.unranked})" if score.unranked else about
+    told = about(score.header) or "a method"
+    return f"{told} (not ranked: {score.unranked})" if score.unranked else told

@@ -14,7 +14,7 @@ from typing import Any
 
 import retarget_bench
 from retarget_bench import registry, score
-from retarget_bench.api import Method
+from retarget_bench.api import Method, Metric, SetMetric
 from retarget_bench.plan import (
     Cell,
     dataset,
@@ -50,7 +50,7 @@ def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
             "notes": list(data.notes),
         },
         "metrics": metric_versions(plan.metrics),
-        "values": _values(cell),
+        "values": _values(metrics(plan.metrics)),
         "counts": {"asked": len(entries)}
         | {status: sum(entry.status == status for entry in entries) for status in STATUSES},
         "problems": _problems(entries),
@@ -97,9 +97,8 @@ def _manifest(asked: Method) -> dict[str, list[str]] | None:
     return None if manifest is None else {key: list(map(str, names)) for key, names in manifest.items()}
 
 
-def _values(cell: Cell) -> dict[str, Any]:
+def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, Any]:
     """Value id -> what tables need to know of it, its metric included."""
-    asked = metrics(cell.plan.metrics)
     owner = {value.id: metric.card.name for metric in asked for value in metric.card.values}
     return {
         key: {**value_facts(value), "needs": list(value.needs), "metric": owner[key]}
@@ -112,11 +111,7 @@ def _sets(cell: Cell) -> dict[str, Any]:
     asked = set_metrics(cell.plan.metrics)
     if not asked:
         return {}
-    declared_ = score.declared_values(asked)
-    return {
-        "set_values": {key: value_facts(value) for key, value in declared_.items()},
-        "networks": cell.networks,
-    }
+    return {"set_values": _values(asked), "networks": cell.networks}
 
 
 def _problems(entries: Sequence[Entry]) -> list[dict[str, Any]]:

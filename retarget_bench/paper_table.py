@@ -27,13 +27,17 @@ def paper_table(table: PublishedTable, rows: Sequence[OwnRow]) -> Table:
         common=(None,) * len(table.columns),
     )
     notes = [
-        f"Rows marked '{PRINTED}' are the paper's numbers; all others were computed here.",
         *_counts(table, rows),
         *caveats(table, rows),
         *table.notes,
     ]
     return Table(
-        title=table.title, groups=(group,), notes=tuple(notes), footnotes=tuple(footnotes.sentences)
+        title=table.title,
+        groups=(group,),
+        notes=tuple(notes),
+        footnotes=tuple(footnotes.sentences),
+        reading=f"Rows marked '{PRINTED}' are the paper's numbers; all others were computed here, under "
+        "the protocol that each column names. Nothing is ranked.",
     )
 
 

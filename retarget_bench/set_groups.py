@@ -16,9 +16,9 @@ from retarget_bench.summary import Score, Section
 
 FLOOR, FLOOR_MARK = "floor", "right answers, against other real motion"
 READING = (
-    "Values of sets (in tables that count windows): n is the number of windows in each of the two sets that "
-    "are compared. They are not ranked: read them by their intervals and against the floor, which is what "
-    "right answers score. Values of another n are not comparable."
+    "Values of sets (in tables that count windows): n is the number of windows in each of the two sets "
+    "that are compared. They are not ranked: read them by their intervals and against the floor, which is "
+    "what right answers score. Values of another n are not comparable."
 )
 
 
@@ -43,9 +43,37 @@ def declared(found: Iterable[Section]) -> dict[str, Mapping[str, Any]]:
 
 
 def by_set(section: Section, keys: Sequence[str], making: Making) -> list[Group]:
-    """A group per target structure, a row per method; the floor stands among the rows not ranked."""
-    structures = {each.structure for score in section.scores for each in score.sets}
-    return [_group(section, structure, keys, making) for structure in sorted(structures)]
+    """A group per target structure that any method has a value for, a row per method.
+
+    The floor stands among the rows that are not ranked.
+    """
+    return [_group(section, each, keys, making) for each, why in _structures(section, keys) if not why]
+
+
+def without(section: Section, keys: Sequence[str]) -> list[str]:
+    """Sentences about target structures that no method has a value for."""
+    return [
+        f"{section.split}: no values of sets on bodies of structure {each}: {why}."
+        for each, why in _structures(section, keys)
+        if why
+    ]
+
+
+def _structures(section: Section, keys: Sequence[str]) -> list[tuple[str, str]]:
+    """Every target structure, and why no method has any of these values for it ("": one has)."""
+    values: dict[str, list[SetValue]] = {}
+    for score in section.scores:
+        for each in score.sets:
+            if each.value_id in keys:
+                values.setdefault(each.structure, []).append(each)
+    return [
+        (structure, "" if any(each.value is not None for each in found) else _reasons(found))
+        for structure, found in sorted(values.items())
+    ]
+
+
+def _reasons(found: Sequence[SetValue]) -> str:
+    return "; ".join(dict.fromkeys(each.reason for each in found))
 
 
 def _group(section: Section, structure: str, keys: Sequence[str], making: Making) -> Group:

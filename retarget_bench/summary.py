@@ -8,10 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench import statistics, timing
+from retarget_bench import sets, statistics, timing
 from retarget_bench.breakdown import By, broken_down
 from retarget_bench.panel import Panel, panels
 from retarget_bench.records import Place
+from retarget_bench.sets import SetValue
 from retarget_bench.statistics import Interval
 
 COVERAGE = 0.95
@@ -64,6 +65,7 @@ class Score:
     curves: value id -> index -> Mean.
     spread: value id -> standard deviation over seeds of the mean; empty where there is one seed.
     fps:    frames per second of one process and thread, or None where it was not measured.
+    sets:   values of all answers as a set, by target structure; under several seeds, those of the first.
     """
 
     label: str
@@ -72,6 +74,7 @@ class Score:
     curves: dict[str, dict[str, Mean]]
     fps: float | None
     spread: dict[str, float] = field(default_factory=dict)
+    sets: list[SetValue] = field(default_factory=list)
 
     @property
     def asked(self) -> int:
@@ -134,7 +137,12 @@ def sections(places: Iterable[Place], by: By | None = None) -> list[Section]:
 
 def _section(panel: Panel) -> Section:
     own = [info for info, own in zip(panel.cases, panel.own, strict=True) if own]
-    scores = [Score(row.label, row.header, {}, {}, _fps(row.place)) for row in panel.rows]
+    scores = [
+        Score(
+            row.label, row.header, {}, {}, _fps(row.place), sets=[] if panel.part else sets.read(row.place)
+        )
+        for row in panel.rows
+    ]
     section = Section(
         dataset=panel.dataset,
         split=panel.split,

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from retarget_bench import gaps, origins, versions
-from retarget_bench.cells import Problem, Table
+from retarget_bench import gaps, origins, set_groups, versions
+from retarget_bench.cells import Group, Problem, Table
 from retarget_bench.errors import BenchError
 from retarget_bench.grouping import FPS, Making, by_method, by_part
 from retarget_bench.summary import Score, Section
@@ -39,27 +39,29 @@ def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT, by: s
     for section in found:
         by_dataset.setdefault(section.dataset, []).append(section)
     if columns is not FIRST_SIGHT:
-        _check_columns(columns, declared, by)
+        _check_columns(columns, declared, by, set_groups.declared(found))
     methods = {score.label: score.header for section in found for score in section.scores}
     return [_table(title, each, columns, declared, methods, by) for title, each in by_dataset.items()]
 
 
 def all_columns(found: Sequence[Section]) -> list[str]:
-    """Every value that is one number per case, in declared order, then fps."""
-    return [*(key for key, value in _declared(found).items() if not value["index"]), FPS]
+    """Every value that is one number per case, in declared order, then fps, then values of sets."""
+    single = [key for key, value in _declared(found).items() if not value["index"]]
+    return [*single, FPS, *set_groups.declared(found)]
 
 
 def _declared(found: Sequence[Section]) -> dict[str, Mapping[str, Any]]:
     return {key: value for section in found for key, value in section.values.items()}
 
 
-def _check_columns(columns: Sequence[str], declared: Values, by: str) -> None:
+def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: Iterable[str]) -> None:
     shown = sorted(key for key, value in declared.items() if not value["index"])
-    known = ", ".join(shown if by else [FPS, *shown])
+    whole = [] if by else [FPS, *of_sets]
+    known = ", ".join([*whole, *shown])
     if not columns:
         raise BenchError(f"name at least one column; there are {known}")
     for column in columns:
-        if column == FPS and not by:
+        if column in whole:
             continue
         if column not in declared:
             raise BenchError(f"no result has a value {column!r}; there are {known}")
@@ -77,25 +79,51 @@ def _table(
     by: str,
 ) -> Table:
     known = versions.newest([score.header for section in found for score in section.scores])
-    decimals = {key: _decimals(_numbers(found, key)) for key in (*declared, FPS)}
-    making = Making(known, declared, decimals, methods)
+    of_sets = set_groups.declared(found)
+    decimals = {key: _decimals(_numbers(found, key)) for key in (*declared, FPS, *of_sets)}
+    making = Making(known, {**declared, **of_sets}, decimals, methods)
     keys = _broken_down(found, wanted, declared) if by else []
     if by:
         groups = [
             by_part(each, key, by, making) for each in _splits(found) for key in keys if _has(each, key)
         ]
     else:
-        groups = [by_method(section, *_columns(section, wanted, declared), making) for section in found]
+        groups = _groups(found, wanted, declared, making)
     return Table(
         title=title,
         groups=tuple(groups),
-        notes=tuple(_notes(found)),
+        notes=(*_set_notes(found, [key for key in wanted if key in of_sets], of_sets), *_notes(found)),
         footnotes=tuple(making.footnotes.sentences),
         problems=tuple(_problems(found)),
         origins=origins.origins(found),
         data=origins.data_facts(found),
         subjects=tuple(making.column(key) for key in keys),
     )
+
+
+def _groups(
+    found: Sequence[Section], wanted: Sequence[str], declared: Values, making: Making
+) -> list[Group]:
+    """Per split: the values of cases, then those of sets, structure by structure."""
+    of_sets = set_groups.declared(found)
+    sets = [key for key in wanted if key in of_sets]
+    cases = [key for key in wanted if key not in of_sets]
+    groups = []
+    for section in found:
+        if cases:
+            groups.append(by_method(section, *_columns(section, cases, declared), making))
+        if sets:
+            groups += set_groups.by_set(section, sets, making)
+    return groups
+
+
+def _set_notes(found: Sequence[Section], wanted: Sequence[str], of_sets: Iterable[str]) -> list[str]:
+    """How to read values of sets and which there are not, or how to see them."""
+    if wanted:
+        lacking = [sentence for section in found for sentence in set_groups.without(section, wanted)]
+        return [set_groups.READING, *lacking]
+    ids = ",".join(of_sets)
+    return [f"Not shown here: values of all answers as one set (--columns {ids})."] if ids else []
 
 
 # --------------------------------------------------------------------------------------------- columns
@@ -161,7 +189,9 @@ def _numbers(found: Sequence[Section], key: str) -> list[float]:
 def _number(score: Score, key: str) -> list[float]:
     if key == FPS:
         return [] if score.fps is None else [score.fps]
-    return [score.means[key].value] if key in score.means else []
+    if key in score.means:
+        return [score.means[key].value]
+    return [each.value for each in score.sets if each.value_id == key and each.value is not None]
 
 
 def _decimals(numbers: Sequence[float]) -> int:

@@ -67,7 +67,9 @@ def newest(headers: Iterable[Header]) -> Newest:
         for metric, version in metric_versions(header).items():
             metrics[metric] = max(metrics.get(metric, ("", "")), (made(header), version))
         metric_of |= {
-            key: value["metric"] for key, value in header["values"].items() if value.get("metric")
+            key: value["metric"]
+            for key, value in (header["values"] | header.get("set_values", {})).items()
+            if value.get("metric")
         }
     versions = {metric: version for metric, (_, version) in metrics.items()}
     return Newest(ordered[-1]["dataset"]["content"], versions, metric_of)

@@ -138,7 +138,7 @@ def _small(what: str) -> str:
 def _legend(table: Table, group: Group) -> list[str]:
     """What this group needs: the meanings of its columns, marks, intervals, kinds of empty cell, notes."""
     cells = [cell for row in group.rows for cell in row.cells]
-    out = [plain(words.MEANS)]
+    out = [plain(words.means(table))]
     if any(cell.mark for cell in cells):
         out.append(rf"\textbf{{Bold}}: {plain(words.BEST)}; {TIED}{plain(words.TIED)}.")
     if any(cell.interval for cell in cells):
@@ -146,11 +146,13 @@ def _legend(table: Table, group: Group) -> list[str]:
     if any(cell.spread is not None for cell in cells):
         out.append(plain(words.SEEDS))
     explained = table.subjects or group.columns
-    meanings = [(column.label, column.meaning) for column in explained] + [("n", words.N)]
+    meanings = [(column.label, column.meaning) for column in explained]
+    meanings.append(("n", words.N if group.counted == "cases" else words.WINDOWS))
     shown = {cell.text for cell in cells if cell.value is None}
     meanings += [(kind, words.reason_known(kind)) for kind in words.empty_kinds(table) if kind in shown]
     out += [rf"\emph{{{plain(label)}}}: {plain(meaning)}." for label, meaning in meanings]
     used = sorted({cell.footnote for cell in cells if cell.footnote})
     out += [plain(f"[{number}] {table.footnotes[number - 1]}.") for number in used]
-    notes = [*group.absent, *(each.sentence for each in table.problems if each.split == group.split)]
+    problems = (each.sentence for each in table.problems if each.split == group.split)
+    notes = [*group.absent, *table.notes, *problems]
     return out + [plain(f"{note.rstrip('.')}.") for note in notes]

@@ -58,13 +58,13 @@ def _cell(cell: Cell, intervals: bool) -> str:
 
 
 def _legend(table: Table, intervals: bool) -> list[str]:
-    out = [plain(f"{words.MEANS} {words.ARROWS}")]
+    out = [plain(f"{words.means(table)} {words.ARROWS}")]
     if words.has_marks([table]):
         out.append(f"**Bold**: {plain(words.BEST)}. {MARKS['tied']} {plain(words.TIED)}.")
     out += [plain(words.INTERVALS)] if intervals else []
     out += [plain(words.SEEDS)] if words.has_seeds([table]) else []
     out += ["", *(f"- **{plain(label)}**: {plain(meaning)}" for label, meaning in words.short(table))]
-    out.append(f"- **n**: {words.N}")
+    out += [f"- **{label}**: {plain(meaning)}" for label, meaning in words.counts(table)]
     out += [f"- **{kind}**: {plain(words.reason_known(kind))}" for kind in words.empty_kinds(table)]
     out += [f"- \\[{number}\\] {plain(note)}" for number, note in enumerate(table.footnotes, 1)]
     absent = [sentence for group in table.groups for sentence in group.absent]

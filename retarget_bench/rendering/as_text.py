@@ -147,14 +147,14 @@ def _joined(name: str, cells: Sequence[str], first: int, widths: Sequence[int]) 
 
 # ---------------------------------------------------------------------------------------------- legend
 def _legend(table: Table, intervals: bool) -> list[str]:
-    out = _hung("", f"{words.MEANS} {words.ARROWS}")
+    out = _hung("", f"{words.means(table)} {words.ARROWS}")
     if words.has_marks([table]):
         out += _hung("", f"{MARKS['best']} {words.BEST}; {MARKS['tied']} {words.TIED}.")
     if intervals:
         out += _hung("", words.INTERVALS)
     if words.has_seeds([table]):
         out += _hung("", words.SEEDS)
-    meanings = [*words.short(table), ("n", words.N)]
+    meanings = [*words.short(table), *words.counts(table)]
     meanings += [(kind, words.reason_known(kind)) for kind in words.empty_kinds(table)]
     meanings = [(printable(label), printable(meaning)) for label, meaning in meanings]
     most = min(max(width(label) for label, _ in meanings), WIDEST_NAME)

@@ -13,11 +13,12 @@ NOT_RANKED = "not ranked"
 NO_COLUMN = "no case here has any of the values asked for"
 MEANS = (
     "Numbers are means over source clips of the mean over a clip's cases. Ranked methods are compared on "
-    "the cases that all of them have a number for; controls and methods that see more than source and "
-    "target are shown, not ranked."
+    "the cases that all of them have a number for. Controls, which show where the scale begins and ends "
+    "(the right answer itself, a body at rest), and methods that see more than source and target are not "
+    "ranked."
 )
 ARROWS = "↓ less is better, ↑ more is better, →1 best at 1 (ranked by the mean of |log|)."
-BEST = "best of the ranked methods"
+BEST = f"best of the ranked methods (not marked below {ENOUGH_CLIPS} clips)"
 TIED = (
     f"tied: the data cannot tell it from the best (paired sign-flip test over clips at {100 * ALPHA:g} %, "
     "Holm-corrected for all pairs of methods), or the difference is below the measure's tolerance"
@@ -29,6 +30,7 @@ INTERVALS = (
 )
 SEEDS = "± is the standard deviation of the mean over the seeds of a stochastic method."
 N = "cases that the method answered, out of those asked where it did not answer all"
+WINDOWS = "windows in each of the two sets that are compared"
 COMMON = "common cases"
 SPLITS = {
     "self": "each character performs its own motion",
@@ -77,6 +79,18 @@ def short(table: Table) -> list[tuple[str, str]]:
         name = column.id if alike else column.label
         found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
     return found
+
+
+def means(table: Table) -> str:
+    """What the numbers are."""
+    return table.reading or MEANS
+
+
+def counts(table: Table) -> list[tuple[str, str]]:
+    """What n is."""
+    counted = {group.counted for group in table.groups}
+    told = [("n", N)] if "cases" in counted or not counted else []
+    return [*told, *([("n (windows)", WINDOWS)] if "windows" in counted else [])]
 
 
 def reason_known(kind: str) -> str:

@@ -94,3 +94,10 @@ def test_every_renderer_says_what_n_counts(tmp_path, form):
     assert form in ("csv", "tex") or (
         "windows" in drawn and "read them by their intervals" in " ".join(drawn.split())
     )
+
+
+def test_structures_without_any_value_are_a_sentence(tmp_path):
+    few = SetValue("fid", "body23", 30, 4, reason="fid needs 1024 windows in each set, here 30")
+    made, found = groups([store_sets(tmp_path, name, [WHOLE, few]) for name in "ab"], ["fid"])
+    assert [group.title.split(" as ")[0][-6:] for group in found] == ["body22"]
+    assert any("structure body23: fid needs 1024" in note for note in made.notes)
