@@ -65,7 +65,7 @@ def _with_sets(pool: Executor, done: Mapping[Cell, Mapping[str, Entry]]) -> Iter
     for answer in pool.run(SETS, jobs):
         if answer.error:
             raise BenchError(
-                f"the sets of {waiting[answer.job].place.rows} were not compared: {answer.error}"
+                f"the sets of {waiting[answer.job].place.rows} could not be compared: {answer.error}"
             )
         set_files.write(waiting[answer.job].place, answer.result)
         yield waiting[answer.job]
