@@ -120,7 +120,7 @@ def tables() -> list[tuple[int, list[float]]]:
 
 
 def real(root: Path, repeats: int) -> list[tuple[str, list[float]]]:
-    """Per value, from pairs of ranked methods: per cent told apart after a shift to a mean of 0."""
+    """Per value, from pairs of methods: per cent told apart after a shift to a mean of 0."""
     found = []
     for each in panel.panels(records.find_results(root)):
         if each.split == "self" or len(each.rows) < 2:
