@@ -136,12 +136,13 @@ def tensors_hash(tensors: Mapping[str, np.ndarray]) -> str:
 
 def write(folder: Path, tensors: Mapping[str, np.ndarray], card: Mapping[str, Any]) -> Network:
     """Weights, then the card (whose presence says that all is there), each atomically."""
-    from safetensors.numpy import save_file
+    from safetensors.numpy import save
 
     weights, facts = paths(folder, card["structure"])
     whole = {"schema": SCHEMA, "hash": tensors_hash(tensors), **card}
     with atomic(weights) as temporary:
-        save_file({name: np.ascontiguousarray(array) for name, array in tensors.items()}, temporary)
+        # not save_file, which makes files that nobody else may read
+        temporary.write_bytes(save({name: np.ascontiguousarray(each) for name, each in tensors.items()}))
     write_text(facts, json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
     return Network(dict(tensors), whole)
 
