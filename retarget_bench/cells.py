@@ -122,6 +122,7 @@ class Group:
     absent:  sentences about columns that were asked for and that no case here has.
     subject: the id of the value that is broken down; "" where the columns are values.
     counted: what n counts.
+    structure: of the target bodies, where a group is of one.
     """
 
     title: str
@@ -134,6 +135,7 @@ class Group:
     absent: tuple[str, ...] = ()
     subject: str = ""
     counted: str = "cases"
+    structure: str = ""
 
     @property
     def rows(self) -> tuple[Row, ...]:

@@ -97,6 +97,7 @@ def _group(section: Section, structure: str, keys: Sequence[str], making: Making
         unranked=(*(row for row in rows if row.mark), Row(FLOOR, FLOOR_MARK, floors, f"{n}")),
         common=(None,) * len(keys),
         counted="windows",
+        structure=structure,
     )
 
 

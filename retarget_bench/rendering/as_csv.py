@@ -18,7 +18,9 @@ def comma_separated(tables: Sequence[Table]) -> str:
     columns = list(dict.fromkeys(column.id for table in tables for column in table.columns))
     groups = [(table, group) for table in tables for group in table.groups]
     parts = next((group.heading for _, group in groups if group.subject), "")
+    structures = any(group.structure for _, group in groups)
     about = ["value", parts] if parts else ["method", "not_ranked"]
+    about = ["structure", *about] if structures else about
     aspects = [name for key in columns for name in (key, *(f"{key}:{each}" for each in ASPECTS))]
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n", quoting=csv.QUOTE_ALL)
@@ -26,6 +28,7 @@ def comma_separated(tables: Sequence[Table]) -> str:
     for table, group in groups:
         for row in group.rows:
             named = [group.subject, row.label] if parts else [row.label, row.mark]
+            named = [group.structure, *named] if structures else named
             cells = {c.id: cell for c, cell in zip(group.columns, row.cells, strict=True)}
             numbers = [each for key in columns for each in _parts(cells.get(key, NO_CELL))]
             writer.writerow([table.title, group.split, *named, *numbers, row.n])

@@ -1,5 +1,8 @@
 """Values of whole sets in tables: their floor, their n, and when they may not stand beside each other."""
 
+import csv
+import io
+
 import pytest
 from stored import changed, store
 
@@ -83,6 +86,14 @@ def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
     assert any("--columns fid" in note for note in plain.notes)
     assert table.all_columns(summary.sections(places))[-1] == "fid"
     assert sets.read(places[0]) == [WHOLE]
+
+
+def test_csv_names_the_structure(tmp_path):
+    made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["mpjpe_h.world", "fid"])
+    found = list(csv.DictReader(io.StringIO(rendering.comma_separated([made]))))
+    assert [(row["structure"], row["method"], row["fid"]) for row in found] == [
+        ("", "m", ""), ("body22", "m", "12.5"), ("body22", FLOOR, "8.25"),
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
