@@ -189,7 +189,7 @@ def _share(mean: np.ndarray, square: np.ndarray, cube: np.ndarray, clips: int) -
     return (size >= size[0] * (1 - 1e-9)).mean(axis=0)
 
 
-@lru_cache(maxsize=8)
+@lru_cache(maxsize=4)
 def _signs(clips: int) -> np.ndarray:
     """``(flips, clips)`` of ±1, no flip first: one of every flip and its opposite, or drawn ones."""
     if clips <= EXACT_CLIPS:
