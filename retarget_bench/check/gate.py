@@ -54,7 +54,8 @@ def check(
     now = snapshot.measure(_request(folder, before, methods, dataset, accept), progress)
     if before is None:
         before = Snapshot(now.complete, now.dataset, now.smoke, {}, {})
-    return Found(compare.compare(before, now), now)
+    gone = [Line(Mark.MOVED, label, why="forgotten") for label in forget]
+    return Found([*gone, *compare.compare(before, now)], now)
 
 
 def accept(folder: Path, found: Found, because: str) -> Path:
