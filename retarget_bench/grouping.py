@@ -100,20 +100,13 @@ class Making:
 
 
 def _mark(section: Section, score: Score, key: str) -> Mark:
-    """Only where there was something to be better than, and clips enough to tell (as for intervals).
-
-    Less than the value's tolerance is no difference.
-    """
+    """Only where there was something to be better than, and clips enough to tell (as for intervals)."""
     ranking = section.rankings.get(key)
-    if ranking is None or score.label not in ranking.order or len(ranking.order) < 2:
-        return ""
-    if ranking.clips < ENOUGH_CLIPS:
+    if ranking is None or len(ranking.order) < 2 or ranking.clips < ENOUGH_CLIPS:
         return ""
     if score.label == ranking.best:
         return "best"
-    best = next(each.means[key].value for each in section.scores if each.label == ranking.best)
-    near = abs(score.means[key].value - best) <= section.values[key].get("tolerance", 0.0)
-    return "tied" if near or score.label in ranking.tied else ""
+    return "tied" if score.label in ranking.tied else ""
 
 
 # -------------------------------------------------------------------------------- methods by values
