@@ -61,6 +61,7 @@ class Cell:
     n, clips: the cases and source clips behind the number (0: it is not a mean over cases).
     spread:   standard deviation over the seeds of a stochastic method, or None.
     reason:   why there is no number; ``footnote`` is its number below the table, or 0.
+    place:    in the ranking of its column, from 0; None where it is not ranked.
     """
 
     text: str
@@ -73,6 +74,7 @@ class Cell:
     spread: float | None = None
     reason: str = ""
     footnote: int = 0
+    place: int | None = None
 
     @property
     def between(self) -> str:

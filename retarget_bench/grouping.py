@@ -87,6 +87,7 @@ class Making:
             score.spread.get(key),
             reason,
             self.footnotes.number(reason),
+            ranking.order.index(score.label) if ranking and score.label in ranking.order else None,
         )
 
     def shown(self, number: float, key: str) -> str:

@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 PAGES = Path(__file__).parent / "pages"
 BEST_FIRST = {"lower": "ascending", "higher": "descending", "target": "other", "none": "ascending"}
 """The order of a column's numbers, as ``aria-sort`` calls it, when the best come first."""
+UNRANKED = 1e4
+"""Added to the keys of cells that are not ranked, where places are keys."""
 MOST_CASES = 5
 """So many cases without an answer are named for each reason."""
 
@@ -60,12 +62,19 @@ def _finalize(given: Any) -> Any:
     return words.printable(given) if type(given) is str else given
 
 
-def sort_key(value: float, column: Column) -> str:
-    """What a cell is sorted by: the better, the smaller."""
-    if column.better == "target":
-        ratio = value / column.goal
-        return f"{abs(math.log(ratio)):.9g}" if ratio > 0 else "Infinity"
-    return f"{-value if column.better == 'higher' else value:.9g}"
+def sort_key(cell: Cell, column: Column) -> str:
+    """What a cell is sorted by: the better, the smaller.
+
+    A mean may be nearer to its goal than that of a method whose cases are nearer on average, so where a
+    column has a goal ranked cells are sorted by their place, and others after them by their mean.
+    """
+    value = cell.value or 0.0
+    if column.better != "target":
+        return f"{-value if column.better == 'higher' else value:.9g}"
+    if cell.place is not None:
+        return f"{cell.place}"
+    ratio = value / column.goal
+    return f"{UNRANKED + abs(math.log(ratio)):.9g}" if ratio > 0 else "Infinity"
 
 
 def told(cell: Cell) -> str:

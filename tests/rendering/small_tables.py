@@ -53,8 +53,8 @@ def make_table(label: str = "ours", words: str = "words") -> Table:
     """Two ranked rows and two others; ``label`` and ``words`` stand wherever people's text can."""
     world = Cell("3.32", 3.321, Interval(2.91, 3.80), "best", 2, 47, 43)
     worse = Cell("3.44", 3.444, Interval(-0.5, 4.1), "tied", 2, 45, 42, spread=0.25)
-    ratio = Cell("1.03", 1.03, None, "", 2, 47, 43)
-    away = Cell("0.90", 0.90, None, "best", 2, 47, 43)
+    ratio = Cell("1.03", 1.03, None, "", 2, 47, 43, place=1)
+    away = Cell("0.90", 0.90, None, "best", 2, 47, 43, place=0)
     recall = Cell("0.989", 0.989, Interval(0.97, 1.0), "best", 3, 47, 43)
     ranked = (
         Row(label, "", (world, ratio, recall), "47", words),

@@ -10,8 +10,9 @@ from html.parser import HTMLParser
 import pytest
 from small_tables import COLUMNS, HOSTILE, make_table
 
-from retarget_bench.cells import EMPTY
+from retarget_bench.cells import EMPTY, Cell
 from retarget_bench.rendering import html, words
+from retarget_bench.rendering.as_html import sort_key
 
 VOID = {"meta", "br", "img", "input", "link", "hr"}
 
@@ -117,10 +118,17 @@ def test_marks_and_gaps_are_words_not_only_colours():
 def test_cells_are_sorted_by_how_good_they_are():
     source = html([make_table()])
     keys = re.findall(r'<td data-sort="([^"]*)" class="[^"]*" title', source)
-    assert keys[:5] == ["3.321", "0.0295588022", "-0.989", "3.444", "0.105360516"]
+    assert keys[:5] == ["3.321", "1", "-0.989", "3.444", "0"]
     assert '<td class="" title="words"><span class="empty">n/a' in source  # no key: last
     directions = re.findall(r'<th scope="col" data-best="(\w+)"', source)
     assert directions[:5] == ["ascending", "ascending", "other", "descending", "ascending"]
+
+
+def test_without_places_columns_with_a_goal_are_sorted_by_the_factor_that_is_missing():
+    column = COLUMNS[1]
+    near, half, twice, none = (float(sort_key(Cell("", v), column)) for v in (1.1, 0.5, 2.0, 0.0))
+    ranked = float(sort_key(Cell("", 9.0, place=3), column))
+    assert ranked < near < half == twice < none == float("inf")
 
 
 # ---------------------------------------------------------------------------------------------- script
