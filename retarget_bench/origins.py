@@ -58,7 +58,7 @@ def _command(header: Header, splits: Sequence[str]) -> str:
     data = Spec(dataset["name"], dataset.get("parameters", {}))
     words = ["bench", "run", method["label"], "-d", str(data), "-s", ",".join(splits)]
     if seeds := header.get("seeds"):
-        words += ["--seed", str(seeds[0])]
+        words += ["--seed", str(seeds[0]), *(["--seeds", str(len(seeds))] if len(seeds) > 1 else [])]
     return shlex.join(words)
 
 
