@@ -134,6 +134,8 @@ def _cell(score: Score, value: SetValue | None, key: str, making: Making, usual:
             (OTHER_VERSION, "measured with another feature network than the newest results")
         )
     reason = "" if value.real == usual.real else _other_windows(value, key, making)
+    if (seeds := len(score.header.get("seeds", ()))) > 1:
+        reason = "; ".join(filter(None, [f"of the first of its {seeds} seeds", reason]))
     low, high = value.low, value.high
     return Cell(
         making.shown(value.value, key),

@@ -88,6 +88,12 @@ def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
     assert sets.read(places[0]) == [WHOLE]
 
 
+def test_of_several_seeds_the_first_is_told(tmp_path):
+    place = changed(store_sets(tmp_path, "m", [WHOLE]), seeds=[0, 1, 2])
+    _, (group,) = groups([place], ["fid"])
+    assert group.rows[0].cells[0].reason == "of the first of its 3 seeds"
+
+
 def test_csv_names_the_structure(tmp_path):
     made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["mpjpe_h.world", "fid"])
     found = list(csv.DictReader(io.StringIO(rendering.comma_separated([made]))))
