@@ -138,9 +138,9 @@ def _small(what: str) -> str:
 def _legend(table: Table, group: Group) -> list[str]:
     """What this group needs: the meanings of its columns, marks, intervals, kinds of empty cell, notes."""
     cells = [cell for row in group.rows for cell in row.cells]
-    out = [plain(words.means(table))]
+    out = [plain(words.means(table)), plain(words.ARROWS)]
     if any(cell.mark for cell in cells):
-        out.append(rf"\textbf{{Bold}}: {plain(words.BEST)}; {TIED}{plain(words.TIED)}.")
+        out.append(rf"\textbf{{Bold}}: {plain(words.BEST)}; {TIED} {plain(words.TIED)}.")
     if any(cell.interval for cell in cells):
         out.append(plain(f"Small: {words.INTERVALS}"))
     if any(cell.spread is not None for cell in cells):
