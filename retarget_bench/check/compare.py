@@ -67,6 +67,7 @@ class Line:
 
 
 FROZEN = "frozen motions"
+NEW = "there is no golden row yet"
 
 
 def compare(golden: Snapshot, now: Snapshot) -> list[Line]:
@@ -119,7 +120,7 @@ def _value_moved(golden: Snapshot, now: Snapshot, value: str) -> str:
     """Why a value's numbers cannot be compared, or ""."""
     old, new = golden.values.get(value), now.values.get(value)
     if old is None:
-        return "there is no golden row yet"
+        return NEW
     if new is None:
         return ""
     metric = new["metric"]
@@ -140,7 +141,7 @@ def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[Line]:
         file = row.split("/")[0]
         for value, columns in _by_value(old, new):
             why = _value_moved(golden, now, value)
-            if file in changed:
+            if file in changed and f"{file}.npz" in golden.motions:
                 why = f"the frozen motion {file}.npz is another"
             fact = _fact(golden, now, value)
             metric = fact.get("metric")
@@ -167,7 +168,7 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[Line]:
     old_facts, facts = golden.methods.get(label), now.methods[label]
     reason = _data_moved(golden, now)
     if old_facts is None:
-        reason = "there is no golden row yet"
+        reason = NEW
     elif old_facts["weights"] != facts["weights"]:
         reason = f"other weights: {old_facts['weights'] or 'none'} before, {facts['weights'] or 'none'} now"
     before, after = golden.rows.get(label, {}), now.rows.get(label, {})

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Sequence
 
-from retarget_bench.check.compare import Line, Mark
+from retarget_bench.check.compare import NEW, Line, Mark
 
 MOST = 20
 """Lines of one mark that are written out."""
@@ -53,8 +53,12 @@ def counts(lines: Sequence[Line]) -> str:
 
 def moved(lines: Sequence[Line]) -> str:
     """One line for the log of accepted changes."""
-    found = Counter((line.subject, line.mark) for line in lines if line.mark is not Mark.SAME)
-    parts = [f"{subject} ({count} {mark})" for (subject, mark), count in found.most_common(8)]
+    found = Counter(
+        (line.subject, "new" if line.why == NEW else str(line.mark))
+        for line in lines
+        if line.mark is not Mark.SAME
+    )
+    parts = [f"{subject} ({count} {what})" for (subject, what), count in found.most_common(8)]
     return ", ".join(parts) + (f" and {len(found) - 8} more" if len(found) > 8 else "")
 
 
