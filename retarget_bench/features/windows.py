@@ -11,8 +11,8 @@ gliding feet, trembling and standing still are visible. With h the height of the
 seen in the facing frame: left is +x, forward is +z. Its forward direction is square to the line from
 the right to the left (hips and shoulders together), made smooth over a third of a second.
 
-Speeds and jolts are sizes, not vectors, since filters that rebuild real motion let nothing pass that goes
-to and fro from frame to frame: with vectors, trembling by 2 % of the height left no trace in features.
+Speeds and jolts are sizes, not vectors, since filters that learn to rebuild real motion let hardly anything
+pass that goes to and fro from frame to frame, as trembling does.
 """
 
 from __future__ import annotations

@@ -17,6 +17,8 @@ from retarget_bench.motion.motion import Positions
 
 STRUCTURES = sorted(path.stem for path in SHIPPED.glob("*.json"))
 PERFORMANCES = 40
+SHARES = ("freeze", "shuffle")
+"""Of so few clips, a tenth that is harmed lies within a few per cent of the floor; more is asked about."""
 
 
 @pytest.fixture(scope="module")
@@ -38,6 +40,8 @@ def study(request, puppets):
 @pytest.mark.parametrize("name", HARMS)
 def test_harm_raises_fid_and_kid_the_more_the_worse_it_is(study, name):
     harm, amounts = HARMS[name]
+    if name in SHARES:
+        amounts = tuple(amount for amount in amounts if amount >= 0.25)
     found = [study.notice(), *(study.notice(harm, amount) for amount in amounts)]
     for distance in ("fid", "kid"):
         values = [getattr(each, distance) for each in found]
@@ -52,38 +56,33 @@ def test_the_worst_of_every_harm_is_far_beyond_the_floor(study):
         assert worst.coverage < floor.coverage
 
 
-# ------------------------------------------------------------------------------------ a one-sided set
-def lopsided(motion: Positions) -> Positions:
-    """The body or its mirror image, whichever holds its left hand higher."""
-    left, right = (motion.character.joint_of[f"{side}_hand"] for side in ("left", "right"))
-    higher = (motion.positions[:, left, 1] - motion.positions[:, right, 1]).mean()
-    return motion if higher > 0 else mirror(motion)
+# ---------------------------------------------------------------------------------- one-sided on purpose
+def leaning(motion: Positions) -> Positions:
+    """The body sheared to its left by a fifth of its height over the floor."""
+    places, body = motion.positions, motion.character
+    left = places[:, body.joint_of["left_up_leg"]] - places[:, body.joint_of["right_up_leg"]]
+    left = left * (1.0, 0.0, 1.0) / np.hypot(left[:, 0], left[:, 2])[:, None]
+    return Positions(body, places + 0.2 * places[..., 1:2] * left[:, None], motion.fps)
 
 
-def raised(motion: Positions) -> bool:
-    """Whether one hand is held clearly higher than the other."""
-    left, right = (motion.character.joint_of[f"{side}_hand"] for side in ("left", "right"))
-    apart = (motion.positions[:, left, 1] - motion.positions[:, right, 1]).mean()
-    return bool(abs(apart) > 0.05 * motion.character.height)
-
-
-def ahead(motion: Positions) -> bool:
-    """Whether the body travels, forward."""
+def brisk(motion: Positions) -> bool:
+    """Whether the body gets from one place to another, more than a third of its height a second."""
     root = motion.positions[:, motion.character.joint_of["hips"]]
-    return bool(np.hypot(*(root[-1] - root[0])[[0, 2]]) > 0.5 * motion.character.height)
+    way = np.hypot(*(root[-1] - root[0])[[0, 2]]) / motion.character.height
+    return bool(way * motion.fps > 0.35 * motion.frames)
 
 
-def test_mirroring_a_set_that_is_all_left_handed_is_noticed(puppets):
-    study = Study(puppets, "body22", 24, raised)
-    study.motions = {key: lopsided(motion) for key, motion in study.motions.items()}
+def test_mirroring_a_set_in_which_everybody_leans_to_the_left_is_noticed(puppets):
+    study = Study(puppets, "body22", 24)
+    study.motions = {key: leaning(motion) for key, motion in study.motions.items()}
     study.begin()
     floor, mirrored = study.notice(), study.notice(mirror, 1.0)
-    assert mirrored.fid > 1.15 * floor.fid
-    assert mirrored.kid > floor.kid
+    assert mirrored.fid > 1.3 * floor.fid
+    assert mirrored.kid > 2 * floor.kid > 0
 
 
-def test_running_a_set_that_travels_forward_backwards_is_noticed(puppets):
-    study = Study(puppets, "body22", 24, ahead)
+def test_running_a_set_in_which_everybody_walks_on_backwards_is_noticed(puppets):
+    study = Study(puppets, "body22", 24, brisk)
     floor, backwards = study.notice(), study.notice(reverse, 1.0)
-    assert backwards.fid > 1.15 * floor.fid
+    assert backwards.fid > 1.3 * floor.fid
     assert backwards.kid > floor.kid
