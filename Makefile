@@ -1,5 +1,5 @@
 # make bench   the main job: every method on the embedded motion, and the table
-# make test    everything that is checked: ruff, mypy, pytest
+# make test    everything that is checked: ruff, mypy, the regression gate, pytest
 # Both make their own virtual environment in $(VENV) with the versions of constraints.txt.
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
@@ -11,13 +11,16 @@ JOBS ?= auto
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIP_OPTIONS) -c constraints.txt
 
-.PHONY: bench test lint format clean
+.PHONY: bench test check lint format clean
 
 bench: $(VENV)/installed
 	$(BIN)/bench run $(ARGS)
 
-test: lint
+test: lint check
 	$(BIN)/python -m pytest -n $(JOBS) $(ARGS)
+
+check: $(VENV)/installed-test
+	$(BIN)/bench check
 
 lint: $(VENV)/installed-test
 	$(BIN)/ruff check .

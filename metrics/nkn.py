@@ -32,6 +32,17 @@ LONG = "and for clips of fewer than 121 frames"
 H2 = "H2: bone lengths hips-to-head + upper leg-to-toe, the hip bone left out"
 
 
+def _protocol(error: str, placed: str, frames: str) -> dict[str, str]:
+    return {
+        "error": error,
+        "divided by": "H2",
+        "joints": "22",
+        "placed": placed,
+        "frames": frames,
+        "self pairs": "apart",
+    }
+
+
 class Nkn:
     """Legacy protocols on 22 joints and H2."""
 
@@ -61,6 +72,9 @@ class Nkn:
                 source="NKN (Villegas et al. 2018), evaluation code; PMnet; R2ET by ancestry (assumed)",
                 tolerance=1e-5,
                 needs=("reference", "source"),
+                protocol=_protocol(
+                    "squared distance", "start and facing of every window", "windows of 120"
+                ),
             ),
             Value(
                 id="nkn_mse_local",
@@ -76,6 +90,7 @@ class Nkn:
                 source="NKN's local motion representation; R2ET's MSE^lc by ancestry (assumed)",
                 tolerance=1e-5,
                 needs=("reference", "source"),
+                protocol=_protocol("squared distance", "hips and facing of every frame", "windows of 120"),
             ),
             Value(
                 id="star",
@@ -86,6 +101,7 @@ class Nkn:
                 formula=f"mean over frames and 22 joints of |p - g| / H2, no alignment; {H2}; {APPLIES}",
                 source="STaR, test code",
                 tolerance=1e-8,
+                protocol=_protocol("distance", "world", "all"),
             ),
         ),
     )

@@ -16,6 +16,19 @@ CUT = "the clip cut to a multiple of 4 frames; left out for shorter clips and wh
 SAN = "SAN (Aberman et al. 2020), evaluation code; printed by SAN and PAN"
 
 
+def _protocol(
+    error: str, divided_by: str, frames: str = "a multiple of 4", own: str = "apart"
+) -> dict[str, str]:
+    return {
+        "error": error,
+        "divided by": divided_by,
+        "joints": "structure",
+        "placed": "world",
+        "frames": frames,
+        "self pairs": own,
+    }
+
+
 class Papers:
     """Legacy protocols on the papers' joint set and H1."""
 
@@ -33,6 +46,7 @@ class Papers:
                 formula=f"1000 * mean over frames, joints and x, y, z of ((p - g) / H1)^2; {CUT}; {JOINTS}",
                 source=SAN,
                 with_self=True,
+                protocol=_protocol("squared coordinate", "H1^2", own="in intra"),
             ),
             Value(
                 id="san_code_noself",
@@ -42,6 +56,7 @@ class Papers:
                 better="lower",
                 formula="per case as san_code; self pairs stay in their own group",
                 source=SAN,
+                protocol=_protocol("squared coordinate", "H1^2"),
             ),
             Value(
                 id="sqdist_h2",
@@ -51,6 +66,7 @@ class Papers:
                 better="lower",
                 formula="1000 * mean over frames and joints of (|p - g| / H1)^2; all else as san_code",
                 source="bridge between san_code and squared distances",
+                protocol=_protocol("squared distance", "H1^2"),
             ),
             Value(
                 id="pan_eq16_mean",
@@ -64,6 +80,7 @@ class Papers:
                 ),
                 source="PAN (Hu et al. 2023), equation 16 as typed",
                 tolerance=1e-5,
+                protocol=_protocol("squared distance", "H1"),
             ),
             Value(
                 id="humot_mpjpe",
@@ -74,6 +91,7 @@ class Papers:
                 formula="mean over frames and joints of |p - g| / H1; whole clip, all else as san_code",
                 source="HuMoT, retargeting tables 3-5",
                 tolerance=1e-8,
+                protocol=_protocol("distance", "H1", "all"),
             ),
         ),
     )

@@ -19,6 +19,17 @@ JOINTS = (
 PER_CENT = "% of height"
 
 
+def _protocol(divided_by: str, placed: str, joints: str = "native") -> dict[str, str]:
+    return {
+        "error": "distance",
+        "divided by": divided_by,
+        "joints": joints,
+        "placed": placed,
+        "frames": "all",
+        "self pairs": "apart",
+    }
+
+
 class Position:
     """Distances between the joints of prediction and reference."""
 
@@ -35,6 +46,7 @@ class Position:
                 better="lower",
                 formula=f"100 * mean over frames and joints of |p - g| / h; no alignment; {JOINTS}",
                 source=PRIMARY,
+                protocol=_protocol("h", "world"),
             ),
             Value(
                 id="mpjpe_h.root",
@@ -47,6 +59,7 @@ class Position:
                     f"kept; the hips themselves count, with 0; {JOINTS}"
                 ),
                 source=PRIMARY,
+                protocol=_protocol("h", "hips"),
             ),
             Value(
                 id="mpjpe_h.joint",
@@ -69,6 +82,7 @@ class Position:
                 better="lower",
                 formula="mean over frames and joints of |p - g|; no alignment; joints as mpjpe_h.world",
                 source="mpjpe_m as printed for SMPL bodies: global, not aligned",
+                protocol=_protocol("1", "world"),
             ),
             Value(
                 id="ee_h.world",
@@ -78,6 +92,7 @@ class Position:
                 better="lower",
                 formula="mpjpe_h.world over the joints with role head, hand, foot or toe",
                 source=PRIMARY,
+                protocol=_protocol("h", "world", "head, hands, feet, toes"),
             ),
             Value(
                 id="ee_h.root",
@@ -87,6 +102,7 @@ class Position:
                 better="lower",
                 formula="mpjpe_h.root over the joints with role head, hand, foot or toe",
                 source=PRIMARY,
+                protocol=_protocol("h", "hips", "head, hands, feet, toes"),
             ),
             Value(
                 id="root_path.horizontal",

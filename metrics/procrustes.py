@@ -7,10 +7,16 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.comparison import Comparison, squared_length
+from retarget_bench.comparison import RATE, Comparison, squared_length
 
 RIGID = "R a proper rotation (determinant +1, so a mirrored body does not fit), t a translation"
 SIMILAR = "s a positive scale, R a proper rotation (determinant +1), t a translation"
+FITS = {
+    "rigid": "turned and moved in every frame",
+    "similarity": "turned, moved and scaled in every frame",
+    "rigid_clip": "turned and moved once per clip",
+    "similarity_clip": "turned, moved and scaled once per clip",
+}
 SOURCE = "Procrustes-aligned MPJPE (pa_mpjpe); fit by Kabsch 1976 and Umeyama 1991"
 
 
@@ -23,7 +29,19 @@ def _value(variant: str, label: str, meaning: str, formula: str) -> Value:
         better="lower",
         formula=f"{formula}; joints and h as mpjpe_h.world",
         source=SOURCE,
+        protocol=_protocol("h", FITS[variant]),
     )
+
+
+def _protocol(divided_by: str, placed: str) -> dict[str, str]:
+    return {
+        "error": "distance",
+        "divided by": divided_by,
+        "joints": "native",
+        "placed": placed,
+        "frames": "all",
+        "self pairs": "apart",
+    }
 
 
 class Procrustes:
@@ -60,6 +78,29 @@ class Procrustes:
                 "error after the whole clip is turned, moved and scaled onto the reference once",
                 f"as pa_mpjpe.similarity with one fit for all frames of the clip; {SIMILAR}",
             ),
+            Value(
+                id="pa_mpjpe_m",
+                label="PA-MPJPE",
+                meaning="pose error in metres after every frame is turned and moved onto the reference",
+                unit="m",
+                better="lower",
+                formula="pa_mpjpe.rigid in metres: not divided by h",
+                source=f"{SOURCE}; printed for SMPL bodies, where rigid or similar is not said",
+                protocol=_protocol("1", FITS["rigid"]),
+            ),
+            Value(
+                id="pa_acc",
+                label="PA acceleration error",
+                meaning="how much accelerations differ once the whole clip is turned onto the reference",
+                unit="m/frame^2",
+                better="lower",
+                formula=(
+                    "mean over frames and joints of |R D(p) - D(g)| * (fps / 30)^2, R as in "
+                    "pa_mpjpe.rigid_clip (a fit per frame would add jitter of its own), D(x) = x(t+1) - "
+                    "2 x(t) + x(t-1); left out for clips of fewer than three frames"
+                ),
+                source="printed for SMPL bodies; one fit per clip is our choice",
+            ),
         ),
     )
 
@@ -70,21 +111,41 @@ class Procrustes:
         joints = comparison.joints
         predicted, expected = comparison.predicted[:, joints], comparison.expected[:, joints]
         scale = 100.0 / comparison.height
-        frames = residuals(predicted, expected)
-        clip = residuals(predicted.reshape(1, -1, 3), expected.reshape(1, -1, 3))
-        return {
+        whole = predicted.reshape(1, -1, 3), expected.reshape(1, -1, 3)
+        frames, clip = residuals(predicted, expected), residuals(*whole)
+        values = {
             "pa_mpjpe.rigid": frames[0] * scale,
             "pa_mpjpe.similarity": frames[1] * scale,
             "pa_mpjpe.rigid_clip": clip[0] * scale,
             "pa_mpjpe.similarity_clip": clip[1] * scale,
+            "pa_mpjpe_m": frames[0],
         }
+        if comparison.frames > 2:
+            turn = fits(*whole)[0][0]
+            error = np.diff(predicted @ turn.T - expected, n=2, axis=0)
+            values["pa_acc"] = float(np.sqrt(squared_length(error)).mean()) * (comparison.fps / RATE) ** 2
+        return values
 
 
 def residuals(moving: np.ndarray, fixed: np.ndarray) -> tuple[float, float]:
     """Mean distance left after the best rigid fit, and after the best similarity fit.
 
-    Both are point sets ``(sets, points, 3)``; each set of ``moving`` is fitted onto its own of ``fixed``
-    by least squares. A reflection is never used. Points that all coincide keep scale 1.
+    Both are point sets ``(sets, points, 3)``; each set of ``moving`` is fitted onto its own of ``fixed``.
+    """
+    turn, scale = fits(moving, fixed)
+    moving = moving - moving.mean(axis=1, keepdims=True)
+    fixed = fixed - fixed.mean(axis=1, keepdims=True)
+    turned = moving @ turn.transpose(0, 2, 1)
+    rigid = np.sqrt(squared_length(turned - fixed)).mean()
+    similar = np.sqrt(squared_length(turned * scale[:, None, None] - fixed)).mean()
+    return float(rigid), float(similar)
+
+
+def fits(moving: np.ndarray, fixed: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Rotations ``(sets, 3, 3)`` and scales ``(sets,)`` that fit point sets ``(sets, points, 3)`` about
+    their means by least squares.
+
+    A reflection is never used. Points that all coincide keep scale 1.
     """
     moving = moving - moving.mean(axis=1, keepdims=True)
     fixed = fixed - fixed.mean(axis=1, keepdims=True)
@@ -93,12 +154,8 @@ def residuals(moving: np.ndarray, fixed: np.ndarray) -> tuple[float, float]:
     flip = np.where(np.linalg.det(u) * np.linalg.det(vt) < 0, -1.0, 1.0)
     u[..., 2] *= flip[:, None]
     spread[:, 2] *= flip
-    turned = moving @ (u @ vt).transpose(0, 2, 1)
     size = np.einsum("fjc,fjc->f", moving, moving)
-    scale = np.divide(spread.sum(axis=1), size, out=np.ones_like(size), where=size > 0)
-    rigid = np.sqrt(squared_length(turned - fixed)).mean()
-    similar = np.sqrt(squared_length(turned * scale[:, None, None] - fixed)).mean()
-    return float(rigid), float(similar)
+    return u @ vt, np.divide(spread.sum(axis=1), size, out=np.ones_like(size), where=size > 0)
 
 
 plugin = Procrustes

@@ -234,6 +234,17 @@ class Method(Protocol):
 
 
 # -------------------------------------------------------------------------------------------- metrics
+PROTOCOL: Mapping[str, str] = {
+    "error": "what is averaged: distance, squared distance, or squared coordinate (a third of it)",
+    "divided by": "the height that it is divided by, and its power: h, H1, H1^2, H2, or 1",
+    "joints": "which joints count",
+    "placed": "how prediction and reference are put together: world, hips, fit of a frame, ...",
+    "frames": "which frames count",
+    "self pairs": "pairs of a character with itself: apart, or in intra",
+}
+"""What tells position protocols apart, beside the unit (see ``Value.protocol``)."""
+
+
 @dataclass(frozen=True)
 class Value:
     """One named number that a metric returns, as its card declares it.
@@ -249,6 +260,8 @@ class Value:
                missing the value is *not applicable*.
     index:     what the value is a curve over (``threshold``, ``joint``), or "" for one number.
     with_self: in the intra group this value pools self pairs too (a legacy protocol).
+    protocol: of position errors, what fixes the number: the keys of ``PROTOCOL``. Two protocols differ by
+               what these say; ``bench explain`` lists them.
     """
 
     id: str
@@ -263,6 +276,7 @@ class Value:
     needs: tuple[str, ...] = ("reference",)
     index: str = ""
     with_self: bool = False
+    protocol: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -284,6 +298,54 @@ class Metric(Protocol):
         """Value id -> number, or index -> number for curves. Ids that do not apply are left out."""
 
 
-Plugin = Method | Dataset | Metric
+# ---------------------------------------------------------------------------------------- set metrics
+@dataclass(frozen=True, eq=False)
+class CaseFeatures:
+    """What a set metric keeps of one case: its windows as feature vectors.
+
+    generated: ``(windows, d)`` float32, of the prediction.
+    real:      ``(windows, d)`` float32, of the same windows of the reference.
+    speed:     ``(windows,)`` level speed of the reference's root, heights per second.
+    """
+
+    generated: np.ndarray
+    real: np.ndarray
+    speed: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A set of windows. features: ``(n, d)`` float64. clips: ``(n,)`` the source clip of each."""
+
+    features: np.ndarray
+    clips: np.ndarray
+
+
+class SetMetric(Protocol):
+    """Compares sets of motions, not motion by motion: FID and its kin.
+
+    A set is of one split and one target structure; structures are never mixed. Of each case the windows'
+    features are kept; ``retarget_bench/sets`` draws the sets, evaluates ``value`` and stores the numbers.
+    """
+
+    card: MetricCard
+
+    def network(self, target: Character) -> str:
+        """The hash of what makes the features of this body's structure: part of the key of results.
+
+        Raises NotSupported with the reason where there is none.
+        """
+
+    def features(self, comparison: Comparison) -> CaseFeatures:
+        """The features of a case that has a reference; no windows where the clip is too short."""
+
+    def least(self, value_id: str) -> int:
+        """How many windows each set needs for a value to mean anything."""
+
+    def value(self, value_id: str, real: Sample, generated: Sample) -> float:
+        """A value of two sets; not a number where it is undefined."""
+
+
+Plugin = Method | Dataset | Metric | SetMetric
 Rows = Iterable[tuple[str, str, str, float]]
 """(case id, value id, index or "", value)."""

@@ -13,7 +13,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, planted
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.roles import HANDS, is_body, is_finger, is_quadruped
+from retarget_bench.motion.roles import HANDS, is_body, is_finger
 
 RATE = 30.0
 """Frames per second at which whatever is stated per frame is stated; other rates are scaled to it."""
@@ -256,7 +256,7 @@ def structure_joints(target: Character) -> np.ndarray:
 def contact_roles(target: Character) -> tuple[str, ...]:
     """The roles whose contacts are scored (see ``Comparison.contact_roles``)."""
     # the fore paws of four-legged bodies have the roles of hands
-    paws = HANDS if is_quadruped(target.skeleton, target.roles) else ()
+    paws = HANDS if target.four_legged else ()
     return tuple(role for role in (*CONTACT_ROLES, *paws) if role in target.joint_of)
 
 

@@ -14,13 +14,14 @@ from typing import Any
 
 import retarget_bench
 from retarget_bench import registry, score
-from retarget_bench.api import Value
+from retarget_bench.api import Method, Metric, SetMetric
 from retarget_bench.plan import (
     Cell,
     dataset,
     method,
     metric_versions,
     metrics,
+    set_metrics,
     value_facts,
     without_location,
 )
@@ -34,7 +35,7 @@ def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
     """The header for a finished cell; plain data, ready for JSON."""
     plan = cell.plan
     data = dataset(cell.dataset)
-    return {
+    return _sets(cell) | {
         "schema": SCHEMA,
         "keys": cell.keys,
         "task": plan.task,
@@ -49,7 +50,7 @@ def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
             "notes": list(data.notes),
         },
         "metrics": metric_versions(plan.metrics),
-        "values": {key: value_facts(value) for key, value in _values(cell).items()},
+        "values": _values(metrics(plan.metrics)),
         "counts": {"asked": len(entries)}
         | {status: sum(entry.status == status for entry in entries) for status in STATUSES},
         "problems": _problems(entries),
@@ -66,6 +67,7 @@ def _method(cell: Cell) -> dict[str, Any]:
     common = {
         "name": cell.method.name,
         "label": str(cell.method),
+        "summary": "" if cell.plan.external else str(getattr(method(cell.method).card, "summary", "")),
         "parameters": dict(cell.method.parameters),
     }
     if cell.plan.external:
@@ -85,11 +87,31 @@ def _method(cell: Cell) -> dict[str, Any]:
         "privileged": list(declared(method(cell.method), "needs")),
         "control": bool(getattr(card, "control", False)),
         "stochastic": bool(getattr(card, "stochastic", False)),
+        "trained_on": _manifest(method(cell.method)),
     }
 
 
-def _values(cell: Cell) -> dict[str, Value]:
-    return score.declared_values(metrics(cell.plan.metrics))
+def _manifest(asked: Method) -> dict[str, list[str]] | None:
+    """What a method's weights were trained on (characters, structures, kinds, clips); None: untrained."""
+    manifest = getattr(asked, "training_manifest", None)
+    return None if manifest is None else {key: list(map(str, names)) for key, names in manifest.items()}
+
+
+def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, Any]:
+    """Value id -> what tables need to know of it, its metric included."""
+    owner = {value.id: metric.card.name for metric in asked for value in metric.card.values}
+    return {
+        key: {**value_facts(value), "needs": list(value.needs), "metric": owner[key]}
+        for key, value in score.declared_values(asked).items()
+    }
+
+
+def _sets(cell: Cell) -> dict[str, Any]:
+    """What is declared of values of whole sets and what makes their features; nothing without any."""
+    asked = set_metrics(cell.plan.metrics)
+    if not asked:
+        return {}
+    return {"set_values": _values(asked), "networks": cell.networks}
 
 
 def _problems(entries: Sequence[Entry]) -> list[dict[str, Any]]:

@@ -4,15 +4,16 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 from retarget_bench import records, registry
-from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, Value
-from retarget_bench.errors import BenchError
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, Value
+from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.files import digest, slug
+from retarget_bench.motion.character import Character
 from retarget_bench.score import declared_values
 from retarget_bench.spec import Spec
 
@@ -31,6 +32,7 @@ class Plan:
     redo:     never: compute nothing; missing: what is missing or was made by other code, data or
               parameters; failed: also what failed; always: everything.
     external: a folder of predictions made elsewhere, to be scored under the name ``methods[0]``.
+    seeds:    stochastic methods run with so many seeds, from ``seed`` on; others with the first alone.
     """
 
     methods: tuple[Spec, ...]
@@ -40,6 +42,7 @@ class Plan:
     task: str = "retarget"
     root: Path = Path("runs")
     seed: int = 0
+    seeds: int = 1
     jobs: int = 1
     stage: Stage = "run"
     redo: Redo = "missing"
@@ -59,9 +62,18 @@ def method(spec: Spec) -> Method:
     return registry.create("methods", spec)
 
 
-@cache
 def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
-    """The metrics, built once per process; raises BenchError where two declare the same value."""
+    """The metrics of single cases, built once per process; BenchError where two declare one value."""
+    return tuple(each for each in _built(names) if not hasattr(each, "features"))
+
+
+def set_metrics(names: tuple[str, ...]) -> tuple[SetMetric, ...]:
+    """The metrics of sets of cases, likewise."""
+    return tuple(each for each in _built(names) if hasattr(each, "features"))
+
+
+@cache
+def _built(names: tuple[str, ...]) -> tuple[Any, ...]:
     built = tuple(registry.create("metrics", Spec.parse(name)) for name in names)
     declared_values(built)
     return built
@@ -69,12 +81,16 @@ def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
 
 @dataclass(frozen=True)
 class Cell:
-    """One method on one split of one data set: a result file and what it is known by."""
+    """One method on one split of one data set: a result file and what it is known by.
+
+    draw: which of several seeds of a stochastic method this is; ``plan.seed`` is that seed.
+    """
 
     plan: Plan
     dataset: Spec
     split: str
     method: Spec
+    draw: int = 0
 
     @cached_property
     def infos(self) -> Sequence[CaseInfo]:
@@ -82,9 +98,8 @@ class Cell:
 
     @cached_property
     def place(self) -> records.Place:
-        return records.Place(
-            self.plan.root, dataset_slug(self.dataset), self.plan.task, self.split, self.method.slug
-        )
+        name = self.method.slug + (f".seed-{self.draw}" if self.draw else "")
+        return records.Place(self.plan.root, dataset_slug(self.dataset), self.plan.task, self.split, name)
 
     @cached_property
     def prediction_facts(self) -> dict[str, Any]:
@@ -109,7 +124,22 @@ class Cell:
     def keys(self) -> dict[str, str]:
         prediction = records.key(self.prediction_facts)
         facts = {"prediction": prediction, "metrics": metric_versions(self.plan.metrics)}
+        if self.networks:
+            facts["networks"] = self.networks
         return {"prediction_key": prediction, "score_key": records.key(facts)}
+
+    @cached_property
+    def networks(self) -> dict[str, dict[str, str]]:
+        """Set metric -> target structure -> hash of what makes its features; "" where there is none."""
+        asked = set_metrics(self.plan.metrics)
+        if not asked:
+            return {}
+        cast = dataset(self.dataset).characters()
+        targets = {cast[name].structure: cast[name] for name in {info.target for info in self.infos}}
+        return {
+            each.card.name: {name: _network(each, targets[name]) for name in sorted(targets)}
+            for each in asked
+        }
 
     def case_key(self, case_id: str) -> str:
         """The key of one case's prediction."""
@@ -126,8 +156,25 @@ def cells(plan: Plan) -> list[Cell]:
         offered = dataset(spec).card.splits
         for split in dict.fromkeys(plan.splits):
             if split in offered:
-                found += [Cell(plan, spec, split, each) for each in dict.fromkeys(methods)]
+                found += [
+                    Cell(replace(plan, seed=plan.seed + draw), spec, split, each, draw)
+                    for each in dict.fromkeys(methods)
+                    for draw in range(_draws(plan, each))
+                ]
     return found
+
+
+def _draws(plan: Plan, spec: Spec) -> int:
+    """With how many seeds a method runs."""
+    stochastic = not plan.external and getattr(method(spec).card, "stochastic", False)
+    return plan.seeds if stochastic else 1
+
+
+def _network(metric: SetMetric, target: Character) -> str:
+    try:
+        return metric.network(target)
+    except NotSupported:
+        return ""
 
 
 def without_location(spec: Spec) -> dict[str, Any]:
@@ -159,7 +206,7 @@ def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
     return {
         metric.card.name: f"{metric.card.version}+"
         + files_hash([*registry.code_files("metrics", Spec.parse(name).name), shared])
-        for name, metric in zip(names, metrics(names), strict=True)
+        for name, metric in zip(names, _built(names), strict=True)
     }
 
 
@@ -183,4 +230,5 @@ def folder_hash(folder: Path) -> str:
 def value_facts(value: Value) -> Mapping[str, Any]:
     """What a table needs to know of a value, as plain data for the header."""
     names = ("label", "meaning", "unit", "better", "goal", "tolerance", "index", "with_self", "formula")
-    return {name: getattr(value, name) for name in names}
+    facts = {name: getattr(value, name) for name in names}
+    return facts | ({"protocol": dict(value.protocol)} if value.protocol else {})

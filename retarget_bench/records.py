@@ -247,7 +247,7 @@ def read_results(place: Place) -> Results:
     """
     header = read_header(place.header)
     cases = {info.id: info for info in read_cases(place.cases, place.task, place.split)}
-    entries = _read_rows(place.rows)
+    entries = read_rows(place.rows)
     for problem in header["problems"]:
         for case in problem["cases"]:
             entries[case] = Entry(case, problem["status"], problem["message"])
@@ -256,9 +256,9 @@ def read_results(place: Place) -> Results:
     return Results(place, header, [entries[case] for case in sorted(entries)], cases)
 
 
-def _read_rows(path: Path) -> dict[str, Entry]:
+def read_rows(path: Path) -> dict[str, Entry]:
     entries: dict[str, Entry] = {}
-    for line, (case, value_id, index, text) in enumerate(_read_csv(path, ROW_FIELDS), 2):
+    for line, (case, value_id, index, text) in enumerate(read_csv(path, ROW_FIELDS), 2):
         try:
             number = float(text)
         except ValueError:
@@ -279,14 +279,15 @@ def _read_rows(path: Path) -> dict[str, Entry]:
 def read_cases(path: Path, task: str, split: str) -> list[CaseInfo]:
     """The case list beside the rows."""
     found = []
-    for line, (case, source, target, clip, kind, frames) in enumerate(_read_csv(path, CASE_FIELDS), 2):
+    for line, (case, source, target, clip, kind, frames) in enumerate(read_csv(path, CASE_FIELDS), 2):
         if not frames.isdecimal():
             raise FileError(path, f"{frames!r} is not a number of frames", line)
         found.append(CaseInfo(case, task, split, source, target, clip, kind, int(frames)))
     return found
 
 
-def _read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
+def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
+    """The rows below a heading of these fields. Raises FileError with the line of the first fault."""
     try:
         with path.open(encoding="utf-8", newline="") as file:
             head, *rows = list(csv.reader(file))

@@ -30,7 +30,11 @@ KINDS: tuple[Kind, ...] = ("methods", "metrics", "datasets")
 SINGULAR = {"methods": "method", "metrics": "metric", "datasets": "data set"}
 BUILT_IN = "built-in"
 _FILE_MODULE = "retarget_bench_file_"
-_MARKS: dict[Kind, str] = {"methods": "retarget", "metrics": "compute", "datasets": "cases"}
+_MARKS: dict[Kind, tuple[str, ...]] = {
+    "methods": ("retarget",),
+    "metrics": ("compute", "features"),
+    "datasets": ("cases",),
+}
 _FILES: dict[Path, Entry] = {}
 
 
@@ -152,8 +156,8 @@ def _locate(module: str) -> Path | None:
 def add_file(path: str | Path) -> Entry:
     """Make the plug-in in a ``.py`` file (or in a folder with an ``__init__.py``) known by its stem.
 
-    Its kind is told by what its ``plugin`` has: ``retarget``, ``compute`` or ``cases``; so the file is
-    imported here. Adding a file twice is the same as once. Raises BenchError.
+    Its kind is told by what its ``plugin`` has: ``retarget``, ``compute`` or ``features``, or ``cases``; so
+    the file is imported here. Adding a file twice is the same as once. Raises BenchError.
     """
     path = Path(path).resolve()
     if path in _FILES:
@@ -167,7 +171,8 @@ def add_file(path: str | Path) -> Entry:
     module = f"{_FILE_MODULE}{path.stem}_{files_.digest(str(path))}"
     entry = Entry(path.stem, "methods", str(path), module, path=file)
     factory = _attribute(entry, _import_file(entry))
-    kind = next((kind for kind, mark in _MARKS.items() if hasattr(factory, mark)), None)
+    marks = ((kind, mark) for kind, either in _MARKS.items() for mark in either)
+    kind = next((kind for kind, mark in marks if hasattr(factory, mark)), None)
     if kind is None:
         raise BenchError(
             f"{path}: its plugin has none of retarget (a method), compute (a metric) and cases (a data set)"

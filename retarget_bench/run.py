@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
-from retarget_bench import records
+from retarget_bench import marks, records
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.executor import Executor, LocalPool
 from retarget_bench.header import header_of
-from retarget_bench.plan import Cell, Plan, cells, dataset
+from retarget_bench.plan import Cell, Plan, cells, dataset, set_metrics
 from retarget_bench.records import Entry, Place
+from retarget_bench.sets import files as set_files
 from retarget_bench.work import Stop
 
 WORK = "retarget_bench.work:work"
+SETS = "retarget_bench.sets.evaluate:evaluate"
 Progress = Callable[[int, int], None]
 """Called with the number of jobs done and of all jobs."""
 
@@ -34,10 +36,39 @@ def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> lis
         if keep:
             records.append_journal(place, entry)
         done[by_place[place]][entry.case] = entry
-    for cell, entries in done.items() if keep else ():
-        listed = [entries[info.id] for info in cell.infos]
-        records.write_results(cell.place, header_of(cell, listed), listed, cell.infos)
+    if keep:
+        _finish(pool, done)
     return [cell.place for cell in wanted]
+
+
+def _finish(pool: Executor, done: Mapping[Cell, Mapping[str, Entry]]) -> None:
+    """Values of sets, then rows, then the header, which says that all is there."""
+    for cell in _with_sets(pool, done):
+        listed = [done[cell][info.id] for info in cell.infos]
+        marks.write(cell.place, dataset(cell.dataset), cell.infos)
+        records.write_results(cell.place, header_of(cell, listed), listed, cell.infos)
+        set_files.clear(cell.place)
+
+
+def _with_sets(pool: Executor, done: Mapping[Cell, Mapping[str, Entry]]) -> Iterator[Cell]:
+    """The cells as the values of their sets are written; those without any first."""
+    waiting = [cell for cell in done if set_metrics(cell.plan.metrics)]
+    yield from (cell for cell in done if cell not in waiting)
+    jobs = [
+        {
+            "plan": cell.plan,
+            "place": cell.place,
+            "infos": [info for info in cell.infos if done[cell][info.id].status == "ok"],
+        }
+        for cell in waiting
+    ]
+    for answer in pool.run(SETS, jobs):
+        if answer.error:
+            raise BenchError(
+                f"the sets of {waiting[answer.job].place.rows} could not be compared: {answer.error}"
+            )
+        set_files.write(waiting[answer.job].place, answer.result)
+        yield waiting[answer.job]
 
 
 def _wanted_cases(cell: Cell) -> list[str]:
@@ -63,20 +94,27 @@ def _wanted_cases(cell: Cell) -> list[str]:
 def _begun(cell: Cell) -> dict[str, Entry]:
     """The entries that an interrupted run left, unless they are to be made anew."""
     found = records.open_journal(cell.place, cell.keys, anew=cell.plan.redo != "missing")
-    return {case: entry for case, entry in found.items() if entry.status != "missing"}
+    kept = {case: entry for case, entry in found.items() if entry.status != "missing"}
+    if not set_metrics(cell.plan.metrics):
+        return kept
+    return {
+        case: entry
+        for case, entry in kept.items()
+        if entry.status != "ok" or set_files.waits(cell.place, case)
+    }
 
 
 def _jobs(
     todo: Mapping[Cell, Sequence[str]], done: Mapping[Cell, Mapping[str, Entry]]
 ) -> list[dict[str, Any]]:
     """One job per case with all methods that lack it, so that a case is loaded once."""
-    jobs: dict[tuple[Any, str, str], dict[str, Any]] = {}
+    jobs: dict[tuple[Any, str, str, int], dict[str, Any]] = {}
     for cell, cases in todo.items():
         for case_id in cases:
             if case_id in done[cell]:
                 continue
             job = jobs.setdefault(
-                (cell.dataset, cell.split, case_id),
+                (cell.dataset, cell.split, case_id, cell.plan.seed),
                 {
                     "plan": cell.plan,
                     "dataset": cell.dataset,

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from retarget_bench.api import Case, Metric, Prediction, Value
+from retarget_bench.api import Case, Metric, Prediction, SetMetric, Value
 from retarget_bench.comparison import Comparison
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.motion import Motion
@@ -57,7 +57,7 @@ def _scalar(metric: Metric, value_id: str, number: Any) -> float:
     return number
 
 
-def declared_values(metrics: Iterable[Metric]) -> dict[str, Value]:
+def declared_values(metrics: Iterable[Metric | SetMetric]) -> dict[str, Value]:
     """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
     values: dict[str, Value] = {}
     owner: dict[str, str] = {}

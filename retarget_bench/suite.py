@@ -35,6 +35,7 @@ class Suite(BaseModel):
     split: Names | None = None
     metrics: Names | None = None
     seed: int | None = Field(default=None, ge=0)
+    seeds: int | None = Field(default=None, ge=1)
     jobs: int | None = Field(default=None, ge=1)
     redo: Literal["never", "missing", "failed", "always"] | None = None
     out: str | None = None

@@ -1,16 +1,17 @@
-"""One table of results, whatever it is later drawn as."""
+"""From sections of results to tables: which columns, what they are written with, and what stands below."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+from retarget_bench import gaps, origins, set_groups, versions
+from retarget_bench.cells import Group, Problem, Table
 from retarget_bench.errors import BenchError
+from retarget_bench.grouping import FPS, Making, by_method, by_part
 from retarget_bench.summary import Score, Section
 
-FPS = "fps"
 FIRST_SIGHT = (
     "mpjpe_h.world",
     "mpjpe_h.root",
@@ -22,115 +23,127 @@ FIRST_SIGHT = (
 )
 """The columns of a table when nobody asks for others."""
 
-ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
-NOTHING = "–"
+Values = Mapping[str, Mapping[str, Any]]
 
 
-@dataclass(frozen=True)
-class Column:
-    """``meaning`` is for people who never saw the value; ``arrow`` says which way is better."""
-
-    id: str
-    label: str
-    unit: str
-    better: str
-    meaning: str
-    goal: float = 1.0
-
-    @property
-    def arrow(self) -> str:
-        return ARROWS[self.better] + (f"{self.goal:g}" if self.better == "target" else "")
-
-
-@dataclass(frozen=True)
-class Cell:
-    """What is shown, and the number behind it (None: there is none, and ``text`` says which kind)."""
-
-    text: str
-    value: float | None = None
-
-
-@dataclass(frozen=True)
-class Row:
-    """One method. ``mark`` says why it is not ranked, or is ""."""
-
-    label: str
-    mark: str
-    cells: tuple[Cell, ...]
-    n: str
-
-
-@dataclass(frozen=True)
-class Group:
-    """One split: ranked rows, best first by the first column, then those that are not ranked.
-
-    Splits of one data set may have different columns: without references only some values exist.
-    """
-
-    title: str
-    columns: tuple[Column, ...]
-    ranked: tuple[Row, ...]
-    unranked: tuple[Row, ...]
-
-
-@dataclass(frozen=True)
-class Table:
-    """``notes`` are sentences that belong below the table."""
-
-    title: str
-    groups: tuple[Group, ...]
-    notes: tuple[str, ...]
-
-    @property
-    def columns(self) -> tuple[Column, ...]:
-        """The columns of all groups, each once."""
-        return tuple(dict.fromkeys(column for group in self.groups for column in group.columns))
-
-
-def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT) -> list[Table]:
+def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT, by: str = "") -> list[Table]:
     """One table per data set. ``columns`` are value ids, or ``fps``.
 
+    by: what ``found`` is broken down by; then there is a group per split and column, and where no columns
+        are asked for only the first that there is (where none of the usual ones is there: all).
     Raises BenchError for no column at all, for one that no result declares, listing those there are, and
     for one that is a curve.
     """
-    declared = {key: value for section in found for key, value in section.values.items()}
+    declared = _declared(found)
     by_dataset: dict[str, list[Section]] = {}
     for section in found:
         by_dataset.setdefault(section.dataset, []).append(section)
     if columns is not FIRST_SIGHT:
-        _check_columns(columns, declared)
-    return [_table(title, each, columns, declared) for title, each in by_dataset.items()]
-
-
-def _check_columns(columns: Sequence[str], declared: Mapping[str, Mapping[str, Any]]) -> None:
-    known = ", ".join([FPS, *sorted(key for key, value in declared.items() if not value["index"])])
-    if not columns:
-        raise BenchError(f"name at least one column; there are {known}")
-    for column in columns:
-        if column == FPS:
-            continue
-        if column not in declared:
-            raise BenchError(f"no result has a value {column!r}; there are {known}")
-        if index := declared[column]["index"]:
-            raise BenchError(f"{column} has a number per {index}; a table shows single numbers: {known}")
+        _check_columns(columns, declared, by, set_groups.declared(found))
+    methods = {score.label: score.header for section in found for score in section.scores}
+    return [_table(title, each, columns, declared, methods, by) for title, each in by_dataset.items()]
 
 
 def all_columns(found: Sequence[Section]) -> list[str]:
-    """Every value that is one number per case, in declared order, then fps."""
-    ids = {key: None for section in found for key, value in section.values.items() if not value["index"]}
-    return [*ids, FPS]
+    """Every value that is one number per case, in declared order, then fps, then values of sets."""
+    single = [key for key, value in _declared(found).items() if not value["index"]]
+    return [*single, FPS, *set_groups.declared(found)]
+
+
+def _declared(found: Sequence[Section]) -> dict[str, Mapping[str, Any]]:
+    return {key: value for section in found for key, value in section.values.items()}
+
+
+def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: Iterable[str]) -> None:
+    shown = sorted(key for key, value in declared.items() if not value["index"])
+    whole = [] if by else [FPS, *of_sets]
+    known = ", ".join([*whole, *shown])
+    if not columns:
+        raise BenchError(f"name at least one column; there are {known}")
+    for column in columns:
+        if column in whole:
+            continue
+        if column not in declared:
+            raise BenchError(f"no result has a value {column!r}; there are {known}")
+        if column not in shown:
+            index = declared[column]["index"]
+            raise BenchError(f"{column} has a number per {index}; a table shows single numbers: {known}")
 
 
 def _table(
-    title: str, found: Sequence[Section], wanted: Sequence[str], declared: Mapping[str, Mapping[str, Any]]
+    title: str,
+    found: Sequence[Section],
+    wanted: Sequence[str],
+    declared: Values,
+    methods: Mapping[str, Mapping[str, Any]],
+    by: str,
 ) -> Table:
+    known = versions.newest([score.header for section in found for score in section.scores])
+    of_sets = set_groups.declared(found)
+    decimals = {key: _decimals(_numbers(found, key)) for key in (*declared, FPS, *of_sets)}
+    making = Making(known, {**declared, **of_sets}, decimals, methods)
+    keys = _broken_down(found, wanted, declared) if by else []
+    if by:
+        groups = [
+            by_part(each, key, by, making) for each in _splits(found) for key in keys if _has(each, key)
+        ]
+    else:
+        groups = _groups(found, wanted, declared, making)
+    return Table(
+        title=title,
+        groups=tuple(groups),
+        notes=(*_set_notes(found, [key for key in wanted if key in of_sets], of_sets), *_notes(found)),
+        footnotes=tuple(making.footnotes.sentences),
+        problems=tuple(_problems(found)),
+        origins=origins.origins(found),
+        data=origins.data_facts(found),
+        subjects=tuple(making.column(key) for key in keys),
+    )
+
+
+def _groups(
+    found: Sequence[Section], wanted: Sequence[str], declared: Values, making: Making
+) -> list[Group]:
+    """Per split: the values of cases, then those of sets, structure by structure."""
+    of_sets = set_groups.declared(found)
+    sets = [key for key in wanted if key in of_sets]
+    cases = [key for key in wanted if key not in of_sets]
     groups = []
     for section in found:
-        present = {key for score in section.scores for key in score.means}
-        keys = [key for key in (_stand_in(key, present) for key in wanted) if key is not None]
-        decimals = {key: _decimals(_numbers(found, key)) for key in keys}
-        groups.append(_group(section, [_column(key, declared) for key in keys], decimals))
-    return Table(title=title, groups=tuple(groups), notes=tuple(_notes(found)))
+        if cases:
+            groups.append(by_method(section, *_columns(section, cases, declared), making))
+        if sets:
+            groups += set_groups.by_set(section, sets, making)
+    return groups
+
+
+def _set_notes(found: Sequence[Section], wanted: Sequence[str], of_sets: Iterable[str]) -> list[str]:
+    """How to read values of sets and which there are not, or how to see them."""
+    if wanted:
+        lacking = [sentence for section in found for sentence in set_groups.without(section, wanted)]
+        return [set_groups.READING, *lacking]
+    ids = ",".join(of_sets)
+    return [f"Not shown here: values of all answers as one set (--columns {ids})."] if ids else []
+
+
+# --------------------------------------------------------------------------------------------- columns
+def _columns(section: Section, wanted: Sequence[str], declared: Values) -> tuple[list[str], list[str]]:
+    """The columns that a split has, and sentences about those that it has not."""
+    if not any(score.means for score in section.scores):
+        return [key for key in wanted if key == FPS or key in declared], []
+    present = _present([section])
+    keys: list[str] = []
+    absent: dict[str, list[str]] = {}
+    for key in wanted:
+        if (shown := _stand_in(key, present)) is not None:
+            keys.append(shown)
+        elif key in declared:
+            absent.setdefault(gaps.lacking([declared[key]], *section.scores), []).append(key)
+    lost = [
+        f"{section.split}: not shown are {', '.join(declared[key]['label'] for key in each)}: {why}"
+        for why, each in absent.items()
+    ]
+    return list(dict.fromkeys(keys)), lost
 
 
 def _stand_in(key: str, present: set[str]) -> str | None:
@@ -140,65 +153,45 @@ def _stand_in(key: str, present: set[str]) -> str | None:
     return f"{key}_src" if f"{key}_src" in present else None
 
 
-def _column(key: str, declared: Mapping[str, Mapping[str, Any]]) -> Column:
-    if key == FPS:
-        meaning = "frames retargeted per second by one process and one thread, reading and writing aside"
-        return Column(FPS, "fps", "1/s", "higher", meaning)
-    value = declared[key]
-    return Column(key, value["label"], value["unit"], value["better"], value["meaning"], value["goal"])
+def _broken_down(found: Sequence[Section], wanted: Sequence[str], declared: Values) -> list[str]:
+    """The values of a breakdown: a group each. Unasked, the first of the usual columns, or else all."""
+    present = _present(found)
+    shown = (_stand_in(key, present) for key in wanted if key != FPS)
+    keys = list(dict.fromkeys(key for key in shown if key is not None))
+    if wanted is not FIRST_SIGHT:
+        return keys
+    return keys[:1] or [key for key in declared if key in present]
 
 
-def _group(section: Section, columns: Sequence[Column], decimals: Mapping[str, int]) -> Group:
-    rows = [(_row(score, columns, decimals), score.unranked) for score in section.scores]
-    if columns:
-        rows.sort(key=lambda pair: _rank(pair[0].cells[0], columns[0]))
-    frames = f", {section.frames} frames" if section.frames else ""
-    asked = max(score.asked for score in section.scores)
-    return Group(
-        columns=tuple(columns),
-        title=f"{section.split}: {_count(asked, 'case')} of {_count(section.clips, 'clip')} and "
-        f"{_count(section.pairs, 'pair')}{frames}",
-        ranked=tuple(row for row, unranked in rows if not unranked),
-        unranked=tuple(row for row, unranked in rows if unranked),
-    )
+def _splits(found: Sequence[Section]) -> list[list[Section]]:
+    by_split: dict[str, list[Section]] = {}
+    for section in found:
+        by_split.setdefault(section.split, []).append(section)
+    return list(by_split.values())
 
 
-def _row(score: Score, columns: Sequence[Column], decimals: Mapping[str, int]) -> Row:
-    cells = tuple(_cell(_number(score, column.id), score, decimals[column.id]) for column in columns)
-    n = f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
-    return Row(score.label, score.unranked, cells, n)
+def _has(found: Sequence[Section], key: str) -> bool:
+    return key in _present(found)
 
 
-def _cell(number: float | None, score: Score, decimals: int) -> Cell:
-    if number is not None:
-        return Cell(f"{number:.{decimals}f}", number)
-    counts = score.header["counts"]
-    if score.ok:
-        return Cell(NOTHING)
-    return Cell("failed" if counts["failed"] + counts["invalid"] else "n/a")
+def _present(found: Iterable[Section]) -> set[str]:
+    return {key for section in found for score in section.scores for key in score.means}
 
 
-def _number(score: Score, key: str) -> float | None:
-    if key == FPS:
-        return score.fps
-    return score.means[key].value if key in score.means else None
-
-
+# --------------------------------------------------------------------------------------------- numbers
 def _numbers(found: Sequence[Section], key: str) -> list[float]:
     """Those of the ranked methods, which decide how a column is written; of all where none is ranked."""
     scores = [score for section in found for score in section.scores]
-    ranked = [score for score in scores if not score.unranked]
-    numbers = (_number(score, key) for score in ranked or scores)
-    return [number for number in numbers if number is not None]
+    ranked = [number for score in scores if not score.unranked for number in _number(score, key)]
+    return ranked or [number for score in scores for number in _number(score, key)]
 
 
-def _rank(cell: Cell, column: Column) -> tuple[bool, float]:
-    """Smaller is better; no number comes last."""
-    if cell.value is None:
-        return (True, 0.0)
-    if column.better == "target":
-        return (False, abs(math.log(cell.value / column.goal)) if cell.value > 0 else math.inf)
-    return (False, -cell.value if column.better == "higher" else cell.value)
+def _number(score: Score, key: str) -> list[float]:
+    if key == FPS:
+        return [] if score.fps is None else [score.fps]
+    if key in score.means:
+        return [score.means[key].value]
+    return [each.value for each in score.sets if each.value_id == key and each.value is not None]
 
 
 def _decimals(numbers: Sequence[float]) -> int:
@@ -210,18 +203,29 @@ def _decimals(numbers: Sequence[float]) -> int:
     return min(7, max(0, 2 - math.floor(math.log10(sizes[len(sizes) // 2]))))
 
 
+# ----------------------------------------------------------------------------------------------- below
 def _notes(found: Sequence[Section]) -> list[str]:
+    """What the data sets say, and which versions met."""
     notes = {note: None for section in found for note in section.notes}
+    known = versions.newest([score.header for section in found for score in section.scores])
     for section in found:
         for score in section.scores:
-            for problem in score.header["problems"]:
-                cases = problem["cases"]
-                notes[
-                    f"{section.split}: {score.label} {problem['status']} on {_count(len(cases), 'case')} "
-                    f"(first {cases[0]}): {problem['message']}"
-                ] = None
+            if stale := known.stale_data(score.header):
+                notes[f"{section.split}: {score.label} was {stale}."] = None
+    fresh = [s.header for section in found for s in section.scores if not known.stale_data(s.header)]
+    if other := versions.other_code(fresh):
+        notes[
+            f"Not all of these rows were scored by the same code, though under the same version: "
+            f"{', '.join(other)}. bench score brings them together."
+        ] = None
     return list(notes)
 
 
-def _count(number: int, noun: str) -> str:
-    return f"{number} {noun}" + ("" if number == 1 else "s")
+def _problems(found: Sequence[Section]) -> list[Problem]:
+    problems: dict[tuple[str, str, str, str], dict[str, None]] = {}
+    for section in found:
+        for score in section.scores:
+            for each in score.header["problems"]:
+                key = (section.split, score.label, each["status"], each["message"])
+                problems.setdefault(key, {}).update(dict.fromkeys(each["cases"]))
+    return [Problem(*key, tuple(cases)) for key, cases in problems.items()]

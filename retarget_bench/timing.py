@@ -28,7 +28,9 @@ FIELDS = ("case", "frames", "seconds")
 
 def measure(plan: Plan) -> None:
     """Write times for every cell of a plan that has results but no times newer than them."""
-    wanted = [cell for cell in cells(plan) if plan.external is None and _stale(cell.place)]
+    wanted = [
+        cell for cell in cells(plan) if plan.external is None and not cell.draw and _stale(cell.place)
+    ]
     jobs = [
         {"plan": plan, "dataset": cell.dataset, "method": cell.method, "cases": spread(cell.infos)}
         for cell in wanted

@@ -14,10 +14,12 @@ from retarget_bench import records, registry
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import write_text
-from retarget_bench.plan import Plan, dataset, method, metrics
+from retarget_bench.plan import Plan, dataset, method, metrics, set_metrics
 from retarget_bench.predict import Invalid, Outcome
 from retarget_bench.records import Entry, Place
 from retarget_bench.score import score
+from retarget_bench.sets import files as set_files
+from retarget_bench.sets.collect import collect
 from retarget_bench.spec import Spec
 
 MISSING = Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
@@ -57,13 +59,24 @@ def _entry(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Cas
     if outcome.prediction is None or plan.stage == "predict":
         return Entry(case.info.id, outcome.status, outcome.message)
     scored = stage_one.as_scored(outcome.prediction)
+    _keep_features(plan, place, case, scored)
     return Entry(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
+
+
+def _keep_features(plan: Plan, place: Place, case: Case, scored: Prediction) -> None:
+    """What set metrics need of the case, for when the cell is complete. Raises CannotStore."""
+    if asked := set_metrics(plan.metrics):
+        arrays = collect(asked, case, scored)
+        try:
+            set_files.put(place, case.info.id, arrays)
+        except FileError as error:
+            raise CannotStore(str(error)) from error
 
 
 def _outcome(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Outcome:
     """A prediction that is there, or a new one, which is then stored."""
     if plan.external is not None:
-        return _elsewhere(plan.external, case)
+        return elsewhere(plan.external, case)
     stored = None if plan.redo == "always" else _stored(place, key, case)
     retry = plan.redo == "failed" and stored is not None and stored.status in ("failed", "invalid")
     if stored is not None and not retry:
@@ -114,7 +127,7 @@ def _stored(place: Place, key: str, case: Case) -> Outcome | None:
         return None
 
 
-def _elsewhere(folder: Path, case: Case) -> Outcome:
+def elsewhere(folder: Path, case: Case) -> Outcome:
     """A prediction made by somebody else, found by the case's file name."""
     stem = records.case_file(case.info.id)
     found = [path for suffix in (".npz", ".bvh") if (path := folder / (stem + suffix)).exists()]

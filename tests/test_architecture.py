@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import ast
 import json
+import os
+import re
 import shutil
 import subprocess
 import sys
@@ -18,7 +20,9 @@ import pytest
 ROOT = Path(__file__).parents[1]
 ENGINE = ROOT / "retarget_bench"
 ROOMS = ("methods", "metrics", "datasets")
-TRAVELLING = (".py", ".safetensors", ".json", ".toml", ".md", ".csv", ".npz")
+INSIDE = {"": "retarget_bench", **{room: room for room in ROOMS}, "golden": "results/golden"}
+"""Folder in the wheel's package -> folder in a checkout."""
+TRAVELLING = (".py", ".safetensors", ".json", ".toml", ".md", ".csv", ".npz", ".html")
 LARGEST_WHEEL = 100_000_000
 
 
@@ -126,7 +130,7 @@ def wheel(tmp_path_factory) -> Path:
     if find_spec("setuptools") is None or find_spec("pip") is None:
         pytest.skip("building the wheel needs setuptools and pip in this environment")
     copy = tmp_path_factory.mktemp("source")
-    for name in ("retarget_bench", *ROOMS):
+    for name in INSIDE.values():
         shutil.copytree(
             ROOT / name, copy / name, ignore=shutil.ignore_patterns("__pycache__", "*.egg-info")
         )
@@ -152,9 +156,9 @@ def wheel(tmp_path_factory) -> Path:
 def test_the_wheel_holds_what_the_folders_hold(wheel):
     packed = {name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name}
     expected = {
-        (Path("retarget_bench") / p.relative_to(ROOT if room else ENGINE)).as_posix()
-        for room in ("", *ROOMS)
-        for p in (ROOT / room if room else ENGINE).rglob("*")
+        (Path("retarget_bench") / there / p.relative_to(ROOT / here)).as_posix()
+        for there, here in INSIDE.items()
+        for p in (ROOT / here).rglob("*")
         if p.is_file() and "__pycache__" not in p.parts and (p.suffix in TRAVELLING or p.name == "py.typed")
     }
     assert packed == expected
@@ -164,8 +168,8 @@ def test_the_wheel_holds_what_the_folders_hold(wheel):
 def test_every_kind_of_file_in_the_rooms_travels():
     suffixes = {
         p.suffix
-        for room in (*ROOMS, "retarget_bench")
-        for p in (ROOT / room).rglob("*")
+        for folder in INSIDE.values()
+        for p in (ROOT / folder).rglob("*")
         if p.is_file() and "__pycache__" not in p.parts and p.name != "py.typed"
     }
     assert suffixes <= set(TRAVELLING), (
@@ -186,6 +190,27 @@ def test_an_unpacked_wheel_lists_the_same_plug_ins(wheel, tmp_path):
     assert Path(place.stdout.strip()) == tmp_path / "retarget_bench" / "methods" / "copy_rotations.py"
 
 
+def test_an_unpacked_wheel_passes_its_own_gate_on_another_processor(wheel, tmp_path):
+    """From an empty cache, without vector instructions and with other linear algebra."""
+    zipfile.ZipFile(wheel).extractall(tmp_path)
+    other = {
+        "NPY_DISABLE_CPU_FEATURES": "X86_V4 X86_V3 AVX512_SKX AVX512F AVX2 FMA3",
+        "OPENBLAS_CORETYPE": "Prescott",
+        "RETARGET_BENCH_CACHE": str(tmp_path / "cache"),
+    }
+    done = subprocess.run(
+        [sys.executable, "-W", "ignore", "-m", "retarget_bench", "check"],
+        cwd=tmp_path,
+        env=os.environ | other,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    rows = re.search(r"^(\d+) rows: \1 same\.$", done.stdout, re.MULTILINE)
+    assert rows is not None
+    assert int(rows[1]) > 2000
+
+
 def test_versions_and_names_agree():
     from retarget_bench import __version__
 
@@ -197,8 +222,6 @@ def test_versions_and_names_agree():
 
 
 def test_every_dependency_is_pinned():
-    import re
-
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     pins = dict(re.findall(r"^([a-z0-9-]+)==(\S+)$", (ROOT / "constraints.txt").read_text(), re.MULTILINE))
     asked = [*project["dependencies"], *project["optional-dependencies"]["test"]]

@@ -11,7 +11,7 @@ import numpy as np
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.roles import chain, is_quadruped
+from retarget_bench.motion.roles import chain
 from retarget_bench.motion.transfer import HINGES
 
 from .two_bone import Limb
@@ -56,7 +56,7 @@ def rig_of(character: Character) -> Rig:
     places, _ = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))
     hips = places[character.joint_of["hips"]]
     rest = places - hips + [0.0, character.measures.hip_height + _sole(character), 0.0]
-    four_legged = is_quadruped(character.skeleton, character.roles)
+    four_legged = character.four_legged
     limbs = {}
     for side in SIDES:
         for kind, parts in _PARTS.items():

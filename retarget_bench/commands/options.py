@@ -149,3 +149,15 @@ def seed_option(command: F) -> F:
         metavar="N",
         help="Base of every case's seed.",
     )(command)
+
+
+def seeds_option(command: F) -> F:
+    """``--seeds N`` as the integer ``seeds``."""
+    return click.option(
+        "--seeds",
+        type=click.IntRange(min=1),
+        default=1,
+        show_default=True,
+        metavar="N",
+        help="Run stochastic methods with this many seeds; tables show their mean and its spread.",
+    )(command)

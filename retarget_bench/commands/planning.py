@@ -69,6 +69,7 @@ def common_options(command: F) -> F:
     """All options by which a plan is described."""
     for option in (
         options.plugin_option,
+        options.seeds_option,
         options.seed_option,
         options.jobs_option,
         options.out_option,

@@ -68,7 +68,6 @@ def command(
         if out.exists() and given.exists() and out.samefile(given):
             raise BenchError(f"{out} would overwrite {given}; choose another name for the result")
     from retarget_bench.motion import bvh_like, importer
-    from retarget_bench.motion.roles import is_quadruped
 
     performer = importer.load(source, unit=unit, up=up, root=root_place, roles=roles, fps=fps)
     body = importer.load(target, unit=target_unit, up=target_up, root=target_root_place, roles=target_roles)
@@ -76,7 +75,7 @@ def command(
         for warning in side.findings.warnings:
             click.echo(f"{side.findings.path}: {warning.replace('--', option)}", err=True)
     bodies = (side.motion.character for side in (performer, body))
-    if len({is_quadruped(each.skeleton, each.roles) for each in bodies}) == 2:
+    if len({each.four_legged for each in bodies}) == 2:
         click.echo(
             "one body has four legs and the other two: what each limb should do is a guess", err=True
         )

@@ -21,7 +21,7 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     """
     from retarget_bench import summary, table, timing
     from retarget_bench.errors import BenchError
-    from retarget_bench.render import text
+    from retarget_bench.rendering import text
 
     plan = planning.make_plan(methods, **given)
     places = planning.carry_out(plan, "bench run")
@@ -30,6 +30,5 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     there = [place for place in places if place.header.exists()]
     if not there:
         raise BenchError(f"no results in {plan.root}, and --redo never makes none")
-    for each in table.tables(summary.sections(there)):
-        click.echo(text(each))
+    click.echo(text(table.tables(summary.sections(there))))
     click.echo(f"All values: bench table {plan.root} --all. Rows lie in {plan.root}/.")

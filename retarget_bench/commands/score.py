@@ -26,7 +26,7 @@ def command(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     where the manifest lies in the folder, its data set is used.
     """
     from retarget_bench import summary, table
-    from retarget_bench.render import text
+    from retarget_bench.rendering import text
 
     folder = Path(what[0])
     if folder.is_dir():
@@ -37,8 +37,8 @@ def command(what: tuple[str, ...], name: str | None, **given: Any) -> None:
         what = (name or _label(folder),)
     plan = planning.make_plan(what, stage="score", **given)
     places = planning.carry_out(plan, "bench score")
-    for each in table.tables(summary.sections(place for place in places if place.header.exists())):
-        click.echo(text(each))
+    found = summary.sections(place for place in places if place.header.exists())
+    click.echo(text(table.tables(found)), nl=False)
 
 
 def _label(folder: Path) -> str:

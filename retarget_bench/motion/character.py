@@ -15,6 +15,7 @@ from retarget_bench.motion.measures import Measures, measure
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.motion.roles import find as find_roles
+from retarget_bench.motion.roles import stands_on_four
 from retarget_bench.motion.skeleton import Skeleton, frozen
 
 
@@ -103,6 +104,12 @@ class Character:
         """``(joints, 4)`` world orientations of the joints in the reference pose."""
         turned = kinematics.forward(self.skeleton, self.reference_pose, np.zeros(3))[1]
         return frozen(turned, np.float64)
+
+    @cached_property
+    def four_legged(self) -> bool:
+        """Whether the body stands on four legs in its reference pose; fore legs have the roles of arms."""
+        places = kinematics.forward(self.skeleton, self.reference_pose, np.zeros(3))[0]
+        return stands_on_four(places, self.roles)
 
     def motion(self, rotations: np.ndarray, root: np.ndarray, fps: float) -> Motion:
         """A motion of this character: local rotations ``(frames, joints, 4)``, root ``(frames, 3)``."""

@@ -268,22 +268,53 @@ def is_quadruped(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:
     """Whether the body stands on four legs; its fore legs then have the roles of arms.
 
     Told from the rest pose where trunk and legs cross in it; else (bones all along one axis) a body with a
-    tail whose trunk is at least as long as its legs stands on four.
+    tail whose trunk is at least as long as its legs stands on four. Where a reference pose is known,
+    ``Character.four_legged`` knows better.
     """
+    if stands_on_four(skeleton.rest_positions, roles):
+        return True
+    lines = _trunk_and_legs(skeleton.rest_positions, roles)
+    if lines is None or not any(role is not None and role.startswith("tail") for role in roles):
+        return False
+    joint = {role: index for index, role in enumerate(roles) if role is not None}
+    side = next(side for side in SIDES if {f"{side}_up_leg", f"{side}_foot"} <= joint.keys())
+    reach = _length(skeleton, joint[f"{side}_foot"], joint[f"{side}_up_leg"])
+    return _cosine(*lines) >= 0.5 and float(np.linalg.norm(lines[0])) > 0.9 * reach
+
+
+def stands_on_four(places: np.ndarray, roles: Sequence[str | None]) -> bool:
+    """Whether trunk and legs cross in a pose: joints at ``places`` ``(joints, 3)``, legs not folded up."""
+    lines = _trunk_and_legs(places, roles)
+    if lines is None:
+        return False
+    joint = {role: index for index, role in enumerate(roles) if role is not None}
+    reach = [
+        sum(
+            np.linalg.norm(places[joint[low]] - places[joint[high]])
+            for high, low in pairwise(f"{side}_{part}" for part in ("up_leg", "leg", "foot"))
+            if high in joint and low in joint
+        )
+        for side in SIDES
+    ]
+    return -0.75 < _cosine(*lines) < 0.5 and bool(np.linalg.norm(lines[1]) > 0.5 * max(reach))
+
+
+def _trunk_and_legs(
+    places: np.ndarray, roles: Sequence[str | None]
+) -> tuple[np.ndarray, np.ndarray] | None:
+    """``(3,)`` each: from the hips to the shoulders and down the legs; None for a body without either."""
     joint = {role: index for index, role in enumerate(roles) if role is not None}
     limbs = [(f"{side}_up_leg", f"{side}_foot") for side in SIDES]
     limbs = [pair for pair in limbs if pair[0] in joint and pair[1] in joint]
     arms = [joint[r] for r in ("left_arm", "right_arm", "left_shoulder", "right_shoulder") if r in joint]
     if "hips" not in joint or not limbs or not arms:
-        return False
-    place = skeleton.rest_positions
-    chest = place[arms].mean(axis=0) - place[joint["hips"]]
-    legs = np.mean([place[joint[foot]] - place[joint[top]] for top, foot in limbs], axis=0)
-    trunk, reach = float(np.linalg.norm(chest)), _length(skeleton, joint[limbs[0][1]], joint[limbs[0][0]])
-    cosine = float(chest @ legs) / max(trunk * float(np.linalg.norm(legs)), 1e-12)
-    if -0.75 < cosine < 0.5 and np.linalg.norm(legs) > 0.5 * reach:
-        return True
-    return cosine >= 0.5 and any(role.startswith("tail") for role in joint) and trunk > 0.9 * reach
+        return None
+    legs = np.mean([places[joint[foot]] - places[joint[top]] for top, foot in limbs], axis=0)
+    return places[arms].mean(axis=0) - places[joint["hips"]], legs
+
+
+def _cosine(a: np.ndarray, b: np.ndarray) -> float:
+    return float(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-12)
 
 
 def _length(skeleton: Skeleton, joint: int, top: int) -> float:

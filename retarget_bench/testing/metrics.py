@@ -10,7 +10,7 @@ from typing import get_args
 import numpy as np
 
 from retarget_bench import registry, score
-from retarget_bench.api import Case, Dataset, Direction, Metric, Prediction, Value
+from retarget_bench.api import Case, Dataset, Direction, Metric, Prediction, SetMetric, Value
 from retarget_bench.comparison import Comparison
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Positions
@@ -51,21 +51,7 @@ class _Trial:
         self.cases = [case for case in sample(data, LENGTH) if case.reference is not None]
 
     def card(self) -> str | None:
-        card = self.metric.card
-        if card.name != self.spec.name:
-            return f"card.name is {card.name!r}, but the plug-in is called {self.spec.name!r}"
-        if not (card.summary and card.version and card.values):
-            return "summary, version and values must not be empty"
-        for value in card.values:
-            texts = ("id", "label", "meaning", "unit", "formula", "source")
-            if empty := [name for name in texts if not getattr(value, name).strip()]:
-                return f"{value.id or 'a value'} has no {', '.join(empty)}"
-            if value.better not in get_args(Direction):
-                return f"{value.id}: better is {value.better!r}; known are {', '.join(get_args(Direction))}"
-            if not value.tolerance > 0:
-                return f"{value.id}: the tolerance must be positive"
-        score.declared_values([self.metric])
-        return None
+        return card_problem(self.metric, self.spec.name)
 
     def values(self) -> str | None:
         declared = {value.id: value for value in self.metric.card.values}
@@ -128,6 +114,25 @@ class _Trial:
 
     def _compute(self, case: Case, prediction: Prediction) -> list[str]:
         return list(self.metric.compute(Comparison(case, prediction)))
+
+
+def card_problem(metric: Metric | SetMetric, name: str) -> str | None:
+    """What a metric's card lacks or says wrongly; None where it is right."""
+    card = metric.card
+    if card.name != name:
+        return f"card.name is {card.name!r}, but the plug-in is called {name!r}"
+    if not (card.summary and card.version and card.values):
+        return "summary, version and values must not be empty"
+    for value in card.values:
+        texts = ("id", "label", "meaning", "unit", "formula", "source")
+        if empty := [name for name in texts if not getattr(value, name).strip()]:
+            return f"{value.id or 'a value'} has no {', '.join(empty)}"
+        if value.better not in get_args(Direction):
+            return f"{value.id}: better is {value.better!r}; known are {', '.join(get_args(Direction))}"
+        if not value.tolerance > 0:
+            return f"{value.id}: the tolerance must be positive"
+    score.declared_values([metric])
+    return None
 
 
 def _worse(value: Value, right: object, wrong: object) -> bool:

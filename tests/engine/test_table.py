@@ -1,68 +1,11 @@
 """Means and tables against numbers worked out by hand."""
 
-import csv
-import io
-
 import pytest
+from stored import VALUES, changed, store
 
-from retarget_bench import records, render, summary, table
-from retarget_bench.api import CaseInfo
+from retarget_bench import records, rendering, summary, table
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.records import Entry, Place
-
-VALUES = {
-    "mpjpe_h.world": {
-        "label": "world", "unit": "% of height", "better": "lower", "goal": 1.0, "index": "",
-        "with_self": False, "meaning": "mean distance of joints", "tolerance": 1e-6, "formula": "",
-    },
-    "ratio": {
-        "label": "ratio", "unit": "1", "better": "target", "goal": 1.0, "index": "",
-        "with_self": False, "meaning": "a | ratio", "tolerance": 1e-6, "formula": "",
-    },
-    "ratio_src": {
-        "label": "ratio, source", "unit": "1", "better": "target", "goal": 1.0, "index": "",
-        "with_self": False, "meaning": "a ratio to the source", "tolerance": 1e-6, "formula": "",
-    },
-    "pooled": {
-        "label": "pooled", "unit": "1", "better": "lower", "goal": 1.0, "index": "",
-        "with_self": True, "meaning": "with self pairs", "tolerance": 1e-6, "formula": "",
-    },
-    "curve": {
-        "label": "curve", "unit": "1", "better": "higher", "goal": 1.0, "index": "threshold",
-        "with_self": False, "meaning": "a curve", "tolerance": 1e-6, "formula": "",
-    },
-}  # fmt: skip
-
-
-def header(method: str, entries: list[Entry], **changes):
-    counts = {"asked": len(entries)} | {s: sum(e.status == s for e in entries) for s in records.STATUSES}
-    problems = [
-        {"status": e.status, "message": e.message, "cases": [e.case]} for e in entries if e.status != "ok"
-    ]
-    about = {"name": method, "label": method, "control": False, "privileged": [], "stochastic": False}
-    return {
-        "schema": records.SCHEMA,
-        "keys": {},
-        "method": about | changes,
-        "dataset": {"label": "data", "content": "c1", "notes": ["two clips were dropped"]},
-        "values": VALUES,
-        "counts": counts,
-        "problems": problems,
-    }
-
-
-def store(root, split, method, numbers, **changes):
-    """``numbers``: list of (pair, clip, values dict or status)."""
-    infos, entries = [], []
-    for pair, clip, values in numbers:
-        source, target = pair.split(">")
-        case = f"data/{pair}/{clip}"
-        infos.append(CaseInfo(case, "retarget", split, source, target, clip, "", 10))
-        good = isinstance(values, dict)
-        entries.append(Entry(case, "ok", values=values) if good else Entry(case, values, "because | of it"))
-    place = Place(root, "data", "retarget", split, method)
-    records.write_results(place, header(method, entries, **changes), entries, infos)
-    return place
+from retarget_bench.rendering import words
 
 
 def test_clips_weigh_the_same_however_many_cases_they_have(tmp_path):
@@ -117,7 +60,8 @@ def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
         ("broken", "answered 0 of 20", "0/20"),
     ]
     assert group.unranked[-1].cells[0].text == "failed"
-    assert any("broken failed on 1 case" in note and "because | of it" in note for note in made.notes)
+    problem = next(problem for problem in made.problems if problem.label == "broken")
+    assert (problem.status, problem.message, len(problem.cases)) == ("failed", "because | of it", 20)
     assert "two clips were dropped" in made.notes
 
 
@@ -131,7 +75,7 @@ def test_without_a_reference_the_source_stands_in(tmp_path):
     assert [[column.id for column in group.columns] for group in made.groups] == [["ratio"], ["ratio_src"]]
     assert made.groups[1].ranked[0].label == "k"  # best at 1, ranked by the log of the ratio
     assert {row.label for row in made.groups[1].ranked[1:]} == {"m", "n"}
-    assert "ratio" in render.text(made)
+    assert "ratio" in rendering.text([made])
 
 
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
@@ -147,55 +91,41 @@ def test_no_column_and_curves_are_refused(tmp_path, columns):
         table.tables(summary.sections([place]), columns)
 
 
-@pytest.mark.parametrize("form", sorted(render.RENDERERS))
+@pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
 def test_a_split_without_any_of_the_values_is_drawn_all_the_same(tmp_path, form):
     one = store(tmp_path, "self", "m", [("a>a", "c1", {"ratio": 1.0})])
     two = store(tmp_path, "cross", "m", [("a>b", "c1", {"pooled": 1.0})])
     (made,) = table.tables(summary.sections([one, two]), ["ratio"])
-    shown = render.RENDERERS[form](made)
+    shown = rendering.RENDERERS[form]([made])
     assert "cross" in shown
-    assert (render.NO_COLUMN in shown) == (form != "csv")
+    assert (words.NO_COLUMN in shown) == (form != "csv")
 
 
-def test_text_shows_units_arrows_meanings_and_n(tmp_path):
-    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0, "ratio": 1.5})])
-    (made,) = table.tables(summary.sections([place]), ["mpjpe_h.world", "ratio", "fps"])
-    shown = render.text(made)
-    for words in (
-        "world ↓",
-        "% of height",
-        "ratio →1",
-        "mean distance of joints",
-        "1 clip and 1 pair",
-        " n",
-    ):
-        assert words in shown
-    assert max(map(len, shown.splitlines())) <= render.WIDTH
+def test_results_on_two_versions_of_the_data_never_mix(tmp_path):
+    clips = [("a>b", f"c{n}", {"mpjpe_h.world": 1.0}) for n in range(2)]
+    dataset = {"label": "data", "content": "c0", "notes": []}
+    old = changed(store(tmp_path, "intra", "old", clips), dataset=dataset, date="2026-01-01")
+    new = changed(store(tmp_path, "intra", "new", clips[:1]), date="2026-01-02")  # rewrites cases.csv
+    (section,) = summary.sections([old, new])
+    means = {score.label: score.means for score in section.scores}
+    assert means["old"] == {}
+    assert means["new"]["mpjpe_h.world"].n == 1
+    assert section.clips == 1
 
 
-def test_markdown_survives_hostile_names(tmp_path):
-    name = "a|b<script>*_[x]"
-    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})], label=name)
-    (made,) = table.tables(summary.sections([place]), ["mpjpe_h.world"])
-    row = next(line for line in render.markdown(made).splitlines() if "script" in line)
-    assert "<script>" not in row
-    assert row.replace("\\|", "").count("|") == 4
-
-
-def test_csv_reads_back_with_full_precision(tmp_path):
-    place = store(tmp_path, "intra", "m,\n", [("a>b", "c1", {"mpjpe_h.world": 1.23456789})], label="m,\n")
-    (made,) = table.tables(summary.sections([place]), ["mpjpe_h.world", "fps"])
-    (row,) = csv.DictReader(io.StringIO(render.comma_separated(made)))
-    assert (row["method"], row["mpjpe_h.world"], row["fps"], row["n"]) == ("m,\n", "1.23456789", "", "1")
-
-
-def test_results_of_two_versions_of_the_data_never_mix(tmp_path):
-    one = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-    two = store(tmp_path, "intra", "k", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
-    text = two.header.read_text().replace('"c1"', '"c2"')
-    two.header.write_text(text)
-    with pytest.raises(FileError, match="2 versions"):
-        summary.sections([one, two])
+def test_values_of_two_versions_of_a_metric_never_mix(tmp_path):
+    numbers = [("a>b", "c1", {"mpjpe_h.world": 1.0, "ratio": 1.0})]
+    values = {key: value | {"metric": key.split(".")[0]} for key, value in VALUES.items()}
+    places = []
+    for method, version, date in (("old", "1+aa", "2026-01-01"), ("new", "2+bb", "2026-01-02")):
+        metrics = {"mpjpe_h": version, "ratio": "1+aa"}
+        place = store(tmp_path, "intra", method, numbers)
+        places.append(changed(place, metrics=metrics, values=values, date=date))
+    (section,) = summary.sections(places)
+    means = {score.label: set(score.means) for score in section.scores}
+    assert means == {"old": {"ratio"}, "new": {"ratio", "mpjpe_h.world"}}
+    assert section.rankings["mpjpe_h.world"].order == ("new",)
+    assert section.rankings["ratio"].cases == 1
 
 
 def test_damaged_rows_are_named(tmp_path):

@@ -20,6 +20,8 @@ METRICS = (
     *("contact", "ground", "nkn", "pan_contact", "papers", "plant"),
     *("position", "procrustes", "rotation", "slide", "smoothness", "touch"),
 )
+SET_METRICS = ("fid",)
+"""Of sets of cases, tested in ``test_fid_*.py``."""
 
 Rig = tuple[tuple[str, str, tuple[float, float, float]], ...]
 """(joint, parent, offset in centimetres); the parent of the root is ""."""

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metric_cases import METRICS, Sides, character, compute, everything, metric, sides
+from metric_cases import METRICS, SET_METRICS, Sides, character, compute, everything, metric, sides
 
 from retarget_bench import registry
 from retarget_bench.score import declared_values, score
@@ -36,12 +36,11 @@ def numbers(values: Mapping[str, float | Mapping[str, float]]) -> list[float]:
 
 
 def test_all_built_in_metrics_are_tested_here() -> None:
-    assert {entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN} == set(
-        METRICS
-    )
+    built_in = {entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN}
+    assert built_in == {*METRICS, *SET_METRICS}
 
 
-@pytest.mark.parametrize("name", METRICS)
+@pytest.mark.parametrize("name", [*METRICS, *SET_METRICS])
 def test_card(name: str) -> None:
     card = metric(name).card
     assert card.name == name
@@ -55,7 +54,7 @@ def test_card(name: str) -> None:
 
 
 def test_ids_are_unique_and_the_first_columns_exist() -> None:
-    declared = declared_values(metric(name) for name in METRICS)
+    declared = declared_values(metric(name) for name in (*METRICS, *SET_METRICS))
     assert set(FIRST_SIGHT) - {"fps"} <= set(declared)
 
 

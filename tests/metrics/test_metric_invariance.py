@@ -29,6 +29,7 @@ FIXED_LENGTHS = {
 """Values with a threshold in centimetres: they change with scale in no simple way."""
 LENGTHS = {"mpjpe_m", "pan_eq16_mean", "nkn_mse_h", "nkn_mse_local", "foot_slide", "foot_slide_src"} | {
     *("penetration.mean", "penetration.max", "floating.mean", "acc", "acceleration", "jerk"),
+    *("pa_mpjpe_m", "pa_acc"),
 }
 """Values that grow with scale; all others do not feel it."""
 UPRIGHT = {
@@ -134,7 +135,7 @@ def test_a_tilted_stage_is_felt_by_what_knows_up() -> None:
 def test_the_prediction_alone_may_be_elsewhere(seed: int, turn: np.ndarray, shift: np.ndarray) -> None:
     case = sides(FRAMES, seed)
     before, after = everything(case), everything(alone_moved(case, turn, shift))
-    fits = {"pa_mpjpe.rigid", "pa_mpjpe.similarity", "pa_mpjpe.rigid_clip", "pa_mpjpe.similarity_clip"}
+    fits = {id_ for id_, family in FAMILY.items() if family == "procrustes"}
     assert_same(before, after, (fits | OWN_MOTION) & set(before))
 
 

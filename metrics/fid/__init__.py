@@ -1,0 +1,148 @@
+"""How like real motion a whole set of results is: FID, KID, coverage and density."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from pathlib import Path
+
+from retarget_bench.api import CaseFeatures, MetricCard, Prediction, Sample, Value
+from retarget_bench.comparison import Comparison
+from retarget_bench.errors import NotSupported
+from retarget_bench.features import network
+from retarget_bench.features.network import Network
+from retarget_bench.motion.character import Character
+
+from .frechet import frechet
+from .kernel import kid
+from .neighbours import NEIGHBOURS, fit
+
+SHIPPED = Path(__file__).with_name("networks")
+PER_DIMENSION = 4
+"""Windows per feature dimension below which a covariance says too little."""
+FEW = 32
+"""Windows below which no value of a set is given."""
+
+SETS = (
+    "windows of 64 frames at 30 per second, one every 8 frames, of all cases of one split and one target "
+    "structure; features: 256 of that structure's convolutional autoencoder (bench train-features), each "
+    "with mean 0 and deviation 1 over its training windows; the clips are dealt into two halves by a hash, "
+    "and the real windows of one half are compared with the generated windows of the other, both ways, and "
+    "averaged; from either half the same number n of windows, at most 1,200, is drawn as evenly over the "
+    "root speed of the real motion as they allow, one per target, clip and frame; the floor is the same "
+    "with the references of the generated windows in their place, so that the references themselves score "
+    "exactly the floor; the interval is a delete-a-group jackknife over clips, withheld below 10"
+)
+SOURCE = (
+    "PAN eq. 21 and section 7.2.1 in kind: windows, sampling and distance are theirs, features and numbers "
+    "are not, since their network was never published; {}"
+)
+
+
+def _value(name: str, meaning: str, formula: str, source: str, **others: str | float) -> Value:
+    return Value(
+        id=name,
+        label=name.upper() if name in ("fid", "kid") else name,
+        meaning=meaning,
+        unit="1",
+        formula=f"{formula}; {SETS}",
+        source=SOURCE.format(source),
+        **others,  # type: ignore[arg-type]
+    )
+
+
+class Fid:
+    """Distances between the distribution of results and that of real motion of the same structure.
+
+    The references of the very clips that were retargeted are right answers, and a distance to them would
+    measure accuracy too, with 0 for the references. So results are compared with real motion of *other*
+    clips. What the references score against those is the floor, and a value is read against it: no method
+    can be expected below it. networks: a folder of feature networks that is looked through first.
+    """
+
+    card = MetricCard(
+        name="fid",
+        summary="distances of the distribution of results to that of real motion",
+        version="1",
+        values=(
+            _value(
+                "fid",
+                "how unlike real motion of the target's structure the results are as a whole",
+                "|m_r - m_g|^2 + tr(C_r + C_g - 2 (C_r C_g)^(1/2)) of means and covariances of features; "
+                f"left out below {PER_DIMENSION} windows per dimension of the features",
+                "Heusel et al. 2017",
+                better="lower",
+                tolerance=1e-2,
+            ),
+            _value(
+                "kid",
+                "how unlike real motion the results are, without bias: 0 on average for real motion",
+                "mean k(r, r') + mean k(g, g') - 2 mean k(r, g) with k(x, y) = (x y / 256 + 1)^3, over "
+                "pairs of windows of different clips",
+                "Binkowski et al. 2018; pairs of one clip are left out: they are no independent draws",
+                better="lower",
+                tolerance=1e-3,
+            ),
+            _value(
+                "coverage",
+                "share of real motion that has a result near it: low where results lack variety",
+                f"share of real windows with a generated one nearer than the real window's {NEIGHBOURS}th "
+                "nearest real one of another clip",
+                "Naeem et al. 2020; neighbours of the own clip are left out since windows overlap",
+                better="higher",
+                tolerance=2e-2,
+            ),
+            _value(
+                "density",
+                "how much results lie where real motion lies: low where they look like no real motion",
+                "mean over generated windows of the number of real windows that have it nearer than their "
+                f"{NEIGHBOURS}th nearest real one of another clip, over {NEIGHBOURS}",
+                "Naeem et al. 2020; balls and neighbours as for coverage",
+                better="higher",
+                tolerance=2e-2,
+            ),
+        ),
+    )
+
+    def __init__(self, networks: str = "") -> None:
+        named = (Path(networks),) if networks else ()
+        self._folders = (*named, SHIPPED, network.own_folder())
+        self._real = lru_cache(maxsize=2)(self._encoded)
+
+    def network(self, target: Character) -> str:
+        return self._network(target).hash
+
+    def features(self, comparison: Comparison) -> CaseFeatures:
+        assert comparison.case.reference is not None
+        floor = comparison.case.ground.height
+        seen = self._network(comparison.target)
+        real, speed = self._real(comparison.case.reference, floor)
+        return CaseFeatures(seen.features(comparison.prediction, floor)[0], real, speed)
+
+    def least(self, value_id: str) -> int:
+        return PER_DIMENSION * network.LAYERS[-1] if value_id == "fid" else FEW
+
+    def value(self, value_id: str, real: Sample, generated: Sample) -> float:
+        if value_id == "fid":
+            return frechet(real.features, generated.features)
+        if value_id == "kid":
+            return kid(real.features, generated.features, real.clips, generated.clips)
+        return float(getattr(fit(real.features, generated.features, real.clips, generated.clips), value_id))
+
+    def _encoded(self, reference: Prediction, floor: float) -> tuple:
+        return self._network(reference.character).features(reference, floor)
+
+    def _network(self, target: Character) -> Network:
+        for folder in self._folders:
+            found = network.find(folder, target.structure)
+            if found is not None:
+                if reason := found.unfit(target):
+                    raise NotSupported(reason)
+                return found
+        raise NotSupported(
+            f"no feature network for structure {target.structure}; bench train-features makes one"
+        )
+
+
+plugin = Fid
+
+__all__ = ["Fid", "plugin"]

@@ -1,0 +1,137 @@
+"""One panel into several: by pair, clip, kind of performance, joint, body part, or what training had."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any, Literal
+
+import numpy as np
+
+from retarget_bench import marks, records, versions
+from retarget_bench.api import CaseInfo
+from retarget_bench.columns import Key
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion.roles import BODY_PARTS
+from retarget_bench.panel import Panel, Row
+from retarget_bench.records import Place
+
+By = Literal["pair", "clip", "kind", "joint", "part", "seen"]
+UNKNOWN = "unknown"
+NameOf = Callable[[str, str], str]
+"""From a target and one of its joints to the group of the joint."""
+
+
+def broken_down(panel: Panel, by: By) -> list[Panel]:
+    """A panel per group, in alphabetical order (body parts from the trunk outwards).
+
+    ``joint`` and ``part`` have the values that are known per joint, averaged within a case over the
+    joints of the group. Raises BenchError where the results do not know what is asked for.
+    """
+    if by in ("joint", "part"):
+        return _by_joint(panel, by)
+    if by == "seen":
+        return _by_seen(panel)
+    names = np.array([str(getattr(info, by)) or UNKNOWN for info in panel.cases])
+    return [panel.restricted(names == name, name) for name in sorted(set(names.tolist()))]
+
+
+# ---------------------------------------------------------------------------------------------- joints
+def _by_joint(panel: Panel, by: By) -> list[Panel]:
+    values = {key: value for key, value in panel.values.items() if value["index"] == "joint"}
+    if not values:
+        raise BenchError(f"{panel.dataset}, {panel.split}: no value is known per joint; run bench score")
+    newest = versions.newest(row.header for row in panel.rows)
+    draws: list[list[dict[str, dict[Key, np.ndarray]]]] = []
+    for row in panel.rows:
+        fresh = {key for key in values if not newest.stale_value(row.header, key)}
+        fresh = set() if newest.stale_data(row.header) else fresh
+        name_of = _part_of(row) if by == "part" else _own_name
+        draws.append([_joint_means(panel, place, fresh, name_of) for place in row.places])
+    groups = {group for row in draws for draw in row for group in draw}
+    order = {part: rank for rank, part in enumerate(BODY_PARTS)}
+    plain = {key: {**value, "index": ""} for key, value in values.items()}
+    return [
+        replace(
+            panel,
+            values=plain,
+            part=group,
+            rows=tuple(
+                replace(row, draws=tuple(draw.get(group, {}) for draw in each))
+                for row, each in zip(panel.rows, draws, strict=True)
+            ),
+        )
+        for group in sorted(groups, key=lambda name: (order.get(name, len(order)), name))
+    ]
+
+
+def _part_of(row: Row) -> NameOf:
+    parts = marks.read_parts(row.place)
+    if parts is None:
+        raise BenchError(
+            f"{row.place.folder} does not say which joint belongs to which part of the body; "
+            "bench run --redo always, or bench score, writes it"
+        )
+    return lambda target, joint: parts.get((target, joint), UNKNOWN)
+
+
+def _own_name(target: str, joint: str) -> str:
+    del target
+    return joint
+
+
+def _joint_means(
+    panel: Panel, place: Place, values: set[str], name_of: NameOf
+) -> dict[str, dict[Key, np.ndarray]]:
+    """Group -> (value id, "") -> ``(cases,)``: the mean over the joints of the group."""
+    position = {info.id: number for number, info in enumerate(panel.cases)}
+    found: dict[str, dict[Key, np.ndarray]] = {}
+    arrays = records.read_arrays(place)
+    for value in sorted(values):
+        if f"{value}:values" not in arrays:
+            continue
+        cases, case = np.unique(arrays[f"{value}:cases"], return_inverse=True)
+        joints, joint = np.unique(arrays[f"{value}:index"], return_inverse=True)
+        if strangers := [name for name in cases.tolist() if name not in position]:
+            raise FileError(place.arrays, f"names case {strangers[0]!r}, which {place.cases} does not list")
+        at = np.array([position[name] for name in cases.tolist()], dtype=np.int64)[case]
+        pairs, pair = np.unique(at * len(joints) + joint, return_inverse=True)
+        names = [name_of(panel.cases[p // len(joints)].target, str(joints[p % len(joints)])) for p in pairs]
+        groups, group = np.unique(names, return_inverse=True)
+        shape = len(groups), len(panel.cases)
+        flat = group[pair] * len(panel.cases) + at
+        counts = np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape)
+        totals = np.bincount(flat, arrays[f"{value}:values"], shape[0] * shape[1]).reshape(shape)
+        with np.errstate(invalid="ignore"):
+            means = totals / counts
+        for name, row in zip(groups.tolist(), means, strict=True):
+            found.setdefault(name, {})[value, ""] = row
+    return found
+
+
+# ------------------------------------------------------------------------------------------------ seen
+def _by_seen(panel: Panel) -> list[Panel]:
+    """By whether training had the characters and the motion (NKN's four groups).
+
+    What counts is what a method's own weights were trained on; for untrained methods the marks of the
+    data set, or where it has none those of the first trained method.
+    """
+    manifests = [row.header["method"].get("trained_on") for row in panel.rows]
+    fallback: Any = next((each for each in manifests if each), None)
+    names = []
+    for row, manifest in zip(panel.rows, manifests, strict=True):
+        unseen = None if manifest else marks.read_unseen(row.place)
+        if unseen is None and not (manifest or fallback):
+            raise BenchError(
+                f"{row.place.folder} does not say what training had; the data set does not know it, or "
+                "the results are older than these marks (bench run --redo always writes them)"
+            )
+        names.append([_seen_group(unseen, manifest or fallback, case) for case in panel.cases])
+    table = np.array(names)
+    return [panel.restricted(table == name, name) for name in sorted(set(table.ravel().tolist()))]
+
+
+def _seen_group(unseen: Mapping[str, frozenset[str]] | None, manifest: Any, info: CaseInfo) -> str:
+    new = marks.not_in(manifest, info) if unseen is None else unseen.get(info.id, frozenset())
+    who = "new" if new & {"source", "target"} else "known"
+    return f"{who} characters, {'new' if 'kind' in new else 'known'} motion"

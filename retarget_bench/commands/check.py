@@ -1,0 +1,118 @@
+"""``bench check``: the regression gate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import click
+
+from retarget_bench.commands import options
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.spec import Spec
+
+
+@click.command("check")
+@click.option(
+    "--baseline",
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="The folder of golden rows. [default: those that came with this package]",
+)
+@click.option(
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="METHOD",
+    shell_complete=options.plugin_names("methods"),
+    help="Check this method only; may be repeated. [default: all of the golden rows]",
+)
+@click.option("-d", "--dataset", metavar="DATASET", help="[default: that of the golden rows]")
+@options.root_option
+@options.plugin_option
+@click.option("--accept", is_flag=True, help="Make what is measured now the golden rows.")
+@click.option("--because", metavar="TEXT", help="With --accept: why numbers may move; it is logged.")
+@click.option(
+    "--forget",
+    multiple=True,
+    metavar="METHOD",
+    help="With --accept: drop the golden rows of this method, which is no more.",
+)
+@click.option(
+    "--summary",
+    metavar="FILE",
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Also append the report to this file, as Markdown.",
+)
+@click.option("--all", "everything", is_flag=True, help="Write out every row that moved.")
+def command(
+    baseline: Path | None,
+    methods: tuple[str, ...],
+    dataset: str | None,
+    root: str | None,
+    plugins: tuple[str, ...],
+    accept: bool,
+    because: str | None,
+    forget: tuple[str, ...],
+    summary: Path | None,
+    everything: bool,
+) -> int:
+    """Does everything still measure what it measured?
+
+    Metrics on frozen motions, and methods on a few cases, are compared with golden rows. Exit status 0:
+    same; 1: something moved, for better or worse; 2: something could not be measured.
+    """
+    from retarget_bench.check import gate, golden, report
+
+    del plugins
+    if accept != bool(because and because.strip()):
+        raise BenchError('--accept and --because "why numbers may move" go together')
+    if forget and not accept:
+        raise BenchError("--forget goes with --accept")
+    folder = baseline or golden.built_in()
+    spec = _dataset(folder, dataset, root)
+    found = gate.check(folder, methods, spec, _progress(), accept=accept, forget=forget)
+    click.echo(report.text(found.lines, found.verdict, everything))
+    if summary is not None:
+        _append(summary, report.markdown(found.lines, found.verdict))
+    if accept:
+        if gate.nothing_moved(found):
+            click.echo("Nothing to accept: the golden rows are as they were.")
+        else:
+            click.echo(f"Accepted, and logged in {gate.accept(folder, found, because or '')}.")
+    return found.verdict
+
+
+def _dataset(folder: Path, dataset: str | None, root: str | None) -> Spec | None:
+    """The data set that is asked for, or None for that of the golden rows."""
+    from retarget_bench import defaults
+    from retarget_bench.check import golden
+
+    if dataset is None and root is None:
+        return None
+    if dataset is None:
+        dataset = golden.read(folder).dataset["spec"] if golden.exists(folder) else defaults.DATASET
+    return options.dataset_spec(dataset, root)
+
+
+def _progress() -> Callable[[int, int], None]:
+    """A progress bar (shown on a terminal)."""
+    from tqdm import tqdm
+
+    bar = tqdm(desc="bench check", leave=False, disable=None)
+
+    def progress(done: int, total: int) -> None:
+        bar.total = total
+        bar.update(done - bar.n)
+        if done == total:
+            bar.clear()
+
+    return progress
+
+
+def _append(path: Path, text: str) -> None:
+    try:
+        with path.open("a", encoding="utf-8") as file:
+            file.write(text)
+    except OSError as error:
+        raise FileError(path, f"cannot be written ({error.strerror})") from error

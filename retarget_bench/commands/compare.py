@@ -1,0 +1,160 @@
+"""``bench compare``: two methods, or one method in two folders of results, value by value."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from retarget_bench.commands import options
+from retarget_bench.errors import BenchError
+
+if TYPE_CHECKING:
+    from retarget_bench.panel import Panel
+    from retarget_bench.records import Place
+    from retarget_bench.versus import Versus
+
+FORMATS = ("text", "md", "csv")
+
+
+@click.command("compare")
+@click.argument("first")
+@click.argument("second")
+@click.option(
+    "--results",
+    "roots",
+    multiple=True,
+    metavar="DIR",
+    type=click.Path(file_okay=False, path_type=Path),
+    help="A folder written by `bench run`; may be repeated. [default: runs]",
+)
+@click.option("-d", "--dataset", help="Only results of this data set (a folder name under DIR).")
+@options.split_option
+@click.option("--columns", metavar="ID,ID", help="Values to compare. [default: those of bench table]")
+@click.option("--all", "everything", is_flag=True, help="Compare every value.")
+@click.option("-f", "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
+@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Write to this file.")
+def command(
+    first: str,
+    second: str,
+    roots: tuple[Path, ...],
+    dataset: str | None,
+    splits: tuple[str, ...],
+    columns: str | None,
+    everything: bool,
+    form: str,
+    output: Path | None,
+) -> None:
+    """Compare two methods case by case: difference, interval, p-value and a verdict for every value.
+
+    FIRST and SECOND are methods as tables call them, or two folders of results: then every method that
+    is in both is compared with itself, as after a change.
+    """
+    from retarget_bench import files
+    from retarget_bench.versus_text import RENDERERS
+
+    folders = [Path(name) for name in (first, second)]
+    wanted = None if columns is None else [each.strip() for each in columns.split(",") if each.strip()]
+    by_folder = all(folder.is_dir() and _places([folder], dataset, splits) for folder in folders)
+    names = () if by_folder else (first, second)
+    panels = _panels(folders if by_folder else roots or (Path("runs"),), dataset, splits, names)
+    asked = _checked(panels, wanted)
+    values = [_values(panel, asked, everything) for panel in panels]
+    found = _of_folders(panels, folders, values) if by_folder else _of_labels(panels, first, second, values)
+    written = RENDERERS[form](found)
+    if output is None:
+        click.echo(written, nl=False)
+    else:
+        files.write_text(output, written)
+        click.echo(f"wrote {output}")
+
+
+def _places(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[Place]:
+    """Results under the roots, self pairs always among them: some values of other splits pool them."""
+    from retarget_bench import records
+
+    places = [place for root in roots for place in records.find_results(root)]
+    return [p for p in places if dataset in (None, p.dataset) and p.split in (*splits, "self")]
+
+
+def _panels(
+    roots: Sequence[Path], dataset: str | None, splits: Sequence[str], names: Sequence[str]
+) -> list[Panel]:
+    """The results under the roots; only those of the named methods are read, where each has some."""
+    from retarget_bench import panel, records, versus
+
+    places = _places(roots, dataset, splits)
+    if not places:
+        where = f" of {dataset}" if dataset else ""
+        raise BenchError(f"no results{where} in {', '.join(map(str, roots))}; bench run makes some")
+    labels = [records.read_header(place.header)["method"]["label"] for place in places]
+    wanted = {versus.label_of(name, labels) for name in names}
+    if wanted and None not in wanted:
+        places = [place for place, label in zip(places, labels, strict=True) if label in wanted]
+    return [each for each in panel.panels(places) if each.split in splits]
+
+
+def _checked(panels: Sequence[Panel], wanted: list[str] | None) -> list[str] | None:
+    """The values asked for; raises BenchError for one that no result has, or that is a curve."""
+    declared = {key: value for panel in panels for key, value in panel.values.items()}
+    known = sorted(key for key, value in declared.items() if not value["index"])
+    for key in wanted or []:
+        if key not in known:
+            kind = "is a curve" if key in declared else "is a value of no result"
+            raise BenchError(f"{key!r} {kind}; there are {', '.join(known)}")
+    if wanted == []:
+        raise BenchError(f"name at least one value; there are {', '.join(known)}")
+    return wanted
+
+
+def _values(panel: Panel, wanted: list[str] | None, everything: bool) -> list[str]:
+    """Value ids to compare on a split: those asked for, all, or the columns of a table."""
+    from retarget_bench.table import FIRST_SIGHT
+
+    there = list(dict.fromkeys(value for value, index in panel.keys if not index))
+    if everything or wanted is not None:
+        return there if everything else list(wanted or ())
+    # without references, the same measure against the source stands in
+    stand_ins = [key if key in there else f"{key}_src" for key in FIRST_SIGHT]
+    return [key for key in stand_ins if key in there]
+
+
+def _of_labels(
+    panels: Sequence[Panel], first: str, second: str, values: Sequence[Sequence[str]]
+) -> list[Versus]:
+    from retarget_bench import versus
+
+    for name in (first, second):
+        if not any(versus.find(panel, name) for panel in panels):
+            raise versus.unknown(panels, name)
+    found = []
+    for panel, asked in zip(panels, values, strict=True):
+        one, two = versus.find(panel, first), versus.find(panel, second)
+        if one and two:
+            found.append(versus.versus(panel, one, two, asked))
+    return _filled(found, f"{first} and {second}")
+
+
+def _of_folders(
+    panels: Sequence[Panel], folders: Sequence[Path], values: Sequence[Sequence[str]]
+) -> list[Versus]:
+    from retarget_bench import versus
+
+    found = []
+    for panel, asked in zip(panels, values, strict=True):
+        one, two = (
+            {row.header["method"]["label"]: row for row in panel.rows if row.place.root == folder}
+            for folder in folders
+        )
+        found += [versus.versus(panel, one[label], two[label], asked) for label in one if label in two]
+    return _filled(found, " and ".join(map(str, folders)))
+
+
+def _filled(found: Sequence[Versus], names: str) -> list[Versus]:
+    """Those with any difference to show."""
+    filled = [each for each in found if each.differences]
+    if not filled:
+        raise BenchError(f"{names} have no case in common that both have a number for")
+    return filled

@@ -1,0 +1,61 @@
+"""``bench explain``: the same predictions under every position protocol, and the factors between them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from retarget_bench.errors import BenchError
+
+
+@click.command("explain")
+@click.argument("root", metavar="[RESULTS]", default="runs", type=click.Path(path_type=Path))
+@click.option("-m", "--method", help="Only this method (its name in the table). [default: every one]")
+@click.option("-s", "--split", help="Only this split. [default: every one]")
+@click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
+@click.option("--between", metavar="ID,ID", default="", help="Only the factors between these protocols.")
+@click.option("--all", "every", is_flag=True, help="The factor between each pair, not from the first only.")
+@click.option(
+    "-f", "--format", "form", type=click.Choice(["text", "md"]), default="text", show_default=True
+)
+def command(
+    root: Path,
+    method: str | None,
+    split: str | None,
+    dataset: str | None,
+    between: str,
+    every: bool,
+    form: str,
+) -> None:
+    """Show what every position protocol says of the same predictions, and why they differ.
+
+    RESULTS is a folder written by `bench run`. For each method and split: the number under every protocol,
+    the factor between protocols as measured case by case, and its reasons (squared or not, height, axes,
+    joints, alignment, self pairs, unit). A factor that is not the same in every case cannot turn one
+    published number into another.
+    """
+    from retarget_bench import explain, records
+
+    places = [p for p in records.find_results(root) if dataset in (None, p.dataset)]
+    if not places:
+        raise BenchError(f"no results in {root}; bench run makes some")
+    found = {place: records.read_results(place) for place in places}
+    labels = {place: each.header["method"]["label"] for place, each in found.items()}
+    wanted = [p for p in places if method in (None, labels[p]) and split in (None, p.split)]
+    if not wanted:
+        there = sorted({f"{labels[place]} on {place.split}" for place in places})
+        raise BenchError(f"no such result in {root}; there are {', '.join(there)}")
+    selves = {(place.dataset, place.method): each for place, each in found.items() if place.split == "self"}
+    asked = [name.strip() for name in between.split(",") if name.strip()]
+    write = explain.markdown if form == "md" else explain.text
+    pages, refused = [], []
+    for place in wanted:
+        try:
+            page = explain.explain(found[place], selves.get((place.dataset, place.method)))
+            pages.append(write(page, explain.chosen(page, asked, every=every)))
+        except BenchError as error:
+            refused.append(error)
+    if not pages:
+        raise refused[0]
+    click.echo("\n".join(pages), nl=False)

@@ -1,0 +1,173 @@
+"""``bench probe``: does a method answer a question in the same way however it is written?"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from retarget_bench import registry
+from retarget_bench.commands import options
+from retarget_bench.errors import BenchError
+from retarget_bench.spec import Spec
+
+if TYPE_CHECKING:
+    from retarget_bench.api import CaseInfo, Dataset
+    from retarget_bench.probe.asking import Reply, Subject
+    from retarget_bench.probe.probes import Probe
+    from retarget_bench.records import Place
+
+
+@click.command("probe")
+@click.argument(
+    "methods", nargs=-1, required=True, metavar="METHOD...", shell_complete=options.plugin_names("methods")
+)
+@options.dataset_option
+@options.root_option
+@options.split_option
+@click.option(
+    "--source", type=click.Path(path_type=Path), metavar="FILE", help="A BVH file, not a data set."
+)
+@click.option("--target", type=click.Path(path_type=Path), metavar="FILE", help="Whose body performs it.")
+@click.option("--cases", type=click.IntRange(1), default=24, show_default=True, help="How many to ask.")
+@click.option("--only", metavar="ID,ID", default="", help="Only these probes.")
+@click.option("--strict", is_flag=True, help="Exit 1 where an answer is not as it must be.")
+@options.out_option
+@options.plugin_option
+def command(
+    methods: tuple[str, ...],
+    dataset: str,
+    root: str | None,
+    splits: tuple[str, ...],
+    source: Path | None,
+    target: Path | None,
+    cases: int,
+    only: str,
+    strict: bool,
+    out: Path,
+    plugins: tuple[str, ...],
+) -> int:
+    """Ask the same questions written differently, and measure by how much the answers are off.
+
+    Names, order and axes of joints, rest poses, split and merged bones, size, unit, place, heading, mirror
+    image, time and frame rate are changed one by one; the answer must stay as it is, or change with them.
+    Then, whether it depends on its source at all. Exits 0 whatever is found; with --strict, 1.
+    """
+    del plugins
+    if (source is None) != (target is None):
+        raise BenchError("give both --source and --target, or neither of them")
+    probes = _probes(only)
+    specs = [registry.canonical("methods", Spec.parse(name)) for name in methods]
+    data = None if source else registry.canonical("datasets", options.dataset_spec(dataset, root))
+    if source is not None and target is not None:
+        subjects, groups = _of_files(source, target)
+    else:
+        assert data is not None
+        subjects, groups = _of_dataset(data, splits, cases)
+    answers = _answers(specs, subjects, groups, probes)
+    off = _report(answers, data, out)
+    return int(strict and off)
+
+
+def _probes(only: str) -> list[Probe]:
+    from retarget_bench.probe.probes import PROBES
+
+    known = {probe.id: probe for probe in PROBES}
+    asked = [name.strip() for name in only.split(",") if name.strip()]
+    if unknown := [name for name in asked if name not in known]:
+        raise BenchError(f"no probe is called {unknown[0]!r}; there are {', '.join(known)}")
+    return [known[name] for name in asked] or list(PROBES)
+
+
+Questions = tuple[list["Subject"], list[list["Subject"]]]
+"""Subjects of the probes, and groups for the dependence on the source."""
+
+
+def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
+    from retarget_bench.plan import dataset
+    from retarget_bench.probe.asking import groups_of, spread
+
+    data = dataset(spec)
+    offered = [split for split in splits if split in data.card.splits]
+    infos = {split: listed for split in offered if (listed := data.cases("retarget", split))}
+    if not infos:
+        raise BenchError(f"{data.label} has no case in {', '.join(splits)}: {' '.join(data.notes)}")
+    structure = {name: body.structure for name, body in data.characters().items()}
+    groups = [group for listed in infos.values() for group in groups_of(listed, structure)]
+    loaded = [_loaded(data, group) for group in groups]
+    return _loaded(data, spread(infos, cases)), [group for group in loaded if group]
+
+
+def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
+    from retarget_bench.probe.asking import Subject, subject
+
+    found = []
+    for info in infos:
+        case = data.load(info)
+        found.append(subject(info, case.source, case.target))
+    if reasons := [each for each in found if isinstance(each, str)]:
+        click.echo(f"{len(reasons)} of {len(found)} cases cannot be asked: {reasons[0]}", err=True)
+    return [each for each in found if isinstance(each, Subject)]
+
+
+def _of_files(source: Path, target: Path) -> Questions:
+    from retarget_bench.api import CaseInfo
+    from retarget_bench.motion import importer
+    from retarget_bench.probe.asking import Subject, pieces, subject
+
+    performer, body = importer.load(source), importer.load(target)
+    for side in (performer, body):
+        for warning in side.findings.warnings:
+            click.echo(f"{side.findings.path}: {warning}", err=True)
+    names = (performer.motion.character.name, body.motion.character.name)
+    info = CaseInfo(
+        f"files/{names[0]}>{names[1]}/{source.stem}", "probe", "cross", *names, clip=source.stem
+    )
+    found = subject(info, performer.motion, body.motion.character)
+    assert isinstance(found, Subject)
+    parts = pieces(found)
+    return [found], [parts] if parts else []
+
+
+def _answers(
+    specs: Sequence[Spec],
+    subjects: Sequence[Subject],
+    groups: Sequence[Sequence[Subject]],
+    probes: Sequence[Probe],
+) -> dict[Spec, list[Reply]]:
+    from tqdm import tqdm
+
+    from retarget_bench.plan import method
+    from retarget_bench.probe.asking import ask
+
+    answers = {}
+    with tqdm(total=len(specs) * len(subjects), desc="bench probe", unit="case", leave=False) as bar:
+        for spec in specs:
+            answers[spec] = ask(method(spec), str(spec), subjects, groups, probes, bar.update)
+    return answers
+
+
+def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> bool:
+    """Print the table, what is off, and where the rows lie. Whether something is off."""
+    from retarget_bench import summary, table
+    from retarget_bench.probe import report
+    from retarget_bench.rendering import RENDERERS
+
+    if data is None:
+        for spec, replies in answers.items():
+            click.echo(report.listing(str(spec), replies))
+    else:
+        places: list[Place] = []
+        for spec, replies in answers.items():
+            places += report.store(spec, data, replies, out)
+        found = summary.sections(places)
+        click.echo(RENDERERS["text"](table.tables(found, table.all_columns(found)[:-1])))
+    off = [
+        sentence for spec, replies in answers.items() for sentence in report.findings(str(spec), replies)
+    ]
+    click.echo("\n".join(off) if off else "Every answer is as it must be.")
+    if data is not None:
+        click.echo(f"The table again: bench table {out} --probes. Rows lie in {out}/.")
+    return bool(off)

@@ -1,0 +1,104 @@
+"""``bench train-features``: the feature networks that FID and its kin compare motions by."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from retarget_bench.commands import options
+
+
+@click.command("train-features")
+@click.argument("dataset", shell_complete=options.plugin_names("datasets"))
+@click.option("--structure", "structures", multiple=True, metavar="NAME", help="Only these. [default: all]")
+@click.option(
+    "-o",
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="Where networks go. [default: features/ in the cache folder, where they are found]",
+)
+@click.option(
+    "--steps", type=click.IntRange(1), metavar="N", help="Training steps. [default: the recipe's]"
+)
+@click.option(
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of weights and batches."
+)
+@options.root_option
+@options.jobs_option
+@options.plugin_option
+def command(
+    dataset: str,
+    structures: tuple[str, ...],
+    out: Path | None,
+    steps: int | None,
+    seed: int,
+    root: str | None,
+    jobs: int,
+    plugins: tuple[str, ...],
+) -> None:
+    """Train the feature network of every structure of DATASET on its training motion.
+
+    Each is an autoencoder of 64-frame windows, written as half-precision weights and a card that says what
+    it was trained on and how. The card's hash stands beside every FID. Test clips are never used.
+    """
+    del plugins
+    from tqdm import tqdm
+
+    from retarget_bench import plan
+    from retarget_bench.features import material, network
+    from retarget_bench.features.train import Recipe, train
+
+    spec = options.dataset_spec(dataset, root)
+    data, folder = plan.dataset(spec), out or network.own_folder()
+    recipe = Recipe(seed=seed) if steps is None else Recipe(seed=seed, steps=steps)
+    for source in material.sources(data, structures):
+        with tqdm(desc=f"motion for {source.structure}", unit="body", leave=False, disable=None) as bar:
+            clips = material.gather(spec, source, jobs, _mover(bar))
+        with tqdm(total=recipe.steps, desc=source.structure, unit="step", leave=False, disable=None) as bar:
+            made = train(source, clips, _facts(spec, data, source), folder, recipe, _shower(bar))
+        click.echo(_line(made.card, folder))
+
+
+def _mover(bar: Any) -> Any:
+    def moved(done: int, total: int) -> None:
+        bar.total = total
+        bar.update(done - bar.n)
+
+    return moved
+
+
+def _shower(bar: Any) -> Any:
+    def show(step: int, loss: float) -> None:
+        bar.update(step - bar.n)
+        bar.set_postfix_str(f"loss {loss:.3f}", refresh=False)
+
+    return show
+
+
+def _facts(spec: Any, data: Any, source: Any) -> dict[str, Any]:
+    """What the card says of the data."""
+    facts = {
+        "dataset": str(spec),
+        "content": data.content,
+        "trained_on": source.lender,
+        "joints": list(source.joints),
+        "characters": sorted(data.training()[source.lender]),
+    }
+    if source.borrowed:
+        facts["note"] = (
+            f"no motion of structure {source.structure} was used; its joints are those of {source.lender} "
+            "that lie nearest in the reference pose"
+        )
+    return facts
+
+
+def _line(card: Any, folder: Path) -> str:
+    last = card["loss"][-1]
+    lent = f" (motion of {card['trained_on']})" if "note" in card else ""
+    return (
+        f"{card['structure']}{lent}: {card['windows']} windows, loss {last['train']:g}, validation "
+        f"{last['validation']:g}, {card['seconds']} s, {card['hash']} in {folder}"
+    )

@@ -1,0 +1,216 @@
+"""Published tables: what papers printed, and our own results put in the same places.
+
+``published/*.toml`` hold the printed numbers. A column says which of our values, and the means over which
+pairs, answer to it; where nothing does, why not.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache
+from importlib.resources import files
+from importlib.resources.abc import Traversable
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field
+
+from retarget_bench import records
+from retarget_bench.api import CaseInfo
+from retarget_bench.errors import BenchError
+from retarget_bench.records import Place
+
+DATASET = "mixamo"
+"""Where the pairs of the papers' test set come from."""
+
+
+class _Facts(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+
+class PublishedColumn(_Facts):
+    """One column as printed.
+
+    value:    our value of the same protocol, or "".
+    pairs:    ``source>target`` of the cases that it is a mean over.
+    any_pair: a mean over every pair that is no self pair, of whatever data.
+    mean_of:  columns that it is the mean of.
+    missing:  why we have no number for it, or "".
+    """
+
+    id: str
+    label: str
+    unit: str
+    value: str = ""
+    pairs: tuple[str, ...] = ()
+    any_pair: bool = False
+    mean_of: tuple[str, ...] = ()
+    missing: str = ""
+
+
+class PublishedRow(_Facts):
+    """One method as printed: column -> (number,) or (number, spread)."""
+
+    method: str
+    values: Mapping[str, tuple[float, ...]]
+
+
+class PublishedTable(_Facts):
+    """``clips``: how many test clips the paper has (0: its test set is another one)."""
+
+    title: str
+    paper: str
+    clips: int
+    notes: tuple[str, ...]
+    columns: tuple[PublishedColumn, ...]
+    rows: tuple[PublishedRow, ...] = Field(min_length=1)
+
+
+@dataclass(frozen=True)
+class OwnCell:
+    """Our number for a column: mean over clips of the mean per clip, and spread over cases.
+
+    cases, clips, pairs: what it is a mean over.
+    """
+
+    value: float
+    spread: float
+    cases: int
+    clips: int
+    pairs: int
+
+
+@dataclass(frozen=True)
+class OwnRow:
+    """One method of ours on one data set: column -> cell, where it has any."""
+
+    label: str
+    dataset: str
+    name: str
+    mark: str
+    cells: Mapping[str, OwnCell]
+
+
+def names() -> list[str]:
+    """The published tables there are."""
+    return sorted(each.name[:-5] for each in _folder().iterdir() if each.name.endswith(".toml"))
+
+
+@cache
+def published(name: str) -> PublishedTable:
+    """A published table. Raises BenchError for a name that there is none of."""
+    if name not in names():
+        raise BenchError(f"there is no published table {name!r}; there are {', '.join(names())}")
+    text = (_folder() / f"{name}.toml").read_text(encoding="utf-8")
+    return PublishedTable.model_validate(tomllib.loads(text))
+
+
+def _folder() -> Traversable:
+    return files("retarget_bench") / "published"
+
+
+def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
+    """Our methods in the columns of a published table: those that have a number in any of them.
+
+    Raises FileError where a result cannot be read.
+    """
+    grouped: dict[tuple[str, str], list[records.Results]] = {}
+    for place in places:
+        results = records.read_results(place)
+        key = results.header["dataset"]["label"], results.header["method"]["label"]
+        grouped.setdefault(key, []).append(results)
+    rows = [_own_row(table, dataset, label, found) for (dataset, label), found in grouped.items()]
+    return [row for row in rows if row.cells]
+
+
+def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[records.Results]) -> OwnRow:
+    header = found[0].header
+    numbers = _numbers(found)
+    theirs = header["dataset"]["name"] == DATASET
+    asked = {
+        column.id: [each for each in numbers.get(column.value, ()) if _asked(column, each[0])]
+        for column in table.columns
+        if theirs or column.any_pair
+    }
+    cells: dict[str, OwnCell] = {}
+    for column in table.columns:
+        if parts := [cells[each] for each in column.mean_of if each in cells]:
+            cells[column.id] = _mean_of(parts, [each for part in column.mean_of for each in asked[part]])
+        elif asked.get(column.id):
+            cells[column.id] = _mean(asked[column.id])
+    method = header["method"]
+    seen = ", ".join(name.replace("_", " ") for name in method["privileged"])
+    mark = "control" if method["control"] else f"sees {seen}" if seen else ""
+    return OwnRow(label, dataset, header["dataset"]["name"], mark, cells)
+
+
+def _numbers(found: Sequence[records.Results]) -> dict[str, list[tuple[CaseInfo, float]]]:
+    """Value id -> the numbers of all cases of all splits."""
+    numbers: dict[str, list[tuple[CaseInfo, float]]] = {}
+    for results in found:
+        for entry in results.entries:
+            for value, number in entry.values.items():
+                if not isinstance(number, dict):
+                    numbers.setdefault(value, []).append((results.cases[entry.case], number))
+    return numbers
+
+
+def _asked(column: PublishedColumn, info: CaseInfo) -> bool:
+    return info.split != "self" if column.any_pair else info.pair in column.pairs
+
+
+def _mean(found: Sequence[tuple[CaseInfo, float]]) -> OwnCell:
+    by_clip: dict[str, list[float]] = {}
+    for info, number in found:
+        by_clip.setdefault(info.clip, []).append(number)
+    return OwnCell(
+        value=float(np.mean([np.mean(mine) for mine in by_clip.values()])),
+        spread=float(np.std([number for _, number in found])),
+        cases=len(found),
+        clips=len(by_clip),
+        pairs=len({info.pair for info, _ in found}),
+    )
+
+
+def _mean_of(parts: Sequence[OwnCell], found: Sequence[tuple[CaseInfo, float]]) -> OwnCell:
+    """The mean of means, as the papers take it; all else is of all cases together."""
+    return replace(_mean(found), value=float(np.mean([part.value for part in parts])))
+
+
+# ------------------------------------------------------------------------------------- what it means
+def asked_pairs(table: PublishedTable) -> int:
+    """How many pairs the paper's columns ask for."""
+    return len({pair for column in table.columns for pair in column.pairs})
+
+
+def caveats(table: PublishedTable, rows: Sequence[OwnRow]) -> list[str]:
+    """Why our numbers do not compare with the printed ones: sentences, one per data set and reason."""
+    if not rows:
+        return [
+            "None of the results has a case that this table asks for: the pairs are of Mixamo's test set."
+        ]
+    found = []
+    for dataset in dict.fromkeys(row.dataset for row in rows):
+        mine = [row for row in rows if row.dataset == dataset]
+        if not any(column.pairs for column in table.columns):
+            continue
+        own = [
+            cell
+            for row in mine
+            for column in table.columns
+            if column.pairs and (cell := row.cells.get(column.id))
+        ]
+        clips, pairs = max(cell.clips for cell in own), max(_pairs(table, row) for row in mine)
+        if (clips, pairs) != (table.clips, asked_pairs(table)):
+            found.append(
+                f"{dataset}: {pairs} of the {asked_pairs(table)} pairs and {clips} of the {table.clips} "
+                "test clips that the paper asks for, so its numbers do not compare with the printed ones."
+            )
+    return found
+
+
+def _pairs(table: PublishedTable, row: OwnRow) -> int:
+    return sum(
+        row.cells[column.id].pairs for column in table.columns if column.pairs and column.id in row.cells
+    )

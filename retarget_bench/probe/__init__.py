@@ -1,0 +1,1 @@
+"""What ``bench probe`` asks: questions written differently, whose answers must not change, or change so."""

@@ -1,0 +1,175 @@
+"""Asking one method all probes on a few cases of a data set, or on two BVH files."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from retarget_bench import records
+from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.predict import predict
+from retarget_bench.probe.blindness import FEWEST, dependence
+from retarget_bench.probe.probes import PROBES, Probe, Question, deviation
+
+RATE = 30.0
+"""Frames per second of the plain questions."""
+MOST = 12
+"""Motions that are compared with each other."""
+Progress = Callable[[], object]
+
+
+@dataclass(frozen=True)
+class Subject:
+    """One plain question and what it is called."""
+
+    info: CaseInfo
+    question: Question
+
+
+@dataclass
+class Reply:
+    """What came of one subject: deviations by probe id, and sentences of those that gave none.
+
+    failed: probe id -> why there is no answer to the rewritten question though there is one to the plain.
+    """
+
+    subject: Subject
+    status: str = "ok"
+    message: str = ""
+    deviations: dict[str, float] = field(default_factory=dict)
+    skipped: dict[str, str] = field(default_factory=dict)
+    failed: dict[str, str] = field(default_factory=dict)
+    dependence: dict[str, float] = field(default_factory=dict)
+
+
+def subject(info: CaseInfo, source: Prediction, target: Character) -> Subject | str:
+    """A plain question at 30 frames per second, or why there is none."""
+    if not isinstance(source, Motion):
+        return "the source is known by joint positions only; probes need rotations"
+    return Subject(info, Question(source if source.fps == RATE else source.resample(RATE), target))
+
+
+def ask(
+    method: Method,
+    label: str,
+    subjects: Sequence[Subject],
+    groups: Sequence[Sequence[Subject]] = (),
+    probes: Sequence[Probe] = PROBES,
+    progress: Progress = lambda: None,
+) -> list[Reply]:
+    """Every probe on every subject; whatever the method does wrong costs its value and no other.
+
+    label:  what seeds are drawn for. Every question of a subject has the same seed.
+    groups: subjects of like bodies in different clips, whose sources are all given to the first one's
+            target, to see whether answers depend on them.
+    Raises BenchError for a method that needs what probes do not have (references, other clips).
+    """
+    if needs := tuple(getattr(method.card, "needs", ())):
+        raise BenchError(
+            f"{label} is given {', '.join(n.replace('_', ' ') for n in needs)}, which a rewritten question "
+            "does not have; only methods that see source and target alone can be probed"
+        )
+    replies = []
+    for each in subjects:
+        replies.append(_ask(_Asking(method, label, each), probes))
+        progress()
+    return replies + [_dependence(method, label, group) for group in groups]
+
+
+class _Asking:
+    """One method and one subject: questions in, places of the answer out, each asked once."""
+
+    def __init__(self, method: Method, label: str, about: Subject) -> None:
+        self.method, self.about = method, about
+        self.seed = records.case_seed(0, label, about.info.id)
+        self._plain: dict[int, np.ndarray] = {}
+
+    def answer(self, question: Question) -> tuple[Prediction | None, str, str]:
+        """The answer, or None with status and message."""
+        case = Case(self.about.info, question.source, question.target)
+        outcome = predict(self.method, case, Context(seed=self.seed))
+        return outcome.prediction, outcome.status, outcome.message
+
+    def plain(self, question: Question) -> np.ndarray:
+        """``(frames, joints, 3)`` of a plain question. Raises BenchError where there is no answer."""
+        if id(question) not in self._plain:
+            answer, status, message = self.answer(question)
+            if answer is None:
+                raise BenchError(f"{status}: {message}")
+            self._plain[id(question)] = answer.positions
+        return self._plain[id(question)]
+
+
+def _ask(asking: _Asking, probes: Sequence[Probe]) -> Reply:
+    about = asking.about
+    answer, status, message = asking.answer(about.question)
+    if answer is None:
+        return Reply(about, status, message)
+    asking._plain[id(about.question)] = answer.positions
+    reply = Reply(about)
+    for probe in probes:
+        asked = probe.ask(about.question)
+        if isinstance(asked, str):
+            reply.skipped[probe.id] = asked
+            continue
+        try:
+            plain = asking.plain(asked.plain)
+        except BenchError as error:
+            reply.failed[probe.id] = str(error)
+            continue
+        new, status, message = asking.answer(asked.question)
+        if new is None:
+            reply.failed[probe.id] = f"{status}: {message}"
+        else:
+            reply.deviations[probe.id] = deviation(asked, new.positions, plain)
+    return reply
+
+
+def _dependence(method: Method, label: str, group: Sequence[Subject]) -> Reply:
+    """How the answers of one target depend on the sources of a group; noted with its first subject."""
+    first = group[0]
+    questions = [
+        Subject(each.info, Question(each.question.source, first.question.target)) for each in group
+    ]
+    answers = [_Asking(method, label, each).answer(each.question)[0] for each in questions]
+    both = [(s.question.source, a) for s, a in zip(group, answers, strict=True) if a is not None]
+    found = dependence([source for source, _ in both], [answer for _, answer in both])
+    return Reply(first, dependence=found)
+
+
+def groups_of(infos: Sequence[CaseInfo], structure: Mapping[str, str]) -> list[list[CaseInfo]]:
+    """Cases whose sources are of one structure, one per clip, at most ``MOST`` evenly chosen, where there
+    are enough. structure: by character."""
+    found: dict[str, dict[str, CaseInfo]] = {}
+    for info in infos:
+        found.setdefault(structure[info.source], {}).setdefault(info.clip, info)
+    enough = [list(clips.values()) for clips in found.values() if len(clips) >= FEWEST]
+    return [spread({"": listed}, min(MOST, len(listed))) for listed in enough]
+
+
+def pieces(whole: Subject) -> list[Subject]:
+    """A long clip in pieces of equal length, at most ``MOST``; none where they would be under a second."""
+    frames, motion = whole.question.source.frames, whole.question.source
+    number = min(MOST, int(frames // RATE))
+    if number < FEWEST:
+        return []
+    length = frames // number
+    return [
+        Subject(whole.info, Question(motion.at(slice(k * length, (k + 1) * length)), whole.question.target))
+        for k in range(number)
+    ]
+
+
+def spread(infos: Mapping[str, Sequence[CaseInfo]], number: int) -> list[CaseInfo]:
+    """``number`` cases, evenly from the splits given and from beginning to end of each."""
+    chosen: list[CaseInfo] = []
+    share = -(-number // max(len(infos), 1))
+    for listed in infos.values():
+        most = min(share, len(listed), number - len(chosen))
+        chosen += [listed[(2 * k + 1) * len(listed) // (2 * most)] for k in range(most)]
+    return chosen

@@ -1,0 +1,179 @@
+"""What came of probing a method: rows in the format of every other result, and sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from retarget_bench import records
+from retarget_bench.api import Value
+from retarget_bench.files import digest
+from retarget_bench.header import header_of
+from retarget_bench.plan import Cell, Plan, files_hash, value_facts
+from retarget_bench.probe.asking import Reply
+from retarget_bench.probe.probes import PROBES
+from retarget_bench.records import Entry, Place
+from retarget_bench.spec import Spec
+
+TASK = "probe"
+"""Under which results of probes lie, beside ``retarget``."""
+BLIND = 0.2
+"""A correlation or share below this: the answer hardly depends on its source."""
+
+DEPENDENCE = (
+    Value(
+        id="probe.correlation",
+        label="follows source",
+        meaning="whether answers differ as their sources differ: 1 as they do, 0 not at all",
+        unit="1",
+        better="higher",
+        formula="Pearson's correlation, over all pairs of clips given to one target, of the distance of "
+        "the sources' poses and that of the answers' (directions of bones, facing one way)",
+        source="in the manner of SIF, on poses; this project",
+        needs=("source",),
+    ),
+    Value(
+        id="probe.shuffled",
+        label="shuffled sources",
+        meaning="how far answers move when sources are shuffled, over how far the sources are apart",
+        unit="1",
+        better="target",
+        formula="mean distance of the answers to a clip and the next one, over that of the two sources",
+        source="this project",
+        needs=("source",),
+    ),
+)
+VALUES: tuple[Value, ...] = (
+    *(
+        Value(
+            id=f"probe.{probe.id}",
+            label=probe.label,
+            meaning=probe.meaning + ("" if probe.demanded else "; otherwise no fault"),
+            unit="% of height",
+            better="none",
+            formula="100 * mean over frames and joints of |p - p'| / h, p' the answer that must come: "
+            + probe.meaning,
+            source="this project",
+            tolerance=probe.tolerance,
+            needs=("source",),
+        )
+        for probe in PROBES
+    ),
+    *DEPENDENCE,
+)
+
+
+def entries(replies: Sequence[Reply]) -> list[Entry]:
+    """One per case; a probe that the method failed makes the case a failed one."""
+    found: dict[str, Entry] = {}
+    for reply in replies:
+        status, message = reply.status, reply.message
+        if reply.failed:
+            probe, why = next(iter(reply.failed.items()))
+            status, message = "failed", f"{probe}: {why}"
+        values: records.Values = {f"probe.{name}": number for name, number in reply.deviations.items()}
+        values |= {f"probe.{name}": number for name, number in reply.dependence.items()}
+        entry = found.setdefault(reply.subject.info.id, Entry(reply.subject.info.id, status, message))
+        if entry.status == "ok":
+            entry.values |= values
+    return list(found.values())
+
+
+def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> list[Place]:
+    """Write the rows of one method, a result per split; gives their places."""
+    plan = Plan(methods=(method,), datasets=(dataset,), task=TASK, root=root)
+    places = []
+    for split in dict.fromkeys(reply.subject.info.split for reply in replies):
+        mine = [reply for reply in replies if reply.subject.info.split == split]
+        cell = Cell(plan, dataset, split, method)
+        listed = entries(mine)
+        header = _header(cell, listed)
+        cell.place.folder.mkdir(parents=True, exist_ok=True)
+        infos = {reply.subject.info.id: reply.subject.info for reply in mine}
+        records.write_results(cell.place, header, listed, list(infos.values()))
+        places.append(cell.place)
+    return places
+
+
+def _header(cell: Cell, listed: Sequence[Entry]) -> dict[str, Any]:
+    header = header_of(cell, listed)
+    code = files_hash(sorted(Path(__file__).parent.glob("*.py")))
+    label = header["dataset"]["label"]
+    keys = {"prediction_key": header["keys"]["prediction_key"], "score_key": digest(f"probes {code}", 16)}
+    values = {value.id: {**value_facts(value), "needs": [], "metric": TASK} for value in VALUES}
+    return header | {
+        "keys": keys,
+        "values": values,
+        "metrics": {TASK: f"1+{code}"},
+        "dataset": header["dataset"] | {"label": f"probes on {label}"},
+    }
+
+
+# ------------------------------------------------------------------------------------- in words
+def findings(label: str, replies: Sequence[Reply]) -> list[str]:
+    """What is not as it should be, in sentences; empty where all is."""
+    found = [
+        f"{label}: {reply.status} on {reply.subject.info.id}: {reply.message}"
+        for reply in replies
+        if reply.status != "ok"
+    ]
+    for probe in PROBES:
+        numbers = _numbers(replies, probe.id)
+        if broken := [reply for reply in replies if probe.id in reply.failed]:
+            first = broken[0]
+            found.append(
+                f"{label}: {probe.id} could not be answered in {len(broken)} of {_asked(replies)} cases "
+                f"(first {first.subject.info.id}: {first.failed[probe.id]})"
+            )
+        worst = max(numbers, key=lambda case: numbers[case], default=None)
+        if worst is not None and probe.demanded and numbers[worst] > probe.tolerance:
+            mean = sum(numbers.values()) / len(numbers)
+            found.append(
+                f"{label}: {probe.id}: off by {mean:.3g} % of height on average, {numbers[worst]:.3g} at "
+                f"worst ({worst}). {probe.meaning[0].upper()}{probe.meaning[1:]}"
+            )
+    return found + _blindness(label, replies)
+
+
+def _asked(replies: Sequence[Reply]) -> int:
+    return sum(bool(reply.deviations or reply.failed) for reply in replies)
+
+
+def _blindness(label: str, replies: Sequence[Reply]) -> list[str]:
+    known = [reply.dependence for reply in replies if reply.dependence]
+    if not known:
+        return []
+    means = {name: sum(each[name] for each in known) / len(known) for name in known[0]}
+    if min(means.values()) >= BLIND:
+        return []
+    said = ", ".join(f"{name} {value:.2f}" for name, value in means.items())
+    return [f"{label}: the answer hardly depends on its source ({said}; a faithful method has about 1)"]
+
+
+def listing(label: str, replies: Sequence[Reply]) -> str:
+    """For a terminal: a line per probe, of few cases that no result folder holds."""
+    out, known = [label], skipped(replies)
+    for probe in PROBES:
+        numbers = list(_numbers(replies, probe.id).values())
+        said = (
+            f"{max(numbers):.4f} % of height"
+            if numbers
+            else f"not asked: {known.get(probe.id, 'left out')}"
+        )
+        out.append(f"  {probe.id:<14}  {said:<22}  {probe.meaning}")
+    return "\n".join(out) + "\n"
+
+
+def skipped(replies: Sequence[Reply]) -> dict[str, str]:
+    """Probe id -> why it was asked of no case."""
+    return {
+        probe.id: next(iter(reasons))
+        for probe in PROBES
+        if (reasons := {reply.skipped[probe.id] for reply in replies if probe.id in reply.skipped})
+        and not _numbers(replies, probe.id)
+    }
+
+
+def _numbers(replies: Sequence[Reply], probe: str) -> Mapping[str, float]:
+    return {r.subject.info.id: r.deviations[probe] for r in replies if probe in r.deviations}

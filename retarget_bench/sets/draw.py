@@ -1,0 +1,140 @@
+"""Which windows make the real, the generated and the floor's set.
+
+Results are to be compared with real motion of *other* clips: against the references of the same clips a
+distance would measure accuracy, and be 0 for the references themselves. So the clips of a cell are dealt
+into two halves, and the real windows of either half stand against the generated windows of the other. Put
+the references in the place of the results, and the same two comparisons give the floor.
+
+Everything is decided by names and by the real motion, nothing by what a method made of it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from retarget_bench.api import CaseFeatures, CaseInfo, Sample
+
+MOST = 1200
+"""Windows in a set, at most, as PAN draws."""
+BINS = 10
+"""Stretches of root speed from which equally many windows are drawn, as far as they go."""
+SEED = 0
+
+
+@dataclass(frozen=True, eq=False)
+class Draw:
+    """Two halves of a cell, n windows of each: real and generated windows of the same cases and frames.
+
+    hash: of the real windows.
+    """
+
+    real: tuple[Sample, Sample]
+    generated: tuple[Sample, Sample]
+    hash: str
+
+    @property
+    def n(self) -> int:
+        return len(self.real[0].clips)
+
+    @property
+    def clips(self) -> list[str]:
+        return sorted({str(clip) for half in self.real for clip in half.clips})
+
+
+def draw(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> Draw:
+    """The sets of one cell: features and facts of its cases, by case id."""
+    rows = _rows(found, infos)
+    half_of = halves(rows, infos)
+    speeds = np.array([found[case].speed[at] for case, at in rows])
+    side = np.array([half_of[infos[case].clip] for case, _ in rows], dtype=int)
+    edges = _edges(speeds)
+    members = [np.flatnonzero(side == half) for half in (0, 1)]
+    n = min(MOST, *map(len, members))
+    chosen = []
+    for mine in members:
+        picked = flat(np.digitize(speeds[mine], edges), n)
+        chosen.append([rows[index] for index in mine[picked]])
+    real, made = (
+        (_sample(chosen[0], part, infos), _sample(chosen[1], part, infos))
+        for part in (
+            {case: each.real for case, each in found.items()},
+            {case: each.generated for case, each in found.items()},
+        )
+    )
+    return Draw(real, made, _hash(chosen, real))
+
+
+def _rows(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> list[tuple[str, int]]:
+    """(case, window), in an order like a shuffle: of all sources of a clip on a target, one a window."""
+    best: dict[tuple[str, str, int], tuple[str, str, int]] = {}
+    for case, each in found.items():
+        info = infos[case]
+        for at in range(len(each.speed)):
+            place = (info.clip, info.target, at)
+            best[place] = min(best.get(place, ("g", "", 0)), (_chance(f"{case}\n{at}"), case, at))
+    return [(case, at) for _, case, at in sorted(best.values())]
+
+
+def halves(rows: Sequence[tuple[str, int]], infos: Mapping[str, CaseInfo]) -> dict[str, int]:
+    """Clip -> 0 or 1: about equally many windows on either side, and chance, not content, decides.
+
+    Kinds of performance are not shared out evenly: halves more alike than chance makes them would let the
+    unbiased KID of real motion fall below 0.
+    """
+    windows: dict[str, int] = {}
+    for case, _ in rows:
+        windows[infos[case].clip] = windows.get(infos[case].clip, 0) + 1
+    rank = {clip: _chance(clip) for clip in windows}
+    ordered = sorted(windows, key=lambda clip: (-windows[clip], rank[clip]))
+    found: dict[str, int] = {}
+    for number in range(0, len(ordered), 2):
+        pair = sorted(ordered[number : number + 2], key=lambda clip: rank[clip])
+        found |= {clip: (side + number // 2) % 2 for side, clip in enumerate(pair)}
+    return found
+
+
+def _chance(name: str) -> str:
+    """Hex digits that order names at random, the same on every machine."""
+    return hashlib.sha256(f"{SEED}\n{name}".encode()).hexdigest()
+
+
+def flat(bins: np.ndarray, n: int) -> np.ndarray:
+    """``(n,)`` increasing indices: of every bin equally many first ones, or all where it has fewer."""
+    counts = np.bincount(bins)
+    level = 0
+    while np.minimum(counts, level).sum() < n:
+        level += 1
+    taken = np.minimum(counts, level)
+    for over in np.flatnonzero(counts >= level)[: taken.sum() - n]:
+        taken[over] -= 1
+    rank = np.zeros(len(bins), dtype=int)
+    for each in np.flatnonzero(counts):
+        rank[bins == each] = np.arange(counts[each])
+    return np.flatnonzero(rank < taken[bins])
+
+
+def _edges(speeds: np.ndarray) -> np.ndarray:
+    """Inner edges of the bins; the last one holds all that is faster than 95 in 100."""
+    return np.linspace(0.0, np.quantile(speeds, 0.95) if len(speeds) else 0.0, BINS)[1:]
+
+
+def _sample(
+    rows: Sequence[tuple[str, int]], features: Mapping[str, np.ndarray], infos: Mapping[str, CaseInfo]
+) -> Sample:
+    vectors = [features[case][at] for case, at in rows] or np.zeros((0, 1))
+    return Sample(
+        np.array(vectors, dtype=np.float64),
+        np.array([infos[case].clip for case, _ in rows], dtype=str),
+    )
+
+
+def _hash(chosen: Sequence[Sequence[tuple[str, int]]], real: Sequence[Sample]) -> str:
+    total = hashlib.sha256()
+    for rows, sample in zip(chosen, real, strict=True):
+        total.update("\n".join(f"{case} {at}" for case, at in rows).encode())
+        total.update(sample.features.astype(np.float32).tobytes())
+    return total.hexdigest()[:16]

@@ -1,0 +1,1 @@
+"""Submissions: a folder with one method's rows, card and cost, checked before it enters the leaderboard."""

@@ -1,0 +1,90 @@
+"""Which results may meet in one table: those of the newest data, and of every metric in its newest version.
+
+What counts is the version that a metric's card declares, which moves when any of its numbers does. Other
+code under the same version is told in a note: it should give the same numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+Header = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class Newest:
+    """Of some results on one data set: the content of the newest, and the newest version of each metric.
+
+    metric_of: value id -> metric; headers of earlier versions did not say it.
+    """
+
+    content: str
+    metrics: Mapping[str, str]
+    metric_of: Mapping[str, str]
+
+    def stale_data(self, header: Header) -> str:
+        """Why no number of a result may stand here; "" where its data are those of the newest."""
+        content = header["dataset"]["content"]
+        if content == self.content:
+            return ""
+        return (
+            f"made on other data under the same name ({content}) than the newest results here "
+            f"({self.content}); run the method again"
+        )
+
+    def stale_value(self, header: Header, value: str) -> str:
+        """Why a value of a result may not stand here; "" where its metric is the newest."""
+        metric = self.metric_of.get(value, "")
+        if metric not in (had := metric_versions(header)) or had[metric] == self.metrics[metric]:
+            return ""
+        return (
+            f"scored by {metric} {had[metric]}, and the newest results here by {metric} "
+            f"{self.metrics[metric]}; bench score brings it up to date"
+        )
+
+
+def made(header: Header) -> str:
+    """When a result was made, in a form that sorts; "" where it does not say."""
+    return str(header.get("date", ""))
+
+
+def newest_by_label(headers: Iterable[Header]) -> dict[str, Newest]:
+    """Label of a data set -> the newest of its results."""
+    by_label: dict[str, list[Header]] = {}
+    for header in headers:
+        by_label.setdefault(header["dataset"]["label"], []).append(header)
+    return {label: newest(each) for label, each in by_label.items()}
+
+
+def newest(headers: Iterable[Header]) -> Newest:
+    """Of results on one data set; by date, and where dates are equal by version."""
+    ordered = sorted(headers, key=made)
+    metrics: dict[str, tuple[str, str]] = {}
+    metric_of: dict[str, str] = {}
+    for header in ordered:
+        for metric, version in metric_versions(header).items():
+            metrics[metric] = max(metrics.get(metric, ("", "")), (made(header), version))
+        metric_of |= {
+            key: value["metric"]
+            for key, value in (header["values"] | header.get("set_values", {})).items()
+            if value.get("metric")
+        }
+    versions = {metric: version for metric, (_, version) in metrics.items()}
+    return Newest(ordered[-1]["dataset"]["content"], versions, metric_of)
+
+
+def metric_versions(header: Header) -> dict[str, str]:
+    """Metric -> the version that its card declared, without the hash of its code."""
+    return {name: version.split("+")[0] for name, version in header.get("metrics", {}).items()}
+
+
+def other_code(headers: Sequence[Header]) -> list[str]:
+    """Metrics that scored some of these results by other code under the same version."""
+    seen: dict[tuple[str, str], set[str]] = {}
+    for header in headers:
+        for name, version in header.get("metrics", {}).items():
+            declared, _, code = version.partition("+")
+            seen.setdefault((name, declared), set()).add(code)
+    return sorted({name for (name, _), codes in seen.items() if len(codes) > 1})

@@ -1,0 +1,58 @@
+"""A set metric of toys: windows of 4 frames, their mean places as features, distance of the set means."""
+
+import numpy as np
+
+from retarget_bench.api import CaseFeatures, MetricCard, Value
+from retarget_bench.errors import NotSupported
+
+FRAMES = 4
+
+
+class ToySets:
+    """structures: those that it knows, or ``all``. broken: ``features`` are no numbers, ``value`` fails."""
+
+    def __init__(self, structures: str = "all", broken: str = "") -> None:
+        self.structures, self.broken = structures, broken
+
+    card = MetricCard(
+        "toy_sets",
+        "toys",
+        "1",
+        (
+            Value(
+                "toy_gap", "gap", "distance of means", "m", "lower", "|m_r - m_g|", "toys", tolerance=1e-3
+            ),
+            Value(
+                "toy_many", "many", "needs more than there is", "m", "lower", "-", "toys", tolerance=1e-3
+            ),
+        ),
+    )
+
+    def network(self, target):
+        if self.structures not in ("all", target.structure):
+            raise NotSupported(f"no toy network for structure {target.structure}")
+        return "toy-network"
+
+    def features(self, comparison):
+        self.network(comparison.target)
+        real = _pieces(comparison.case.reference.positions)
+        made = _pieces(comparison.prediction.positions) * (np.nan if self.broken == "features" else 1.0)
+        return CaseFeatures(made, real, np.linspace(0, 1, len(real), dtype=np.float32))
+
+    def least(self, value_id):
+        return 10**6 if value_id == "toy_many" else 1
+
+    def value(self, value_id, real, generated):
+        if self.broken == "value":
+            raise RuntimeError("odd sets")
+        return float(np.linalg.norm(real.features.mean(axis=0) - generated.features.mean(axis=0)))
+
+
+def _pieces(places):
+    cut = [
+        places[at : at + FRAMES].mean(axis=0).ravel() for at in range(0, len(places) - FRAMES + 1, FRAMES)
+    ]
+    return np.array(cut, dtype=np.float32)
+
+
+plugin = ToySets

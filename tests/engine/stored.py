@@ -1,0 +1,79 @@
+"""Results as they are stored, made of numbers: what tests of tables stand on."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from retarget_bench import records
+from retarget_bench.api import CaseInfo
+from retarget_bench.records import Entry, Place
+
+VALUES = {
+    "mpjpe_h.world": {
+        "label": "world", "unit": "% of height", "better": "lower", "goal": 1.0, "index": "",
+        "with_self": False, "meaning": "mean distance of joints", "tolerance": 1e-6, "formula": "",
+    },
+    "ratio": {
+        "label": "ratio", "unit": "1", "better": "target", "goal": 1.0, "index": "",
+        "with_self": False, "meaning": "a | ratio", "tolerance": 1e-6, "formula": "",
+    },
+    "ratio_src": {
+        "label": "ratio, source", "unit": "1", "better": "target", "goal": 1.0, "index": "",
+        "with_self": False, "meaning": "a ratio to the source", "tolerance": 1e-6, "formula": "",
+    },
+    "pooled": {
+        "label": "pooled", "unit": "1", "better": "lower", "goal": 1.0, "index": "",
+        "with_self": True, "meaning": "with self pairs", "tolerance": 1e-6, "formula": "",
+    },
+    "curve": {
+        "label": "curve", "unit": "1", "better": "higher", "goal": 1.0, "index": "threshold",
+        "with_self": False, "meaning": "a curve", "tolerance": 1e-6, "formula": "",
+    },
+}  # fmt: skip
+
+
+def header(method: str, entries: list[Entry], split: str, **changes) -> dict:
+    counts = {"asked": len(entries)} | {s: sum(e.status == s for e in entries) for s in records.STATUSES}
+    problems = [
+        {"status": e.status, "message": e.message, "cases": [e.case]} for e in entries if e.status != "ok"
+    ]
+    about = {"name": method, "label": method, "control": False, "privileged": [], "stochastic": False}
+    return {
+        "schema": records.SCHEMA,
+        "keys": {},
+        "split": split,
+        "method": about | changes,
+        "dataset": {
+            "name": "data",
+            "parameters": {},
+            "label": "data",
+            "content": "c1",
+            "notes": ["two clips were dropped"],
+        },
+        "metrics": {},
+        "values": VALUES,
+        "counts": counts,
+        "problems": problems,
+    }
+
+
+def store(root: Path, split: str, method: str, numbers: list, **changes) -> Place:
+    """``numbers``: list of (pair, clip, values dict or status)."""
+    infos, entries = [], []
+    for pair, clip, values in numbers:
+        source, target = pair.split(">")
+        case = f"data/{pair}/{clip}"
+        infos.append(CaseInfo(case, "retarget", split, source, target, clip, "", 10))
+        good = isinstance(values, dict)
+        entries.append(Entry(case, "ok", values=values) if good else Entry(case, values, "because | of it"))
+    place = Place(root, "data", "retarget", split, method)
+    records.write_results(place, header(method, entries, split, **changes), entries, infos)
+    return place
+
+
+def changed(place: Place, **changes) -> Place:
+    """The same result with other words in its header."""
+    told = json.loads(place.header.read_text()) | changes
+    place.header.write_text(json.dumps(told))
+    return place

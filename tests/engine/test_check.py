@@ -1,0 +1,467 @@
+"""The regression gate on toys: marks, exit statuses, accepting, and damaged files."""
+
+import json
+import os
+import re
+import subprocess
+import sys
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import cli, registry
+from retarget_bench.check import compare, golden, report
+from retarget_bench.check.compare import Limit, Line, Mark
+from retarget_bench.errors import FileError
+
+TOYS = Path(__file__).parent / "toys"
+ROOT = Path(__file__).parents[2]
+
+
+@pytest.fixture(autouse=True)
+def _toys(monkeypatch):
+    for file in sorted(TOYS.glob("*.py")):
+        registry.add_file(file)
+    for name in ("TOY_WEIGHTS", "TOY_OFF", "TOY_FAILS"):
+        monkeypatch.delenv(name, raising=False)
+
+
+@pytest.fixture
+def bench(capsys):
+    """Runs ``bench check`` and gives exit status and everything it printed."""
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["check", *map(str, arguments)])
+        printed = capsys.readouterr()
+        return stop.value.code, printed.out + printed.err
+
+    return run
+
+
+@pytest.fixture
+def baseline(tmp_path, bench):
+    """Golden rows of the toy learner, 2 cm off, without weights."""
+    return accepted(tmp_path / "golden", bench)
+
+
+def accepted(folder, bench, *more):
+    made = bench("--baseline", folder, "--method", "toy_learner", "-d", "toy_cases", *more,
+                 "--accept", "--because", "first rows")  # fmt: skip
+    assert made[0] == 1, made[1]
+    return folder
+
+
+def content(folder):
+    return {p.relative_to(folder).as_posix(): p.read_bytes() for p in folder.rglob("*") if p.is_file()}
+
+
+# ---------------------------------------------------------------------------------------------- marks
+def test_the_first_accept_makes_a_baseline_that_is_then_the_same(baseline, bench):
+    status, said = bench("--baseline", baseline)
+    assert (status, "Same" in said) == (0, True)
+    assert re.search(r"^\d+ rows: \d+ same\.$", said, re.MULTILINE)
+    assert {p.name for p in baseline.iterdir()} == {"golden.json", "rows", "CHANGES.md"}
+    table = golden.read(baseline).rows["toy_learner"]
+    height = 1.5 * (0.3 + 0.4 + np.hypot(0.1, 0.05) + 0.8)
+    tall = table["intra toy/small>tall/clip 0"]
+    assert tall["mpjpe_h.world"] == pytest.approx(100 * 0.02 / height, rel=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("off", "mark"),
+    [("0.03", "worse"), ("0.01", "better"), ("0.0200001", "worse"), ("0.0199999", "better")],
+)
+def test_a_method_that_moves_is_seen_for_better_or_worse(baseline, bench, monkeypatch, off, mark):
+    monkeypatch.setenv("TOY_OFF", off)
+    status, said = bench("--baseline", baseline)
+    assert status == 1
+    moved = said.split(f"{mark}:")[1]
+    assert re.search(r"toy_learner  intra  mpjpe_h\.world +0\.9\d+ -> \d\.\d+ % of height", moved)
+
+
+@pytest.mark.parametrize("off", ["0.02000000001", "0.01999999999"])
+def test_a_drift_below_the_tolerance_is_the_same(baseline, bench, monkeypatch, off):
+    monkeypatch.setenv("TOY_OFF", off)
+    assert bench("--baseline", baseline)[0] == 0
+
+
+def test_methods_with_weights_may_move_farther(tmp_path, bench, monkeypatch):
+    plain = accepted(tmp_path / "plain", bench)
+    monkeypatch.setenv("TOY_WEIGHTS", "w1")
+    learned = accepted(tmp_path / "learned", bench)
+    monkeypatch.setenv("TOY_OFF", "0.020005")  # a quarter of a thousandth
+    assert bench("--baseline", learned)[0] == 0
+    monkeypatch.setenv("TOY_OFF", "0.0201")  # five thousandths
+    assert bench("--baseline", learned)[0] == 1
+    monkeypatch.setenv("TOY_WEIGHTS", "")
+    monkeypatch.setenv("TOY_OFF", "0.020005")
+    assert bench("--baseline", plain)[0] == 1
+
+
+def test_other_weights_cannot_be_compared(tmp_path, bench, monkeypatch):
+    monkeypatch.setenv("TOY_WEIGHTS", "w1")
+    folder = accepted(tmp_path / "golden", bench)
+    monkeypatch.setenv("TOY_WEIGHTS", "w2")
+    status, said = bench("--baseline", folder)
+    assert status == 1
+    assert "other weights: w1 before, w2 now" in said
+
+
+def test_a_case_that_fails_now_is_newly_failing_and_the_other_way_round_is_better(
+    tmp_path, baseline, bench, monkeypatch
+):
+    angle = str(float(np.sin(0.15 * np.sin(2 * np.pi * 3 / 30 / 2))))  # clip 0, frame 3
+    monkeypatch.setenv("TOY_FAILS", angle)
+    status, said = bench("--baseline", baseline)
+    assert status == 1
+    assert re.search(r"newly failing:\n  toy_learner  intra .*RuntimeError: no idea", said)
+    failing = accepted(tmp_path / "failing", bench)
+    assert bench("--baseline", failing)[0] == 0
+    monkeypatch.delenv("TOY_FAILS")
+    status, said = bench("--baseline", failing)
+    assert status == 1
+    assert re.search(r"better:\n  toy_learner  (intra|cross)  answered +3 -> 5 cases", said)
+
+
+def changed_card(monkeypatch, **changes):
+    """The metric ``position`` with another card, or the first of its values otherwise declared."""
+    from retarget_bench.metrics.position import Position
+
+    card = Position.card
+    first = {name: value for name, value in changes.items() if name != "version"}
+    values = (replace(card.values[0], **first), *card.values[1:])
+    changed = replace(card, version=changes.get("version", card.version), values=values)
+    monkeypatch.setattr(Position, "card", changed)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"version": "7"}, "metric position has version 7, golden rows are of 1"),
+        ({"tolerance": 10.0}, "protocol: tolerance is 10.0, golden rows are of 1e-06"),
+        ({"unit": "heights"}, "protocol: unit is heights, golden rows are of % of height"),
+        ({"better": "higher"}, "protocol: better is higher, golden rows are of lower"),
+        ({"with_self": True}, "protocol: with_self is True, golden rows are of False"),
+    ],
+)
+def test_another_version_or_protocol_is_not_comparable_and_does_not_pass(
+    baseline, bench, monkeypatch, changes, words
+):
+    changed_card(monkeypatch, **changes)
+    status, said = bench("--baseline", baseline)
+    assert status == 1
+    assert words in said
+
+
+def test_other_data_are_not_comparable_and_can_be_accepted(baseline, bench, monkeypatch):
+    from retarget_bench import plan
+    from retarget_bench.spec import Spec
+
+    data = plan.dataset(Spec.parse("toy_cases"))
+    monkeypatch.setattr(data, "content", "toy-2")
+    monkeypatch.setattr(type(data), "cases", fewer(type(data).cases))
+    status, said = bench("--baseline", baseline)
+    assert status == 1
+    assert "the data set is another: toy-1-3 before, toy-2 now" in said
+    assert bench("--baseline", baseline, "--accept", "--because", "new data")[0] == 1
+    assert bench("--baseline", baseline)[0] == 0
+
+
+def fewer(cases):
+    return lambda self, task, split: cases(self, task, split)[1:]
+
+
+# --------------------------------------------------------------------------------- could not measure
+def test_cases_that_are_gone_end_with_two_and_cannot_be_accepted(baseline, bench, monkeypatch):
+    from retarget_bench import plan
+    from retarget_bench.spec import Spec
+
+    before = content(baseline)
+    data = plan.dataset(Spec.parse("toy_cases"))
+    monkeypatch.setattr(type(data), "cases", fewer(type(data).cases))
+    status, said = bench("--baseline", baseline)
+    assert status == 2
+    assert "toy/small>tall/clip 0" in said
+    assert "though the data set claims to hold what it held" in said
+    status, said = bench("--baseline", baseline, "--accept", "--because", "never mind")
+    assert status == 2
+    assert "nothing was accepted" in said
+    assert content(baseline) == before
+
+
+def test_a_data_set_that_breaks_ends_with_two(baseline, bench, monkeypatch):
+    from retarget_bench import plan
+    from retarget_bench.spec import Spec
+
+    def broken(self, info):
+        raise OSError("the disk is gone")
+
+    monkeypatch.setattr(type(plan.dataset(Spec.parse("toy_cases"))), "load", broken)
+    status, said = bench("--baseline", baseline)
+    assert status == 2
+    assert "cannot be loaded: OSError: the disk is gone" in said
+
+
+def test_no_case_at_all_ends_with_two(baseline, bench, tmp_path):
+    status, said = bench("--baseline", baseline, "-d", "toy_cases[clips=0]")
+    assert status == 2
+    assert "has no case to ask methods" in said
+    status, said = bench("--baseline", tmp_path / "new", "--method", "toy_learner", "-d",
+                         "toy_cases[clips=0]", "--accept", "--because", "empty")  # fmt: skip
+    assert status == 2
+    assert not (tmp_path / "new").exists()
+
+
+def test_without_golden_rows_it_ends_with_two_and_says_how_to_make_some(tmp_path, bench):
+    status, said = bench("--baseline", tmp_path / "nothing")
+    assert status == 2
+    assert "--accept --because" in said
+
+
+def test_golden_rows_of_nothing_end_with_two(baseline, bench):
+    facts = json.loads((baseline / "golden.json").read_text())
+    facts |= {"methods": {}, "files": {}, "smoke": {}, "problems": {}}
+    (baseline / "golden.json").write_text(json.dumps(facts))
+    assert bench("--baseline", baseline)[0] == 2
+
+
+def test_a_method_that_is_gone_ends_with_two_until_it_is_forgotten(baseline, bench):
+    more = ("--baseline", baseline, "--accept", "--because")
+    bench(*more, "another", "--method", "toy_method")
+    assert set(golden.read(baseline).methods) == {"toy_learner", "toy_method"}
+    facts = json.loads((baseline / "golden.json").read_text())
+    facts["methods"]["lost_method"] = facts["methods"]["toy_method"]
+    facts["files"]["rows/lost_method.csv"] = facts["files"]["rows/toy_method.csv"]
+    (baseline / "rows" / "lost_method.csv").write_bytes((baseline / "rows/toy_method.csv").read_bytes())
+    (baseline / "golden.json").write_text(json.dumps(facts))
+    status, said = bench("--baseline", baseline)
+    assert status == 2
+    assert "no method is called 'lost_method'" in said
+    status, said = bench(*more, "it was never good", "--forget", "lost_method")
+    assert (status, "lost_method  (forgotten)" in said) == (1, True)
+    assert bench("--baseline", baseline)[0] == 0
+    assert sorted(p.name for p in (baseline / "rows").iterdir()) == ["toy_learner.csv", "toy_method.csv"]
+
+
+def test_a_method_that_answers_nothing_is_no_baseline(tmp_path, bench, monkeypatch):
+    status, said = bench("--baseline", tmp_path / "golden", "--method", "toy_method[does=raise]", "-d",
+                         "toy_cases", "--accept", "--because", "x")  # fmt: skip
+    assert status == 2
+    assert "it answers nothing: failed: RuntimeError: out of ideas" in said
+    assert not (tmp_path / "golden").exists()
+
+
+# --------------------------------------------------------------------------------------------- accept
+def test_accepting_rewrites_logs_and_still_ends_with_one(baseline, bench, monkeypatch):
+    monkeypatch.setenv("TOY_OFF", "0.03")
+    status, said = bench("--baseline", baseline, "--accept", "--because", "feet\nare held now")
+    assert status == 1
+    assert "Accepted, and logged in" in said
+    assert bench("--baseline", baseline)[0] == 0
+    log = (baseline / "CHANGES.md").read_text().splitlines()
+    assert len([line for line in log if line.startswith("- ")]) == 2
+    assert re.fullmatch(
+        r"- \d{4}-\d\d-\d\d: toy_learner \(\d+ worse\).* Because: feet are held now", log[-1]
+    )
+
+
+def test_where_nothing_moved_nothing_is_written(baseline, bench, monkeypatch):
+    before = content(baseline)
+    monkeypatch.setenv("TOY_OFF", "0.02000000001")
+    status, said = bench("--baseline", baseline, "--accept", "--because", "creeping")
+    assert (status, "Nothing to accept" in said) == (0, True)
+    assert content(baseline) == before
+
+
+@pytest.mark.parametrize("arguments", [["--accept"], ["--accept", "--because", " "], ["--because", "why"]])
+def test_accepting_needs_a_reason(baseline, bench, monkeypatch, arguments):
+    before = content(baseline)
+    monkeypatch.setenv("TOY_OFF", "0.03")
+    status, said = bench("--baseline", baseline, *arguments)
+    assert (status, "--because" in said) == (2, True)
+    assert content(baseline) == before
+
+
+def test_all_files_are_replaced_or_none(baseline, bench, monkeypatch):
+    before = content(baseline)
+    monkeypatch.setenv("TOY_OFF", "0.03")
+    write, written = Path.write_text, []
+
+    def disk_full(self, *arguments, **options):
+        if baseline in self.parents:
+            written.append(self)
+            if len(written) == 3:
+                raise OSError(28, "No space left on device")
+        return write(self, *arguments, **options)
+
+    monkeypatch.setattr(Path, "write_text", disk_full)
+    status, said = bench("--baseline", baseline, "--accept", "--because", "full")
+    assert len(written) == 3
+    assert (status, "No space left" in said) == (2, True)
+    assert content(baseline) == before
+
+
+# ---------------------------------------------------------------------------------------------- files
+def edited(folder, name, change):
+    path = folder / name
+    path.write_bytes(change(path.read_bytes()))
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "words"),
+    [
+        ("golden.json", lambda old: old[:100], r"golden\.json: does not hold golden rows, or is damaged"),
+        ("golden.json", lambda old: b"[]", r"golden\.json: does not hold golden rows, or is damaged"),
+        (
+            "golden.json",
+            lambda old: old.replace(b'"schema": 1', b'"schema": 99'),
+            r"golden\.json: has schema 99 .* reads up to 1",
+        ),
+        (
+            "rows/toy_learner.csv",
+            lambda old: old.replace(b"1", b"2", 1),
+            r"toy_learner\.csv: is not the file that golden\.json beside it was written with",
+        ),
+    ],
+)
+def test_damaged_and_newer_files_are_named(baseline, bench, name, change, words):
+    edited(baseline, name, change)
+    status, said = bench("--baseline", baseline)
+    assert status == 2
+    assert re.search(words, said)
+    assert "Traceback" not in said
+
+
+def test_a_missing_file_is_named(baseline, bench):
+    (baseline / "rows" / "toy_learner.csv").unlink()
+    status, said = bench("--baseline", baseline)
+    assert status == 2
+    assert "toy_learner.csv: cannot be read" in said
+
+
+def test_turned_line_ends_change_nothing(baseline, bench):
+    for name in ("golden.json", "rows/toy_learner.csv"):
+        edited(baseline, name, lambda old: old.replace(b"\n", b"\r\n"))
+    assert bench("--baseline", baseline)[0] == 0
+
+
+@pytest.mark.parametrize(("text", "line"), [("row,a\nx,1,2\n", 2), ("row,a\nx,one\n", 2), ("a,b\n", 1)])
+def test_a_table_that_is_none_is_named_with_its_line(text, line):
+    from retarget_bench.check import table
+
+    with pytest.raises(FileError, match=f"^some.csv:{line}: "):
+        table.from_text(Path("some.csv"), text)
+
+
+# -------------------------------------------------------------------------------------------- reports
+def test_the_summary_is_markdown_and_is_appended(baseline, bench, monkeypatch, tmp_path):
+    monkeypatch.setenv("TOY_OFF", "0.03")
+    summary = tmp_path / "summary.md"
+    summary.write_text("before\n")
+    bench("--baseline", baseline, "--summary", summary)
+    lines = summary.read_text().splitlines()
+    assert lines[0] == "before"
+    assert lines[1] == "### bench check: moved"
+    assert any(re.match(r"\| `toy_learner` `intra` `mpjpe_h.world` \| 0\.9\d+ -> ", line) for line in lines)
+    rows = [line for line in lines if line.startswith("| ")]
+    assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {4}
+
+
+def test_what_moved_comes_first_the_gravest_foremost_then_counts():
+    lines = [
+        Line(Mark.UNMEASURED, "", why="no case"),
+        Line(Mark.WORSE, "m|x", "intra", "v", "1", 1.0, 2.0, 9.0, "most <b>"),
+        *(Line(Mark.MOVED, "frozen motions", f"f{n}", "w", "m", 0.0, 1.0, 2.0) for n in range(40)),
+        *(Line(Mark.SAME, "m", "intra", f"s{n}") for n in range(5)),
+    ]
+    said = report.text(lines, 2)
+    at = [said.index(word) for word in ("could not measure:", "worse:", "moved:", "47 rows: 5 same")]
+    assert at == sorted(at)
+    assert "and 20 more (--all shows them): 40 w" in said
+    assert "f39" in report.text(lines, 2, everything=True)
+    written = report.markdown(lines, 2)
+    assert "`m\\|x`" in written
+    assert "&lt;b&gt;" in written
+
+
+@pytest.mark.parametrize(
+    ("marks", "status"),
+    [
+        ([], 2),
+        ([Mark.SAME], 0),
+        *(([Mark.SAME, mark], 1) for mark in Mark if mark not in (Mark.SAME, Mark.UNMEASURED)),
+        ([Mark.UNMEASURED, Mark.WORSE], 2),
+    ],
+)
+def test_exit_statuses(marks, status):
+    assert compare.verdict([Line(mark, "x") for mark in marks]) == status
+
+
+@pytest.mark.parametrize(
+    ("limit", "golden_", "now", "moved"),
+    [
+        (Limit(1e-3, 0.0), 1.0, 1.0009, False),
+        (Limit(1e-3, 0.0), 1.0, 1.0011, True),
+        (Limit(1e-9, 1e-3), 50.0, 50.04, False),
+        (Limit(1e-9, 1e-3), 50.0, 49.94, True),
+        (Limit(1e-3, 1e-3), 0.0, 9e-4, False),
+    ],
+)
+def test_limits(limit, golden_, now, moved):
+    assert (limit.passed(golden_, now) > 1) == moved
+
+
+# ------------------------------------------------------------------------ where it has to work besides
+def test_a_repository_of_its_own_with_a_plugin_file(tmp_path):
+    """As in docs/check.md: the real command, elsewhere, twice."""
+    (tmp_path / "mine.py").write_text((TOYS / "toy_learner.py").read_text().replace("toy_learner", "mine"))
+    files = ["--plugin", "mine.py", "--plugin", TOYS / "toy_cases.py", "--baseline", "golden"]
+    command = [sys.executable, "-m", "retarget_bench", "check", "--method", "mine", "-d", "toy_cases"]
+    environment = os.environ | {"PYTHONPATH": str(ROOT)}
+
+    def run(*more, **changes):
+        done = subprocess.run(
+            [*command, *files, *more],
+            cwd=tmp_path,
+            env=environment | changes,
+            capture_output=True,
+            text=True,
+        )
+        return done.returncode, done.stdout + done.stderr
+
+    assert run("--accept", "--because", "first rows")[0] == 1
+    assert (tmp_path / "golden" / "CHANGES.md").is_file()
+    assert run("--summary", "s.md")[0] == 0
+    assert run("--summary", "s.md", TOY_OFF="0.5")[0] == 1
+    assert re.findall("### bench check: (.*)", (tmp_path / "s.md").read_text()) == ["same", "moved"]
+
+
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_workflows_are_workflows(path):
+    import yaml
+
+    workflow = yaml.safe_load(path.read_text())
+    assert {"push", "pull_request"} <= set(workflow[True])  # YAML reads the key "on" as true
+    for job in workflow["jobs"].values():
+        assert job["runs-on"]
+        assert all(("uses" in step) != ("run" in step) for step in job["steps"])
+
+
+def test_workflows_test_every_python_that_is_promised_and_run_the_gate():
+    import yaml
+
+    ci, check = (yaml.safe_load((ROOT / ".github/workflows" / name).read_text()) for name in
+                 ("ci.yml", "check.yml"))  # fmt: skip
+    assert ci["jobs"]["test"]["strategy"]["matrix"]["python"] == ["3.11", "3.12", "3.13"]
+    steps = [step.get("run", "") for step in ci["jobs"]["test"]["steps"]]
+    assert any(step.startswith("make test") for step in steps)
+    assert 'bench check --summary "$GITHUB_STEP_SUMMARY"' in [
+        step.get("run") for step in check["jobs"]["check"]["steps"]
+    ]
+    assert re.search(r"^test:.* check$", (ROOT / "Makefile").read_text(), re.MULTILINE)

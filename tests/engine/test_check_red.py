@@ -1,0 +1,492 @@
+"""The gate has been seen red: metrics, methods and data broken on purpose, against our golden rows."""
+
+import json
+import shutil
+from dataclasses import fields, replace
+from pathlib import PurePosixPath
+
+import numpy as np
+import pytest
+
+from retarget_bench import registry
+from retarget_bench.api import CaseFeatures, MetricCard, Value
+from retarget_bench.check import compare, frozen, gate, golden, packing, sets, smoke, snapshot
+from retarget_bench.check.compare import Mark
+from retarget_bench.comparison import Comparison
+from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.motion import rotation
+from retarget_bench.motion.character import Character
+
+FOLDER = golden.built_in()
+
+
+def quiet(done, total):
+    pass
+
+
+@pytest.fixture(scope="module")
+def ours():
+    return golden.read(FOLDER)
+
+
+def metrics():
+    missing = []
+    built = snapshot._metrics(snapshot.own_metrics(), missing)
+    assert not missing
+    return built
+
+
+def of_cases():
+    """The metrics that score single cases: those of sets take most of the time."""
+    return [each for each in metrics() if hasattr(each, "compute")]
+
+
+def only(ours, built):
+    """The golden rows of some metrics on frozen motions."""
+    names = {each.card.name for each in built}
+    kept = {value for value, facts in ours.values.items() if facts["metric"] in names}
+    rows = {
+        row: {column: number for column, number in columns.items() if column.split("@")[0] in kept}
+        for row, columns in ours.frozen.items()
+    }
+    return replace(ours, frozen={row: columns for row, columns in rows.items() if columns})
+
+
+def measured(ours, folder=FOLDER, built=None):
+    """What metrics say of the frozen motions now, as a snapshot with nothing else in it."""
+    built = metrics() if built is None else built
+    found = frozen.measure(folder, built, quiet)
+    return replace(
+        ours,
+        metrics={each.card.name: each.card.version for each in built},
+        values=snapshot._value_facts(built) | snapshot._feature_facts(built, found.networks),
+        motions=frozen.hashes(folder),
+        frozen=found.table,
+        failures=found.failures,
+        methods={},
+    )
+
+
+# ------------------------------------------------------------------------------------ what golden rows are
+def test_the_gate_is_green(ours):
+    lines = compare.compare(ours, measured(ours))
+    assert compare.verdict(lines) == 0
+    assert len(lines) > 1000
+
+
+def test_every_value_of_every_built_in_metric_is_guarded(ours):
+    measured_ = {column.split("@")[0] for row in ours.frozen.values() for column in row}
+    declared = {value.id for metric in metrics() for value in metric.card.values}
+    assert {name for name in measured_ if not name.endswith(".features")} == declared
+
+
+def test_frozen_numbers_are_what_their_faults_say(ours):
+    off = np.array([0.03, 0.02, -0.05])
+    shifted = ours.frozen["intra_walk/shifted"]
+    case = frozen.read(FOLDER / "frozen" / "intra_walk.npz").case
+    assert shifted["mpjpe_m"] == pytest.approx(np.linalg.norm(off), rel=1e-6)
+    assert shifted["mpjpe_h.world"] == pytest.approx(
+        100 * np.linalg.norm(off) / case.target.height, rel=1e-6
+    )
+    assert shifted["root_path.vertical"] == pytest.approx(100 * 0.02 / case.target.height, rel=1e-5)
+    assert shifted["mpjpe_h.root"] == pytest.approx(0, abs=1e-5)
+    exact = ours.frozen["intra_walk/exact"]
+    assert max(exact[name] for name in ("mpjpe_m", "san_code", "rotation.world", "acc")) < 1e-12
+    turned = ours.frozen["intra_walk/turned"]
+    assert turned["rotation.local"] == pytest.approx(7.0, rel=1e-5)
+    sliding = ours.frozen["intra_walk/sliding"]
+    assert sliding["foot_slide"] - exact["foot_slide"] == pytest.approx(0.4, abs=0.05)
+    longer = ours.frozen["intra_walk/longer"]
+    assert longer["acceleration_ratio"] == pytest.approx(1.03, rel=1e-6)
+    assert "rotation.local" not in longer
+    assert "mpjpe_m" not in ours.frozen["intra_walk/shifted, no answer"]
+
+
+def test_the_smoke_split_shows_every_structure_on_both_sides(ours):
+    data = registry.create("datasets", ours.dataset["spec"])
+    bodies = data.characters()
+    cases = [case for split in ours.smoke.values() for case in split]
+    assert 12 <= len(cases) <= 20
+    pairs = [case.split("/")[1].split(">") for case in cases]
+    for side in (0, 1):
+        assert {bodies[pair[side]].structure for pair in pairs} == {b.structure for b in bodies.values()}
+    assert len({case.split("/")[2].rsplit("-", 1)[0] for case in cases}) >= 8
+    for split, chosen in ours.smoke.items():
+        assert [info.id for info in smoke.choose(data, data.cases("retarget", split))] == chosen
+
+
+def test_the_origin_of_every_frozen_motion_stands_beside_it():
+    text = (FOLDER / "frozen" / "README.md").read_text(encoding="utf-8")
+    for path in sorted((FOLDER / "frozen").glob("*.npz")):
+        held = frozen.read(path)
+        assert f"`{path.name}`" in text
+        assert held.origin in text
+        assert all(f"`{name}`: " in text for name in held.predictions)
+
+
+# -------------------------------------------------------------------------------------- broken metrics
+def of(cls, name, change):
+    """Replaces a property of Comparison (or of anything else) by something made from what it gives."""
+    before = vars(cls)[name]
+    get = before.func if hasattr(before, "func") else before.fget
+    return cls, name, property(lambda self: change(self, get(self)))
+
+
+def computed(metric, change):
+    """Replaces what a metric gives."""
+    cls = type(next(each for each in metrics() if each.card.name == metric))
+    before = cls.compute
+    return cls, "compute", lambda self, comparison: change(dict(before(self, comparison)), comparison)
+
+
+def scaled(value, by):
+    return lambda values, comparison: values | ({value: values[value] * by} if value in values else {})
+
+
+def nan(values, comparison):
+    return values | {"mpjpe_h.world": float("nan")}
+
+
+def median(values, comparison):
+    return values | (
+        {"mpjpe_m": float(np.median(comparison.distances[:, comparison.joints]))} if values else {}
+    )
+
+
+def forgotten(values, comparison):
+    values.pop("contact_precision", None)
+    return values
+
+
+def raises(values, comparison):
+    raise ZeroDivisionError("nothing to divide by")
+
+
+METRICS = {
+    "axis swapped": lambda: of(Comparison, "predicted", lambda c, p: p[..., [0, 2, 1]]),
+    "axis mirrored": lambda: of(Comparison, "predicted", lambda c, p: p * [-1.0, 1.0, 1.0]),
+    "root dropped": lambda: of(Comparison, "predicted", lambda c, p: p - p[:, :1]),
+    "one frame off": lambda: of(Comparison, "predicted", lambda c, p: np.roll(p, 1, axis=0)),
+    "cm for m": lambda: computed("position", scaled("mpjpe_m", 100.0)),
+    "NaN": lambda: computed("position", nan),
+    "squared": lambda: of(Comparison, "distances", lambda c, d: None if d is None else d**2),
+    "wrong height": lambda: of(Character, "height", lambda c, h: c.measures.h4),
+    "root joint left out": lambda: of(Comparison, "joints", lambda c, j: j[1:]),
+    "median for mean": lambda: computed("position", median),
+    "radians for degrees": lambda: computed("rotation", scaled("rotation.local", np.pi / 180)),
+    "a value forgotten": lambda: computed("contact", forgotten),
+    "an error raised": lambda: computed("slide", raises),
+    "a millionth more": lambda: computed("smoothness", scaled("jerk", 1 + 1e-6)),
+    "frames per second taken for 30.03": lambda: computed("smoothness", scaled("acc", 1.002)),
+    "covariance left out": lambda: (
+        type(next(each for each in metrics() if each.card.name == "fid")),
+        "value",
+        lambda self, name, real, generated: float(
+            np.sum((real.features.mean(axis=0) - generated.features.mean(axis=0)) ** 2)
+        ),
+    ),
+    "recall and precision exchanged": lambda: computed(
+        "contact",
+        lambda v, c: (
+            v | {"contact_recall": v["contact_precision"], "contact_precision": v["contact_recall"]}
+            if "contact_recall" in v
+            else v
+        ),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_a_broken_metric_is_seen(ours, monkeypatch, name):
+    built = metrics() if name == "covariance left out" else of_cases()
+    cls, attribute, broken = METRICS[name]()
+    monkeypatch.setattr(cls, attribute, broken)
+    lines = compare.compare(only(ours, built), measured(ours, built=built))
+    assert compare.verdict(lines) == 1
+    marks = {line.mark for line in lines} - {Mark.SAME}
+    fails = name in ("NaN", "a value forgotten", "an error raised")
+    lost = {Mark.FAILING} if name == "root joint left out" else set()  # its own number is gone
+    assert marks == ({Mark.FAILING} if fails else {Mark.MOVED} | lost)
+    if name == "an error raised":
+        assert any("ZeroDivisionError: nothing to divide by" in line.why for line in lines)
+
+
+class Width:
+    """A metric of sets: windows of ten frames, whose features are how wide and high hands are."""
+
+    card = MetricCard("width", "toy", "1", (Value("width", "w", "m", "m", "lower", "f", "s"),))
+    hash = "network 1"
+    bias = 0.0
+
+    def network(self, target):
+        if target.structure == "dog21":
+            raise NotSupported("no network for dogs")
+        return self.hash
+
+    def features(self, comparison):
+        self.network(comparison.target)
+        sides = [
+            (p[: len(p) // 10 * 10].reshape(-1, 10, *p.shape[1:]).mean(axis=1)).std(axis=1) + self.bias
+            for p in (comparison.predicted, comparison.expected)
+        ]
+        return CaseFeatures(*sides, speed=np.ones(len(sides[0])))
+
+    def value(self, value_id, real, generated):
+        return float(np.abs(real.features).mean() - np.abs(generated.features).mean())
+
+
+def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions(ours):
+    metric = Width()
+    before = measured(ours, built=[metric])
+    clouds = before.frozen["clouds/one way"]["width"], before.frozen["clouds/the other"]["width"]
+    assert clouds[0] == -clouds[1] != 0
+    assert {"width.features@generated", "width.features@real"} <= set(before.frozen["stairs/sunk"])
+    assert "width.features@generated" not in before.frozen["self_dog/late"]
+    assert compare.verdict(compare.compare(before, measured(ours, built=[metric]))) == 0
+    metric.bias = 1e-5
+    assert compare.verdict(compare.compare(before, measured(ours, built=[metric]))) == 0
+    metric.bias = 1e-2
+    moved = [x for x in compare.compare(before, measured(ours, built=[metric])) if x.mark is not Mark.SAME]
+    assert {(x.mark, x.value) for x in moved} == {(Mark.MOVED, "width.features")}
+    metric.hash = "network 2"
+    moved = [x for x in compare.compare(before, measured(ours, built=[metric])) if x.mark is not Mark.SAME]
+    assert {(x.mark, x.value) for x in moved} == {(Mark.INCOMPARABLE, "width.features")}
+    assert all("network 1" in line.why and "network 2" in line.why for line in moved)
+
+
+def test_clouds_are_the_same_for_ever():
+    """Drawn from raw bits by plain arithmetic; so are the numbers here."""
+    first, second = sets.clouds()
+    assert first.features[0, 0] == pytest.approx(-0.02456136716623014, abs=1e-15)
+    assert second.features[-1, -1] == pytest.approx(0.1336124997505529, abs=1e-15)
+    assert abs(first.features.mean()) < 0.05
+    assert first.features.std() == pytest.approx(np.sqrt(4 / 12), rel=0.02)
+
+
+def test_another_threshold_of_contacts_is_seen(ours, monkeypatch):
+    from retarget_bench import comparison
+
+    before = comparison.planted
+    monkeypatch.setattr(comparison, "planted", lambda p, h, fps: before(p, 1.1 * h, fps))
+    assert compare.verdict(compare.compare(only(ours, of_cases()), measured(ours, built=of_cases()))) == 1
+
+
+def test_rounding_of_another_processor_is_not_seen(ours, monkeypatch):
+    """Every place is moved by some units in the last digit."""
+    random = np.random.default_rng(5)
+    cls, attribute, shaken = of(
+        Comparison, "predicted", lambda c, p: p * (1 + 4e-16 * random.integers(-1, 2, size=p.shape))
+    )
+    monkeypatch.setattr(cls, attribute, shaken)
+    assert compare.verdict(compare.compare(only(ours, of_cases()), measured(ours, built=of_cases()))) == 0
+
+
+# --------------------------------------------------------------------------- broken methods and data
+def checked(*methods):
+    return gate.check(FOLDER, methods, None, quiet)
+
+
+def test_the_methods_are_green():
+    found = checked("copy_rotations", "reference")
+    assert found.verdict == 0
+    assert {line.subject for line in found.lines} == {"copy_rotations", "reference"}
+
+
+def answer(change):
+    """Replaces what copy_rotations answers."""
+    from retarget_bench.methods.copy_rotations import CopyRotations
+
+    before = CopyRotations.retarget
+
+    def broken(self, source, target, *, context):
+        return change(before(self, source, target, context=context), source, target)
+
+    return CopyRotations, "retarget", broken
+
+
+def exchanged(motion, source, target):
+    """What the left side should do the right side does, and the other way round."""
+    twin = list(range(len(target.skeleton)))
+    for role, joint in target.joint_of.items():
+        other = {"left": "right", "right": "left"}.get(role.split("_")[0])
+        twin[joint] = target.joint_of.get(f"{other}_{role.split('_', 1)[-1]}", joint)
+    return replace(motion, rotations=motion.rotations[:, twin])
+
+
+def noisy(motion, source, target):
+    random = np.random.default_rng(3)
+    return replace(motion, root=motion.root + 0.001 * random.standard_normal(motion.root.shape))
+
+
+def rested(motion, source, target):
+    """As if the source's rest pose were the target's."""
+    rotations = motion.rotations.copy()
+    shared = [
+        (target.joint_of[role], source.character.joint_of[role])
+        for role in target.joint_of.keys() & source.character.joint_of.keys()
+    ]
+    ours, theirs = (list(side) for side in zip(*shared, strict=True))
+    rotations[:, ours] = source.rotations[:, theirs]
+    return replace(motion, rotations=rotations)
+
+
+BROKEN = {
+    "frozen": lambda m, s, t: m.at(np.zeros(m.frames, dtype=int)),
+    "root not scaled": lambda m, s, t: replace(m, root=s.root),
+    "left and right exchanged": exchanged,
+    "one frame late": lambda m, s, t: m.at(np.maximum(np.arange(m.frames) - 1, 0)),
+    "a millimetre of noise": noisy,
+    "rest poses taken for alike": rested,
+    "a tenth of a millimetre up": lambda m, s, t: replace(m, root=m.root + np.array([0.0, 1e-4, 0.0])),
+    "a degree more of the head": lambda m, s, t: replace(m, rotations=nodding(m, t)),
+}
+
+
+def nodding(motion, target):
+    rotations = motion.rotations.copy()
+    head = target.joint_of["head"]
+    by = rotation.from_rotation_vector(np.array([np.radians(1.0), 0.0, 0.0]))
+    rotations[:, head] = rotation.multiply(rotations[:, head], by)
+    return rotations
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_method_is_seen(monkeypatch, name):
+    monkeypatch.setattr(*answer(BROKEN[name]))
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    assert {line.mark for line in found.lines} & {Mark.WORSE, Mark.BETTER}
+
+
+@pytest.mark.parametrize("wrong", ["nan", "short", "raise"])
+def test_a_method_that_fails_is_newly_failing(monkeypatch, wrong):
+    def failing(motion, source, target):
+        if wrong == "raise":
+            raise RuntimeError("out of ideas")
+        return motion.at(slice(1, None)) if wrong == "short" else replace(motion, root=motion.root * np.nan)
+
+    monkeypatch.setattr(*answer(failing))
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    assert {line.mark for line in found.lines} == {Mark.FAILING}
+
+
+def test_a_method_that_moves_less_than_its_tolerance_is_the_same(monkeypatch):
+    drift = np.array([1e-10, 1e-10, -1e-10])
+    monkeypatch.setattr(*answer(lambda m, s, t: replace(m, root=m.root + drift)))
+    assert checked("copy_rotations").verdict == 0
+
+
+def test_self_pairs_that_slip_into_intra_are_seen(monkeypatch):
+    Puppets = type(registry.create("datasets", "puppets"))
+    cases = Puppets.cases
+
+    def slipped(self, task, split):
+        more = cases(self, task, "self") if split == "intra" else []
+        return [*cases(self, task, split), *(replace(info, split="intra") for info in more)]
+
+    monkeypatch.setattr(Puppets, "cases", slipped)
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    (line,) = (line for line in found.lines if line.mark is not Mark.SAME)
+    assert (line.mark, line.where) == (Mark.INCOMPARABLE, "intra")
+
+
+def test_self_pairs_that_a_mean_pools_are_seen(monkeypatch):
+    """Every value is averaged as legacy protocols are, while the cards say that it is not."""
+    write = smoke.records.write_results
+
+    def pooled(place, header, entries, infos):
+        values = {name: facts | {"with_self": True} for name, facts in header["values"].items()}
+        write(place, header | {"values": values}, entries, infos)
+
+    monkeypatch.setattr(smoke.records, "write_results", pooled)
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    moved = [line for line in found.lines if line.mark is not Mark.SAME]
+    assert {line.where for line in moved} == {"intra"}
+    assert "san_code" not in {line.value for line in moved}
+
+
+def test_a_case_less_cannot_be_measured(monkeypatch, ours):
+    Puppets = type(registry.create("datasets", "puppets"))
+    cases, lost = Puppets.cases, ours.smoke["cross"][0]
+    monkeypatch.setattr(
+        Puppets, "cases", lambda self, t, s: [info for info in cases(self, t, s) if info.id != lost]
+    )
+    found = checked("copy_rotations")
+    assert found.verdict == 2
+    with pytest.raises(BenchError, match="nothing was accepted"):
+        gate.accept(FOLDER, found, "never mind")
+
+
+def test_another_generator_is_told_as_such(monkeypatch):
+    Puppets = type(registry.create("datasets", "puppets"))
+    monkeypatch.setattr(Puppets, "content", "puppets generator 99")
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    assert {line.mark for line in found.lines} == {Mark.INCOMPARABLE}
+    assert all("puppets generator 99 now" in line.why for line in found.lines)
+
+
+# ------------------------------------------------------------------------------------ frozen motions
+@pytest.fixture
+def copied(tmp_path, monkeypatch):
+    """Our golden rows, but of one method only."""
+    shutil.copytree(FOLDER, tmp_path / "golden")
+    facts = json.loads((tmp_path / "golden" / "golden.json").read_text(encoding="utf-8"))
+    facts["methods"] = {"rest_pose": facts["methods"]["rest_pose"]}
+    (tmp_path / "golden" / "golden.json").write_text(json.dumps(facts), encoding="utf-8")
+    monkeypatch.setattr(smoke, "default_methods", list)
+    return tmp_path / "golden"
+
+
+def test_a_damaged_frozen_motion_is_named_and_cannot_be_measured(copied):
+    path = copied / "frozen" / "stairs.npz"
+    path.write_bytes(path.read_bytes()[:5000])
+    found = gate.check(copied, (), None, quiet)
+    assert found.verdict == 2
+    assert any(line.why.startswith(f"{path}: is not a file of frozen motions") for line in found.lines)
+
+
+def test_another_frozen_motion_is_told_as_such(copied, ours):
+    held = frozen.read(copied / "frozen" / "stairs.npz")
+    moved = {name: replace(each, root=each.root + 1.0) for name, each in held.predictions.items()}
+    frozen.write(copied / "frozen", replace(held, predictions=moved))
+    lines = [x for x in compare.compare(ours, measured(ours, copied)) if x.mark is not Mark.SAME]
+    assert {(line.mark, line.where.split("/")[0]) for line in lines} == {(Mark.INCOMPARABLE, "stairs")}
+
+
+def test_no_frozen_motion_cannot_be_measured(copied):
+    for path in (copied / "frozen").glob("*.npz"):
+        path.unlink()
+    found = gate.check(copied, (), None, quiet)
+    assert found.verdict == 2
+
+
+def test_what_is_packed_is_what_is_read(tmp_path):
+    held = frozen.read(FOLDER / "frozen" / "stairs.npz")
+    frozen.write(tmp_path, held)
+    again = frozen.read(tmp_path / "stairs.npz")
+    assert again.case.info == held.case.info
+    assert again.case.target is again.case.reference.character
+    assert [f.name for f in fields(again.case)] == [f.name for f in fields(held.case)]
+    np.testing.assert_array_equal(again.case.ground.heights, held.case.ground.heights)
+    np.testing.assert_array_equal(again.case.contacts.planted, held.case.contacts.planted)
+    np.testing.assert_allclose(np.linalg.norm(again.case.source.rotations, axis=-1), 1, atol=1e-15)
+    for name, prediction in held.predictions.items():
+        np.testing.assert_allclose(again.predictions[name].positions, prediction.positions, atol=1e-6)
+
+
+def test_a_file_of_a_newer_version_or_of_something_else_is_refused(tmp_path):
+    np.savez(tmp_path / "new.npz", tree=np.array('{"schema": 9, "thing": null}'))
+    with pytest.raises(FileError, match=r"new\.npz: has schema 9 .* reads up to 1"):
+        packing.read(tmp_path / "new.npz")
+    np.savez(tmp_path / "odd.npz", tree=np.array('{"schema": 1, "thing": {"is": "Os", "fields": {}}}'))
+    with pytest.raises(FileError, match=r"odd\.npz: holds something that this version cannot build: 'Os'"):
+        packing.read(tmp_path / "odd.npz")
+    np.savez(tmp_path / "none.npz", x=np.zeros(3))
+    with pytest.raises(FileError, match=r"none\.npz: is not a file of frozen motions"):
+        packing.read(tmp_path / "none.npz")
+    with pytest.raises(BenchError, match="a PurePosixPath cannot be stored"):
+        packing.write(tmp_path / "path.npz", {"where": PurePosixPath("x")})

@@ -1,0 +1,181 @@
+"""Protocols beside each other: factors worked out by hand, and those that must be exact."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import explain, records
+from retarget_bench.api import PROTOCOL, CaseInfo, MetricCard
+from retarget_bench.cli import main
+from retarget_bench.errors import BenchError
+from retarget_bench.records import Entry, Place, Results
+from retarget_bench.registry import create
+from retarget_bench.spec import Spec
+
+FACTS = {
+    "error": "distance",
+    "divided by": "h",
+    "joints": "native",
+    "placed": "world",
+    "frames": "all",
+    "self pairs": "apart",
+}
+BUILT_IN = ("position", "papers", "nkn", "procrustes")
+
+
+def declared(unit: str = "1", *, with_self: bool = False, **facts: str) -> dict:
+    return {
+        "label": "x", "unit": unit, "better": "lower", "goal": 1.0, "index": "", "meaning": "",
+        "tolerance": 0.0, "formula": "", "with_self": with_self, "protocol": {**FACTS, **facts},
+    }  # fmt: skip
+
+
+VALUES = {
+    "metres": declared("m", **{"divided by": "1"}),
+    "mpjpe_h.world": declared("% of height"),
+    "centimetres": declared("cm", **{"divided by": "1"}),
+    "squared": declared("m", error="squared distance", **{"divided by": "1"}),
+    "pooled": declared("m", with_self=True, **{"divided by": "1", "self pairs": "in intra"}),
+    "elsewhere": {**declared(), "protocol": {}},
+}
+
+
+def results(split: str, numbers: dict[tuple[str, str], float], height: float = 2.0) -> Results:
+    """One method whose error in metres is given for every (pair, clip)."""
+    infos, entries = {}, []
+    for (pair, clip), metres in numbers.items():
+        source, target = pair.split(">")
+        info = CaseInfo(f"data/{pair}/{clip}", "retarget", split, source, target, clip, "", 10)
+        infos[info.id] = info
+        values = {
+            "metres": metres,
+            "mpjpe_h.world": 100 * metres / height,
+            "centimetres": 100 * metres,
+            "squared": metres**2,
+            "pooled": metres,
+            "elsewhere": 1.0,
+        }
+        entries.append(Entry(info.id, "ok", values=values))
+    place = Place(Path("runs"), "data", "retarget", split, "mine")
+    header = {"values": VALUES, "method": {"label": "mine"}, "dataset": {"label": "data"}}
+    return Results(place, header, entries, infos)
+
+
+INTRA = {("a>b", "x"): 0.1, ("b>a", "x"): 0.3, ("a>b", "y"): 0.4}
+
+
+def factor(found: explain.Explanation, first: str, second: str) -> explain.Factor:
+    return next(f for f in found.factors if (f.first, f.second) == (first, second))
+
+
+def test_factors_by_hand() -> None:
+    found = explain.explain(results("intra", INTRA))
+    assert found.readings[0].id == "mpjpe_h.world"
+    assert "elsewhere" not in [reading.id for reading in found.readings]
+    metres = next(reading for reading in found.readings if reading.id == "metres")
+    assert metres.value == pytest.approx((0.2 + 0.4) / 2)  # clip x: two pairs, clip y: one
+    exact = factor(found, "metres", "centimetres")
+    assert exact.constant
+    assert exact.usual == pytest.approx(100.0)
+    assert exact.reasons == ("unit: m against cm",)
+    square = factor(found, "metres", "squared")
+    assert not square.constant
+    assert square.usual == pytest.approx(0.3)  # the median of the distances themselves
+    assert (square.low, square.high) == pytest.approx(tuple(np.quantile([0.1, 0.3, 0.4], [0.05, 0.95])))
+    assert square.means == pytest.approx(((0.01 + 0.09) / 2 + 0.16) / 2 / 0.3)
+    assert square.reasons == ("error: distance against squared distance",)
+    assert len(found.factors) == 10  # each pair of five protocols
+
+
+def test_self_pairs_move_the_mean_and_no_case() -> None:
+    selves = results("self", {("a>a", "x"): 0.0, ("b>b", "y"): 0.0})
+    found = explain.explain(results("intra", INTRA), selves)
+    pooled = factor(found, "metres", "pooled")
+    assert pooled.constant
+    assert pooled.usual == pytest.approx(1.0)
+    assert pooled.means == pytest.approx(((0.4 / 3) + 0.2) / 2 / 0.3)
+    assert pooled.reasons == ("self pairs: apart against in intra",)
+    alone = explain.explain(selves)
+    assert all(f.usual is None for f in alone.factors)
+    assert "is 0 in every case" in explain.text(alone, alone.factors)
+
+
+def test_between_all_and_unknown_protocols() -> None:
+    found = explain.explain(results("intra", INTRA))
+    first = explain.chosen(found, (), every=False)
+    assert {f.first for f in first} == {"mpjpe_h.world"}
+    assert len(first) == 4
+    assert len(explain.chosen(found, (), every=True)) == 10
+    (one,) = explain.chosen(found, ("squared", "metres"), every=False)
+    assert (one.first, one.second) == ("metres", "squared")
+    with pytest.raises(BenchError, match=r"no protocol .mpjpe. here; it has mpjpe_h\.world, metres"):
+        explain.chosen(found, ("mpjpe",), every=False)
+
+
+def test_results_without_protocols_say_what_to_do() -> None:
+    old = results("intra", INTRA)
+    bare = {id_: {k: v for k, v in value.items() if k != "protocol"} for id_, value in VALUES.items()}
+    with pytest.raises(BenchError, match="score them again"):
+        explain.explain(Results(old.place, {**old.header, "values": bare}, old.entries, old.cases))
+
+
+@pytest.mark.parametrize("name", BUILT_IN)
+def test_built_in_protocols_are_told_apart_by_what_they_declare(name: str) -> None:
+    """Every value in heights, centimetres or metres that is an error of places declares every fact."""
+    card: MetricCard = create("metrics", Spec.parse(name)).card
+    for value in card.values:
+        if value.protocol:
+            assert set(value.protocol) == set(PROTOCOL), value.id
+            assert (value.protocol["self pairs"] == "in intra") == value.with_self, value.id
+
+
+def test_no_two_built_in_protocols_declare_the_same() -> None:
+    found = [value for name in BUILT_IN for value in create("metrics", Spec.parse(name)).card.values]
+    facts = [(*value.protocol.values(), value.unit) for value in found if value.protocol]
+    assert len(facts) == len(set(facts)) >= 17
+
+
+# ------------------------------------------------------------------------------------- on real results
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    out = tmp_path_factory.mktemp("explained")
+    with pytest.raises(SystemExit) as stop:
+        main(["run", "copy_rotations", "-s", "intra", "--out", str(out)])
+    assert stop.value.code == 0
+    return out
+
+
+def test_what_must_be_exact_is_exact_on_puppets(run: Path) -> None:
+    """The squared coordinate is a third of the squared distance; metres and heights differ by the body."""
+    (place,) = records.find_results(run)
+    found = explain.explain(records.read_results(place))
+    third = factor(found, "san_code_noself", "sqdist_h2")
+    assert third.constant
+    assert third.usual == pytest.approx(3.0, rel=1e-7)
+    assert "error: squared coordinate against squared distance" in third.reasons
+    assert not factor(found, "mpjpe_h.world", "mpjpe_m").constant
+    assert not factor(found, "mpjpe_h.world", "mpjpe_h.root").constant
+
+
+def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    def said(*arguments: str) -> tuple[int, str]:
+        with pytest.raises(SystemExit) as stop:
+            main(["explain", str(run), *arguments])
+        out, err = capsys.readouterr()
+        return int(stop.value.code or 0), out + err
+
+    code, out = said("--between", "san_code_noself,sqdist_h2")
+    assert (code, out.count("->")) == (0, 1)
+    assert "san_code_noself -> sqdist_h2: x 3 in every case" in out
+    code, out = said("-f", "md", "--all")
+    assert code == 0
+    assert "| `san_code_noself` | `sqdist_h2` | x 3 in every case |" in out
+    code, out = said("-m", "copy_rotation")
+    assert code == 2
+    assert "there are copy_rotations on intra" in out
+    code, out = said("--between", "mpjpe")
+    assert code == 2
+    assert "no protocol 'mpjpe'" in out

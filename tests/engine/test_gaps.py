@@ -1,0 +1,225 @@
+"""Cells of tables: marks that agree with rankings, and why there is no number where there is none."""
+
+import random
+
+import pytest
+from stored import VALUES, changed, store
+
+from retarget_bench import records, rendering, summary, table
+from retarget_bench.cells import FAILED, NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
+from retarget_bench.grouping import ABSENT, STALE
+
+WORLD = {"mpjpe_h.world": 1.0}
+
+
+def cells_of(places, columns, split="intra") -> dict:
+    """Method -> its cells on a split."""
+    (made,) = table.tables(summary.sections(places), columns)
+    (group,) = (group for group in made.groups if group.split == split)
+    return {row.label: row.cells for row in group.rows} | {"table": made, "group": group}
+
+
+def needing(**needs) -> dict:
+    return {key: value | {"needs": needs.get(key, ["reference"])} for key, value in VALUES.items()}
+
+
+def test_a_value_that_needs_what_predictions_lack_is_not_applicable_and_says_what(tmp_path):
+    values = needing(ratio=["reference", "rotations"])
+    whole = store(tmp_path, "intra", "whole", [("a>b", "c1", {**WORLD, "ratio": 1.0})])
+    points = store(tmp_path, "intra", "points", [("a>b", "c1", WORLD)])
+    found = cells_of([changed(p, values=values) for p in (whole, points)], ["mpjpe_h.world", "ratio"])
+    cell = found["points"][1]
+    assert (cell.text, cell.value) == (NOT_APPLICABLE, None)
+    assert cell.reason == "needs rotations, which these cases or predictions lack"
+    assert found["table"].footnotes[cell.footnote - 1] == cell.reason
+
+
+def test_an_undefined_value_says_so(tmp_path):
+    there = store(tmp_path, "intra", "there", [("a>b", "c1", {**WORLD, "ratio": 1.0})])
+    still = store(tmp_path, "intra", "still", [("a>b", "c1", WORLD)])
+    found = cells_of([changed(p, values=needing()) for p in (there, still)], ["mpjpe_h.world", "ratio"])
+    assert found["still"][1].text == NOT_APPLICABLE
+    assert found["still"][1].reason == "undefined on all of these cases"
+
+
+@pytest.mark.parametrize(
+    ("status", "kind"),
+    [("failed", FAILED), ("invalid", FAILED), ("unsupported", NOT_APPLICABLE), ("missing", NOT_RUN)],
+)
+def test_a_method_that_answered_nothing(tmp_path, status, kind):
+    good = store(tmp_path, "intra", "good", [("a>b", "c1", WORLD)])
+    none = store(tmp_path, "intra", "none", [("a>b", "c1", status)])
+    found = cells_of([good, none], ["mpjpe_h.world"])
+    assert [cell.text for cell in found["none"]] == [kind]
+    (problem,) = found["table"].problems
+    assert (problem.label, problem.status, problem.message) == ("none", status, "because | of it")
+
+
+def test_where_every_method_failed_the_columns_are_there_all_the_same(tmp_path):
+    place = store(tmp_path, "intra", "none", [("a>b", "c1", "failed")])
+    found = cells_of([place], ["mpjpe_h.world", "ratio"])
+    assert [cell.text for cell in found["none"]] == [FAILED, FAILED]
+
+
+def test_a_method_that_ran_elsewhere_only_is_told(tmp_path):
+    both = [store(tmp_path, split, "both", [("a>b", "c1", WORLD)]) for split in ("intra", "cross")]
+    one = store(tmp_path, "cross", "one", [("a>b", "c1", WORLD)])
+    found = cells_of([*both, one], ["mpjpe_h.world"])
+    assert [cell.text for cell in found["one"]] == [NOT_RUN]
+    row = found["group"].unranked[-1]
+    assert (row.label, row.mark, row.n) == ("one", ABSENT, "0")
+
+
+def test_methods_of_another_data_set_are_told_too(tmp_path):
+    here = store(tmp_path / "a", "intra", "here", [("a>b", "c1", WORLD)])
+    there = store(tmp_path / "b", "intra", "there", [("a>b", "c1", WORLD)])
+    dataset = {"label": "more data", "content": "c9", "notes": []}
+    one, two = table.tables(summary.sections([here, changed(there, dataset=dataset)]), ["mpjpe_h.world"])
+    assert (one.title, two.title) == ("data", "more data")
+    assert [row.label for row in one.groups[0].unranked] == ["there"]
+    assert [row.label for row in two.groups[0].unranked] == ["here"]
+
+
+def test_metrics_that_were_not_computed_are_not_run(tmp_path):
+    values = {key: value | {"metric": key.split(".")[0]} for key, value in VALUES.items()}
+    less = {key: value for key, value in values.items() if key != "ratio"}
+    all_ = store(tmp_path, "intra", "all", [("a>b", "c1", {**WORLD, "ratio": 1.0})])
+    some = store(tmp_path, "intra", "some", [("a>b", "c1", WORLD)])
+    changed(all_, values=values, metrics={"mpjpe_h": "1+a", "ratio": "1+a"}, date="2026-01-01")
+    changed(some, values=less, metrics={"mpjpe_h": "1+a"}, date="2026-01-01")
+    cell = cells_of([all_, some], ["mpjpe_h.world", "ratio"])["some"][1]
+    assert (cell.text, "ratio" in cell.reason, "bench score" in cell.reason) == (NOT_RUN, True, True)
+
+
+def test_numbers_of_an_older_metric_and_of_older_data_stay_out(tmp_path):
+    numbers = [("a>b", "c1", {**WORLD, "ratio": 1.0})]
+    values = {key: value | {"metric": key.split(".")[0]} for key, value in VALUES.items()}
+    places = {name: store(tmp_path, "intra", name, numbers) for name in ("new", "metric", "data", "code")}
+    new = {"values": values, "date": "2026-01-02"}
+    changed(places["new"], metrics={"mpjpe_h": "2+bb", "ratio": "1+aa"}, **new)
+    changed(places["code"], metrics={"mpjpe_h": "2+cc", "ratio": "1+aa"}, **new)
+    old = new | {"date": "2026-01-01"}
+    changed(places["metric"], metrics={"mpjpe_h": "1+aa", "ratio": "1+aa"}, **old)
+    dataset = {"label": "data", "content": "c0", "notes": []}
+    changed(places["data"], metrics={"mpjpe_h": "2+bb", "ratio": "1+aa"}, dataset=dataset, **old)
+    found = cells_of(places.values(), ["mpjpe_h.world", "ratio"])
+    assert [cell.text for cell in found["metric"]] == [OTHER_VERSION, "1.00"]
+    assert "mpjpe_h 1" in found["metric"][0].reason
+    assert "mpjpe_h 2" in found["metric"][0].reason
+    assert [cell.text for cell in found["data"]] == [OTHER_VERSION] * 2
+    assert [row.label for row in found["group"].unranked if row.mark == STALE] == ["data"]
+    assert found["code"][0].value == found["new"][0].value == 1.0
+    notes = " ".join(found["table"].notes)
+    assert "c0" in notes
+    assert "mpjpe_h. bench score" in notes  # other code under the same version is told
+
+
+def test_values_that_pool_self_pairs_say_why_they_are_missing(tmp_path):
+    place = store(tmp_path, "intra", "m", [("a>b", "c1", {"pooled": 4.0, **WORLD})])
+    other = store(tmp_path, "intra", "n", [("a>b", "c1", {"pooled": 4.0, **WORLD})])
+    own = store(tmp_path, "self", "n", [("a>a", "c1", {"pooled": 0.0, **WORLD})])
+    cell = cells_of([place, other, own], ["pooled"])["m"][0]
+    assert (cell.text, "self split" in cell.reason) == (NOT_RUN, True)
+
+
+def test_columns_that_no_case_has_are_named_below(tmp_path):
+    place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", {"ratio": 1.0})]), values=needing())
+    found = cells_of([place], ["ratio", "mpjpe_h.world"])
+    assert [column.id for column in found["group"].columns] == ["ratio"]
+    (sentence,) = found["group"].absent
+    assert sentence.startswith("intra: not shown are world")
+
+
+def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):
+    timed = store(tmp_path, "intra", "timed", [("a>b", "c1", WORLD)])
+    timed.timing.write_text("case,frames,seconds\nx,100,2\n")
+    idle = store(tmp_path, "intra", "idle", [("a>b", "c1", WORLD)])
+    away = store(tmp_path, "intra", "away", [("a>b", "c1", WORLD)], origin="predictions made elsewhere")
+    found = cells_of([timed, idle, away], ["fps"])
+    assert [found[name][0].text for name in ("timed", "idle", "away")] == ["50.0", NOT_RUN, NOT_APPLICABLE]
+
+
+# ----------------------------------------------------------------------------------------------- marks
+def noisy(root, name, centre, seed, clips=30):
+    draw = random.Random(seed)
+    numbers = [
+        (f"a>{target}", f"c{n}", {"mpjpe_h.world": centre + draw.gauss(0, 0.2), "ratio": 1.0})
+        for n in range(clips)
+        for target in "bc"
+    ]
+    return store(root, "intra", name, numbers)
+
+
+def test_marks_are_those_of_the_ranking(tmp_path):
+    places = [noisy(tmp_path, n, c, s) for s, (n, c) in enumerate([("a", 1.0), ("b", 1.01), ("c", 3.0)])]
+    (section,) = summary.sections(places)
+    found = cells_of(places, ["mpjpe_h.world"])
+    ranking = section.rankings["mpjpe_h.world"]
+    marks = {label: found[label][0].mark for label in "abc"}
+    assert [label for label, mark in marks.items() if mark == "best"] == [ranking.best]
+    assert {label for label, mark in marks.items() if mark == "tied"} == ranking.tied
+    assert marks["c"] == ""
+    assert [row.label for row in found["group"].ranked] == list(ranking.order)
+    mean = section.scores[0].means["mpjpe_h.world"]
+    assert (found["a"][0].interval, found["a"][0].n, found["a"][0].clips) == (mean.interval, 60, 30)
+    assert found["group"].common[0].cases == ranking.cases == 60
+
+
+def test_differences_below_the_tolerance_of_a_value_are_ties(tmp_path):
+    for name, shift in (("one", 0.0), ("two", 1e-7), ("three", 1e-5)):
+        numbers = [("a>b", f"c{n}", {"mpjpe_h.world": 1.0 + shift}) for n in range(20)]
+        store(tmp_path, "intra", name, numbers)
+    found = cells_of(records.find_results(tmp_path), ["mpjpe_h.world"])
+    marks = {name: found[name][0].mark for name in ("one", "two", "three")}
+    assert marks == {"one": "best", "two": "tied", "three": ""}  # the tolerance is 1e-6
+
+
+def test_a_method_alone_is_not_called_the_best(tmp_path):
+    found = cells_of([noisy(tmp_path, "alone", 1.0, 0)], ["mpjpe_h.world"])
+    assert found["alone"][0].mark == ""
+
+
+def test_nothing_is_marked_where_clips_are_too_few_for_intervals(tmp_path):
+    for seed, (name, centre) in enumerate([("good", 1.0), ("bad", 5.0)]):
+        noisy(tmp_path, name, centre, seed, clips=9)
+    found = cells_of(records.find_results(tmp_path), ["mpjpe_h.world"])
+    assert [found[name][0].mark for name in ("good", "bad")] == ["", ""]
+    assert found["good"][0].interval is None
+
+
+def test_a_number_over_fewer_cases_says_why_it_is_not_ranked(tmp_path):
+    noisy(tmp_path, "a", 1.0, 0)
+    some = [("a>b", f"c{n}", {"ratio": 1.0} | (WORLD if n < 5 else {})) for n in range(30)]
+    store(tmp_path, "intra", "some", [*some, *(("a>c", f"c{n}", {"ratio": 1.0}) for n in range(30))])
+    noisy(tmp_path, "b", 1.0, 1)
+    cell = cells_of(records.find_results(tmp_path), ["mpjpe_h.world"])["some"][0]
+    assert (cell.text, cell.n, cell.mark) == ("1.00", 5, "")
+    assert cell.reason == "not ranked by this column: has it for 5 of 60 cases"
+    assert cell.footnote == 1
+
+
+# ------------------------------------------------------------------------------------------ breakdowns
+@pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
+def test_breakdowns_have_a_line_per_part_and_a_column_per_method(tmp_path, form):
+    for name, centre in (("m", 1.0), ("k", 2.0)):
+        noisy(tmp_path, name, centre, 0, clips=3)
+    (made,) = table.tables(summary.sections(records.find_results(tmp_path), "pair"), by="pair")
+    (group,) = made.groups
+    assert (group.heading, group.subject) == ("pair", "mpjpe_h.world")
+    assert [row.label for row in group.ranked] == ["a>b", "a>c"]
+    assert [column.label for column in group.columns] == ["k", "m"]
+    assert {row.n for row in group.ranked} == {"3"}
+    assert all(cell.value is not None for row in group.ranked for cell in row.cells)
+    assert [column.id for column in made.explained] == ["mpjpe_h.world"]
+    drawn = rendering.RENDERERS[form]([made])
+    assert "mpjpe_h.world" in drawn if form == "csv" else "by pair" in drawn
+
+
+def test_self_pairs_have_a_line_only_for_values_that_count_them(tmp_path):
+    store(tmp_path, "intra", "m", [("a>b", "c1", {"pooled": 4.0, **WORLD})])
+    store(tmp_path, "self", "m", [("a>a", "c1", {"pooled": 0.0, **WORLD})])
+    found = [s for s in summary.sections(records.find_results(tmp_path), "pair") if s.split == "intra"]
+    (made,) = table.tables(found, ["mpjpe_h.world", "pooled"], by="pair")
+    lines = {group.subject: [row.label for row in group.ranked] for group in made.groups}
+    assert lines == {"mpjpe_h.world": ["a>b"], "pooled": ["a>a", "a>b"]}
+    assert [row.cells[0].value for row in made.groups[1].ranked] == [0.0, 4.0]

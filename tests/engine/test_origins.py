@@ -1,0 +1,54 @@
+"""Where rows come from: told once per way of making them, with a command that makes them again."""
+
+import shlex
+
+import pytest
+from stored import changed, store
+
+from retarget_bench import summary, table
+from retarget_bench.spec import Spec
+
+NUMBERS = [("a>b", "c1", {"mpjpe_h.world": 1.0})]
+DATASET = {
+    "name": "puppets", "parameters": {"size": "tiny"}, "label": "data", "version": "2", "content": "c1",
+    "notes": [],
+}  # fmt: skip
+
+
+def origins_of(places):
+    (made,) = table.tables(summary.sections(places), ["mpjpe_h.world"])
+    return made
+
+
+def test_splits_that_were_made_alike_are_told_together(tmp_path):
+    label = "copy[rule='odd; name']"
+    told = {"dataset": DATASET, "seeds": [3], "revision": "beef", "versions": {"numpy": "2"}}
+    places = [
+        changed(
+            store(tmp_path, split, "m", NUMBERS, label=label, version="1", code="ab"), **told, date=date
+        )
+        for split, date in (("intra", "2026-01-01T10:00:00+00:00"), ("cross", "2026-01-02T10:00:00+00:00"))
+    ]
+    made = origins_of(places)
+    (origin,) = made.origins
+    assert (origin.splits, origin.date, origin.seeds) == (("intra", "cross"), "2026-01-02", (3,))
+    assert (origin.version, origin.code, origin.revision, origin.versions) == ("1", "ab", "beef", "numpy 2")
+    words = shlex.split(origin.command)
+    assert words[:3] == ["bench", "run", label]
+    assert str(Spec.parse(words[words.index("-d") + 1])) == "puppets[size=tiny]"
+    assert words[-4:] == ["-s", "intra,cross", "--seed", "3"]
+    assert ("version", "2") in made.data
+
+
+@pytest.mark.parametrize("change", [{"seeds": [1]}, {"revision": "dead"}, {"versions": {"numpy": "3"}}])
+def test_what_was_made_otherwise_is_told_apart(tmp_path, change):
+    told = {"dataset": DATASET, "seeds": [0], "revision": "beef", "versions": {"numpy": "2"}}
+    one = changed(store(tmp_path, "intra", "m", NUMBERS), **told)
+    two = changed(store(tmp_path, "cross", "m", NUMBERS), **told | change)
+    assert [origin.splits for origin in origins_of([one, two]).origins] == [("intra",), ("cross",)]
+
+
+def test_predictions_made_elsewhere_are_scored_again(tmp_path):
+    place = store(tmp_path, "intra", "m", NUMBERS, origin="predictions made elsewhere")
+    (origin,) = origins_of([place]).origins
+    assert origin.command == "bench score FOLDER"

@@ -1,0 +1,153 @@
+"""Published tables: the numbers agree with themselves, and ours land in the right places."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import papers, records
+from retarget_bench.api import CaseInfo
+from retarget_bench.errors import BenchError
+from retarget_bench.paper_table import paper_table
+from retarget_bench.records import Entry, Place
+
+ALL = papers.names()
+VALUES = {
+    value: {
+        "label": value, "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
+        "meaning": "", "tolerance": 1e-6, "formula": "",
+    }
+    for value in ("humot_mpjpe", "san_code", "mpjpe_m")
+}  # fmt: skip
+
+
+def store(root: Path, name: str, split: str, numbers: dict[tuple[str, str], float], **changes) -> None:
+    """``numbers``: (pair, clip) -> the value of every protocol."""
+    infos, entries = [], []
+    for (pair, clip), number in numbers.items():
+        source, target = pair.split(">")
+        infos.append(CaseInfo(f"mixamo/{pair}/{clip}", "retarget", split, source, target, clip, "", 10))
+        entries.append(Entry(infos[-1].id, "ok", values=dict.fromkeys(VALUES, number)))
+    header = {
+        "schema": records.SCHEMA,
+        "keys": {},
+        "method": {
+            "name": name,
+            "label": name,
+            "control": False,
+            "privileged": [],
+            "stochastic": False,
+        },
+        "dataset": {"name": "mixamo", "label": "mixamo", "content": "c", "notes": []},
+        "values": VALUES,
+        "counts": {"asked": len(entries)} | {s: len(entries) * (s == "ok") for s in records.STATUSES},
+        "problems": [],
+    }
+    for key, change in changes.items():
+        header[key] = {**header[key], **change}
+    place = Place(root, header["dataset"]["label"], "retarget", split, name)
+    place.folder.mkdir(parents=True, exist_ok=True)
+    records.write_results(place, header, entries, infos)
+
+
+@pytest.mark.parametrize("name", [name for name in ALL if name.startswith("humot")])
+def test_printed_overall_is_what_its_columns_say(name: str) -> None:
+    """The mean of the pairs' means; spread: variance within pairs and of their means (0.0002: rounding)."""
+    table = papers.published(name)
+    *parts, overall = table.columns
+    assert overall.mean_of == tuple(column.id for column in parts)
+    for row in table.rows:
+        means, spreads = np.array([row.values[column.id] for column in parts]).T
+        value, spread = row.values[overall.id]
+        assert value == pytest.approx(means.mean(), abs=2e-4), row.method
+        assert spread == pytest.approx(np.sqrt((spreads**2).mean() + means.var()), abs=3e-4), row.method
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_every_printed_number_has_a_column(name: str) -> None:
+    table = papers.published(name)
+    columns = {column.id for column in table.columns}
+    for row in table.rows:
+        assert set(row.values) <= columns
+        assert all(number > 0 for numbers in row.values.values() for number in numbers)
+    for column in table.columns:
+        assert bool(column.value) + bool(column.missing) + bool(column.mean_of) == 1, column.id
+
+
+def test_pan_counts_self_pairs_and_humot_does_not() -> None:
+    pairs = {column.id: column.pairs for column in papers.published("pan-table1").columns}
+    assert len(pairs["intra"]) == len(set(pairs["intra"])) == 16
+    assert sum(pair.split(">")[0] == pair.split(">")[1] for pair in pairs["intra"]) == 4
+    assert len(pairs["cross"]) == 4
+    asked = [pair for column in papers.published("humot-table4").columns for pair in column.pairs]
+    assert len(asked) == len(set(asked)) == 12
+    assert not [pair for pair in asked if pair.split(">")[0] == pair.split(">")[1]]
+
+
+def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
+    store(tmp_path, "mine", "intra", {
+        ("Goblin_m>Mousey_m", "a"): 0.1, ("Mousey_m>Goblin_m", "a"): 0.3, ("Goblin_m>Mousey_m", "b"): 0.6,
+        ("Goblin_m>Vampire_m", "a"): 0.5, ("Aj>BigVegas", "a"): 9.0,
+    })  # fmt: skip
+    store(tmp_path, "mine", "self", {("Goblin_m>Goblin_m", "a"): 0.2})
+    table = papers.published("humot-table4")
+    (row,) = papers.own_rows(table, records.find_results(tmp_path))
+    pair = row.cells["G<->Mo"]
+    # clip a: both directions, mean 0.2; clip b: 0.6
+    assert (pair.value, pair.cases, pair.clips, pair.pairs) == (pytest.approx(0.4), 3, 2, 2)
+    assert pair.spread == pytest.approx(np.std([0.1, 0.3, 0.6]))
+    assert row.cells["Overall"].value == pytest.approx((0.4 + 0.5) / 2)
+    assert row.cells["Overall"].spread == pytest.approx(np.std([0.1, 0.3, 0.6, 0.5]))
+    assert "Mr<->V" not in row.cells
+    (pan,) = papers.own_rows(papers.published("pan-table1"), records.find_results(tmp_path))
+    assert pan.cells["intra"].cases == 5  # the self pair counts, Aj > BigVegas does not
+    (sentence,) = papers.caveats(table, [row])
+    assert "3 of the 12 pairs and 2 of the 106 test clips" in sentence
+
+
+def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None:
+    data = {"name": "folder", "label": "folder"}
+    store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1}, dataset=data)
+    places = records.find_results(tmp_path)
+    assert papers.own_rows(papers.published("humot-table4"), places) == []
+    (row,) = papers.own_rows(papers.published("correspondence-free-table4"), places)
+    assert {key: cell.value for key, cell in row.cells.items()} == {"here mpjpe": 0.1}
+
+
+@pytest.mark.parametrize("name", ALL)
+def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tmp_path: Path) -> None:
+    store(tmp_path, "mine", "cross", {("BigVegas>Goblin_m", "a"): 0.1})
+    store(
+        tmp_path, "peeks", "cross", {("BigVegas>Goblin_m", "a"): 0.1}, method={"privileged": ["reference"]}
+    )
+    table = papers.published(name)
+    rows = papers.own_rows(table, records.find_results(tmp_path))
+    drawn = paper_table(table, rows)
+    (group,) = drawn.groups
+    assert [column.label for column in group.columns] == [column.label for column in table.columns]
+    assert [row.label for row in group.ranked[: len(table.rows)]] == [
+        f"{row.method} (printed)" for row in table.rows
+    ]
+    assert set(table.notes) <= set(drawn.notes)
+    assert all(len(row.cells) == len(group.columns) for row in group.rows)
+    assert all(cell.value is not None or cell.reason for row in group.rows for cell in row.cells)
+    if rows:
+        assert [row.label for row in group.unranked] == ["peeks"]
+        assert group.unranked[0].mark == "sees reference"
+        assert any("pairs" in note and "clips" in note for note in drawn.notes)
+    elif any(column.pairs for column in table.columns):
+        assert any("None of the results" in note for note in drawn.notes)
+
+
+def test_printed_numbers_keep_their_digits() -> None:
+    (group,) = paper_table(papers.published("pan-table1"), []).groups
+    shown = {row.label: [cell.text for cell in row.cells] for row in group.ranked}
+    assert shown["PAN (printed)"] == ["0.50", "1.62"]
+    assert shown["Copy rotations (printed)"] == ["8.86", "n/a"]
+
+
+def test_an_unknown_table_names_those_there_are() -> None:
+    with pytest.raises(BenchError, match=r"no published table 'pan-table9'; there are .*pan-table1"):
+        papers.published("pan-table9")

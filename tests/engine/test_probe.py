@@ -1,0 +1,415 @@
+"""Rewriting keeps joints where they are; each probe sees the fault that it is for, and no other."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import records
+from retarget_bench.api import CaseInfo, MethodCard
+from retarget_bench.cli import main
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import rotation
+from retarget_bench.motion.alignment import relative
+from retarget_bench.motion.motion import Motion
+from retarget_bench.plan import dataset
+from retarget_bench.probe import report, rewriting
+from retarget_bench.probe.asking import Subject, ask, groups_of, pieces, spread, subject
+from retarget_bench.probe.blindness import dependence
+from retarget_bench.probe.probes import PROBES, Question, deviation
+from retarget_bench.registry import create
+from retarget_bench.spec import Spec
+
+DATA = dataset(Spec.parse("puppets"))
+SPLITS = ("intra", "cross")
+
+
+@pytest.fixture(scope="module")
+def subjects() -> list[Subject]:
+    """Ten short questions, two from each structure to another body, in all rest poses."""
+    found: dict[str, list[Subject]] = {}
+    for info in [info for split in SPLITS for info in DATA.cases("retarget", split)]:
+        structure = DATA.characters()[info.source].structure
+        if len(found.setdefault(structure, [])) < 2:
+            case = DATA.load(info)
+            asked = subject(replace(info, frames=31), case.source.at(slice(0, 31)), case.target)
+            assert isinstance(asked, Subject)
+            found[structure].append(asked)
+    assert len(found) == 5
+    return [each for pair in found.values() for each in pair]
+
+
+@pytest.fixture(scope="module")
+def groups() -> list[list[Subject]]:
+    """Clips of one structure each, two structures."""
+    structure = {name: body.structure for name, body in DATA.characters().items()}
+    found = []
+    for listed in groups_of(DATA.cases("retarget", "intra"), structure)[:2]:
+        cases = [(info, DATA.load(info)) for info in listed[:6]]
+        found.append([subject(info, case.source, case.target) for info, case in cases])
+    return found
+
+
+# ------------------------------------------------------------------------------------- rewriting
+def test_rewriting_keeps_every_joint_where_it_is(subjects: list[Subject]) -> None:
+    for each in subjects:
+        motion = each.question.source
+        body, places = motion.character, motion.positions
+        order = rewriting.other_order(body)
+        listed = Motion(rewriting.reordered(body, order), motion.rotations[:, order], motion.root, 30.0)
+        assert (order != np.arange(len(order))).any()
+        np.testing.assert_allclose(listed.positions, places[:, order], atol=1e-12)
+        for turns in (rewriting.z_up(body), rewriting.one_axis(body)):
+            written = rewriting.reframed_motion(motion, turns)
+            np.testing.assert_allclose(written.positions, places, atol=1e-12)
+            # what a joint does relative to the reference pose is the same however its axes lie
+            off = rotation.angle(relative(written), relative(motion))
+            assert off.max() < 1e-6
+        ends = rewriting.splittable(body)
+        split, place = rewriting.split(body, ends)
+        assert len(split.skeleton) == len(body.skeleton) + len(ends)
+        np.testing.assert_allclose(
+            rewriting.split_motion(motion, ends).positions[:, place], places, atol=1e-12
+        )
+
+
+def test_every_bone_of_a_chain_rests_along_x(subjects: list[Subject]) -> None:
+    body = subjects[0].question.source.character
+    offsets = rewriting.reframed(body, rewriting.one_axis(body)).skeleton.offsets
+    for joint, children in enumerate(body.skeleton.children):
+        if children and np.linalg.norm(offsets[children[0]]) > 0:
+            off = offsets[children[0]] / np.linalg.norm(offsets[children[0]])
+            np.testing.assert_allclose(off, [1, 0, 0], atol=1e-9, err_msg=body.skeleton.names[joint])
+
+
+def test_a_stiff_joint_can_be_left_out(subjects: list[Subject]) -> None:
+    tried = 0
+    for each in subjects:
+        motion = each.question.source
+        joint = rewriting.mergeable(motion.character)
+        if joint is None:
+            continue
+        stiff = rewriting.stiffened(motion, joint)
+        merged = rewriting.merged(stiff, joint)
+        kept = [j for j in range(len(motion.skeleton)) if j != joint]
+        np.testing.assert_allclose(merged.positions, stiff.positions[:, kept], atol=1e-12)
+        spine = sorted(role for role in merged.character.roles if role and role.startswith("spine"))
+        assert spine == [f"spine_{k + 1}" for k in range(len(spine))]
+        tried += 1
+    assert tried >= 3
+
+
+def test_mirror_images_are_mirror_images(subjects: list[Subject]) -> None:
+    for each in subjects:
+        motion = each.question.source
+        partner = rewriting.partners(motion.character)
+        assert partner is not None
+        image = rewriting.mirrored_motion(motion, partner)
+        np.testing.assert_allclose(image.positions, motion.positions[:, partner] * [-1, 1, 1], atol=1e-12)
+        twice = rewriting.mirrored_motion(image, partner)
+        np.testing.assert_allclose(twice.positions, motion.positions, atol=1e-12)
+        names = motion.skeleton.names
+        left = motion.character.joint_of["left_up_leg"]
+        assert partner[left] == motion.character.joint_of["right_up_leg"], names
+
+
+def test_a_body_with_one_arm_has_no_mirror_image(subjects: list[Subject]) -> None:
+    body = subjects[0].question.source.character
+    roles = [None if role == "left_hand" else role for role in body.roles]
+    assert rewriting.partners(replace(body, roles=tuple(roles))) is None
+
+
+def test_scale_and_turn(subjects: list[Subject]) -> None:
+    motion = subjects[0].question.source
+    large = rewriting.scaled_motion(motion, 1.5)
+    np.testing.assert_allclose(large.positions, 1.5 * motion.positions, atol=1e-12)
+    assert large.character.height == pytest.approx(1.5 * motion.character.height)
+    turned = rewriting.turned_motion(motion, np.pi / 2).positions
+    expected = np.stack([motion.positions[..., k] * s for k, s in ((2, 1), (1, 1), (0, -1))], axis=-1)
+    np.testing.assert_allclose(turned, expected, atol=1e-12)
+
+
+# ------------------------------------------------------------------------------------- faults
+class Fault:
+    """copy_rotations with something wrong about it."""
+
+    card = MethodCard("fault", "broken on purpose", "1")
+
+    def __init__(self) -> None:
+        self.sound = create("methods", Spec.parse("copy_rotations"))
+
+    def supports(self, source, target):
+        return None
+
+    def retarget(self, source, target, *, context):
+        return self.sound.retarget(source, target, context=context)
+
+
+class ByName(Fault):
+    """Holds still what it does not know by name."""
+
+    def retarget(self, source, target, *, context):
+        answer = super().retarget(source, target, context=context)
+        rotations = np.array(answer.rotations)
+        for joint, name in enumerate(target.skeleton.names):
+            if name.startswith("j") or source.skeleton.names[0].startswith("j"):
+                rotations[:, joint] = rotations[:1, joint]
+        return target.motion(rotations, answer.root, answer.fps)
+
+
+class ByIndex(Fault):
+    """Bends joint number 3, whatever it is."""
+
+    def retarget(self, source, target, *, context):
+        answer = super().retarget(source, target, context=context)
+        rotations = np.array(answer.rotations)
+        rotations[:, 3] = rotation.multiply(
+            rotations[:, 3], np.tile(rotation.about(np.array([0, 1.0, 0]), 0.5), (len(rotations), 1))
+        )
+        return target.motion(rotations, answer.root, answer.fps)
+
+
+class RawLocal(Fault):
+    """Local rotations as they are in the file, by role: right only where rest poses are alike."""
+
+    def retarget(self, source, target, *, context):
+        rotations = rotation.identity(source.frames, len(target.skeleton))
+        for role, joint in target.joint_of.items():
+            if role in source.character.joint_of:
+                rotations[:, joint] = source.rotations[:, source.character.joint_of[role]]
+        return target.motion(rotations, source.root * (target.height / source.character.height), source.fps)
+
+
+class RootAsItIs(Fault):
+    def retarget(self, source, target, *, context):
+        answer = super().retarget(source, target, context=context)
+        return target.motion(answer.rotations, source.root, answer.fps)
+
+
+class InMetres(Fault):
+    """Lifts the root by a centimetre, whatever the unit of the body."""
+
+    def retarget(self, source, target, *, context):
+        answer = super().retarget(source, target, context=context)
+        return target.motion(answer.rotations, answer.root + np.array([0, 0.01, 0]), answer.fps)
+
+
+class Centred(Fault):
+    """Stays near where the stage is: the root's path is squeezed."""
+
+    def retarget(self, source, target, *, context):
+        answer = super().retarget(source, target, context=context)
+        root = np.array(answer.root)
+        root[:, [0, 2]] = np.tanh(root[:, [0, 2]])
+        return target.motion(answer.rotations, root, answer.fps)
+
+
+class RightHanded(Fault):
+    """Swings the right arm out."""
+
+    def retarget(self, source, target, *, context):
+        answer = super().retarget(source, target, context=context)
+        rotations = np.array(answer.rotations)
+        joint = target.joint_of["right_arm"]
+        swing = rotation.about(np.array([0.0, 0, 1.0]), 0.4)
+        rotations[:, joint] = rotation.multiply(rotations[:, joint], np.tile(swing, (len(rotations), 1)))
+        return target.motion(rotations, answer.root, answer.fps)
+
+
+class Late(Fault):
+    """One frame behind: remembers the past, and counts in frames."""
+
+    def retarget(self, source, target, *, context):
+        answer = super().retarget(source, target, context=context)
+        held = np.maximum(np.arange(source.frames) - 1, 0)
+        return target.motion(answer.rotations[held], answer.root[held], answer.fps)
+
+
+class FacesNorth(Fault):
+    """Turns whatever way the source faces back to +Z."""
+
+    def retarget(self, source, target, *, context):
+        answer = super().retarget(source, target, context=context)
+        rotations = np.array(answer.rotations)
+        rotations[:, 0] = rotations[:1, 0]
+        return target.motion(rotations, answer.root, answer.fps)
+
+
+class Blind(Fault):
+    """The same dance for everybody."""
+
+    def retarget(self, source, target, *, context):
+        rotations = np.tile(target.reference_pose, (source.frames, 1, 1))
+        joint = target.joint_of["left_arm"]
+        swing = rotation.about(np.array([1.0, 0, 0]), np.sin(np.arange(source.frames) / 5.0)[:, None])
+        rotations[:, joint] = rotation.multiply(rotations[:, joint], swing.reshape(-1, 4))
+        return target.motion(
+            rotations, np.tile([0, target.measures.hip_height, 0], (source.frames, 1)), source.fps
+        )
+
+
+FAULTS = {
+    ByName: {"source_names", "target_names"},
+    ByIndex: {"target_order", "target_axes", "target_rest", "target_split"},
+    RawLocal: {"source_axes", "target_axes", "source_rest", "target_rest"},
+    RootAsItIs: {"source_scale", "target_scale"},
+    InMetres: {"target_scale", "units"},
+    Centred: {"target_scale", "units", "shifted", "turned"},
+    RightHanded: {"mirrored"},
+    Late: {"rate_24", "rate_60", "rate_120", "reversed"},
+    Blind: {"turned"},
+}
+
+
+def off(method, subjects: list[Subject]) -> set[str]:
+    """The probes whose answer is not as it must be (or would be, of a method without memory)."""
+    replies = ask(method, "fault", subjects)
+    assert not [reply.failed for reply in replies if reply.failed]
+    return {
+        probe.id
+        for probe in PROBES
+        if max((r.deviations[probe.id] for r in replies if probe.id in r.deviations), default=0.0)
+        > probe.tolerance
+    }
+
+
+@pytest.mark.parametrize("fault", FAULTS, ids=lambda fault: fault.__name__)
+def test_each_fault_is_seen_by_its_probes(fault, subjects: list[Subject]) -> None:
+    found = off(fault(), subjects)
+    assert FAULTS[fault] <= found
+
+
+@pytest.mark.parametrize("fault", [RootAsItIs, RightHanded, Late, InMetres])
+def test_a_fault_is_seen_by_no_other_probe(fault, subjects: list[Subject]) -> None:
+    side_effects = {
+        RightHanded: {"target_axes", "target_rest"},  # it swings about an axis of the joint
+    }
+    assert off(fault(), subjects) <= FAULTS[fault] | side_effects.get(fault, set())
+
+
+@pytest.mark.parametrize("name", ["copy_rotations", "bone_directions", "ik"])
+def test_sound_methods_pass(name: str, subjects: list[Subject], groups: list[list[Subject]]) -> None:
+    replies = ask(create("methods", Spec.parse(name)), name, subjects, groups)
+    assert report.findings(name, replies) == []
+    known = [reply.dependence for reply in replies if reply.dependence]
+    assert known
+    assert all(each["correlation"] > 0.9 and 0.7 < each["shuffled"] < 1.3 for each in known)
+
+
+def test_a_blind_method_is_told(groups: list[list[Subject]]) -> None:
+    replies = ask(Blind(), "blind", [], groups)
+    (said,) = [sentence for sentence in report.findings("blind", replies) if "hardly depends" in sentence]
+    assert "shuffled 0.00" in said
+
+
+# ------------------------------------------------------------------------------------- dependence by hand
+def test_dependence_of_sources_themselves_is_whole(subjects: list[Subject]) -> None:
+    people = [s for s in subjects if s.question.source.character.structure == "body22"]
+    same = people[0].question.source.character
+    motions = [
+        Motion(same, people[0].question.source.rotations * 0 + turned, people[0].question.source.root, 30.0)
+        for turned in (rotation.about(np.array([1.0, 0, 0]), a) for a in (0.0, 0.1, 0.3, 0.7))
+    ]
+    found = dependence(motions, motions)
+    assert found == pytest.approx({"correlation": 1.0, "shuffled": 1.0})
+    assert dependence(motions[:3], motions[:3]) == {}
+    one_answer = dependence(motions, [motions[0]] * 4)
+    assert one_answer == {"correlation": 0.0, "shuffled": 0.0}
+
+
+def test_deviation_is_in_per_cent_of_height(subjects: list[Subject]) -> None:
+    question = subjects[0].question
+    probe = next(probe for probe in PROBES if probe.id == "source_names")
+    asked = probe.ask(question)
+    places = np.zeros((5, 3, 3))
+    moved = places + np.array([0, 0.01 * question.target.height, 0])
+    assert deviation(asked, moved, places) == pytest.approx(1.0)
+
+
+# ------------------------------------------------------------------------------------- the command
+def run(capsys: pytest.CaptureFixture[str], *arguments: str) -> tuple[int, str]:
+    with pytest.raises(SystemExit) as stop:
+        main(["probe", *arguments])
+    out, err = capsys.readouterr()
+    return int(stop.value.code or 0), out + err
+
+
+def test_rows_lie_beside_other_results(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = ("--out", str(tmp_path), "--cases", "4", "-s", "intra")
+    code, said = run(capsys, "copy_rotations[root_rule=none]", "copy_rotations", *out)
+    assert code == 0
+    assert "copy_rotations[root_rule=none]: source_scale: off by" in said
+    places = records.find_results(tmp_path)
+    assert {(place.task, place.split) for place in places} == {("probe", "intra")}
+    results = records.read_results(places[0])
+    probed = [entry for entry in results.entries if "probe.mirrored" in entry.values]
+    assert len(probed) == 4
+    assert any("probe.correlation" in entry.values for entry in results.entries)
+    assert run(capsys, "copy_rotations[root_rule=none]", "--strict", *out)[0] == 1
+    assert run(capsys, "copy_rotations", "--strict", *out)[0] == 0
+
+
+def test_what_cannot_be_asked_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    out = ("--out", str(tmp_path))
+    code, said = run(capsys, "reference", *out)
+    assert (code, "given reference" in said) == (2, True)
+    code, said = run(capsys, "ik", "--only", "sorce_names", *out)
+    assert (code, "there are source_names" in said) == (2, True)
+    code, said = run(capsys, "ik", "--source", "a.bvh", *out)
+    assert (code, "both --source and --target" in said) == (2, True)
+    code, said = run(capsys, "ik", "--source", "no.bvh", "--target", "no.bvh", *out)
+    assert (code, "no.bvh" in said) == (2, True)
+    assert not list(tmp_path.iterdir())
+
+
+def test_two_bvh_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], subjects: list[Subject]) -> None:
+    from retarget_bench.motion import bvh
+
+    motion = subjects[0].question.source
+    bvh.write(tmp_path / "a.bvh", motion, scale=100.0)
+    files = ("--source", str(tmp_path / "a.bvh"), "--target", str(tmp_path / "a.bvh"))
+    code, said = run(capsys, "copy_rotations", *files, "--strict")
+    assert code == 0, said
+    assert "Every answer is as it must be." in said
+
+
+def test_methods_that_fail_are_told_and_cost_no_other(subjects: list[Subject]) -> None:
+    class Picky(Fault):
+        def retarget(self, source, target, *, context):
+            if source.fps != 30.0:
+                raise ValueError("30 fps only")
+            return super().retarget(source, target, context=context)
+
+    replies = ask(Picky(), "picky", subjects[:2])
+    assert set(replies[0].failed) == {"rate_24", "rate_60", "rate_120"}
+    assert any(
+        "rate_24 could not be answered in 2 of 2" in said for said in report.findings("picky", replies)
+    )
+    with pytest.raises(BenchError, match="only methods that see source and target alone"):
+        ask(create("methods", Spec.parse("reference")), "reference", subjects)
+
+
+def test_cases_are_spread_evenly() -> None:
+    infos = [CaseInfo(str(k), "retarget", "intra", "a", "b", "c") for k in range(100)]
+    chosen = spread({"intra": infos, "cross": infos[:1]}, 6)
+    assert [info.id for info in chosen] == ["16", "50", "83", "0"]
+
+
+def test_a_long_clip_is_cut_into_pieces(subjects: list[Subject]) -> None:
+    motion = subjects[0].question.source
+    long = motion.at(np.arange(400) % motion.frames)
+    whole = subject(subjects[0].info, long, subjects[0].question.target)
+    assert isinstance(whole, Subject)
+    assert [piece.question.source.frames for piece in pieces(whole)] == [33] * 12
+    assert pieces(subjects[0]) == []
+
+
+def test_a_question_at_another_rate_is_asked_at_thirty(subjects: list[Subject]) -> None:
+    motion = subjects[0].question.source.resample(60.0)
+    asked = subject(subjects[0].info, motion, subjects[0].question.target)
+    assert isinstance(asked, Subject)
+    assert asked.question.source.fps == 30.0
+    assert isinstance(asked.question, Question)

@@ -1,0 +1,120 @@
+"""Values of whole sets in tables: their floor, their n, and when they may not stand beside each other."""
+
+import csv
+import io
+
+import pytest
+from stored import changed, store
+
+from retarget_bench import rendering, sets, summary, table
+from retarget_bench.cells import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
+from retarget_bench.set_groups import FLOOR
+from retarget_bench.sets import SetValue, files
+
+FID = {
+    "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
+    "meaning": "how unlike real motion", "tolerance": 1e-2, "formula": "", "metric": "fid", "needs": [],
+}  # fmt: skip
+WHOLE = SetValue("fid", "body22", 300, 30, 12.5, 10.0, 15.0, 8.25, "real", "net")
+
+
+def store_sets(root, name, values, date="2026-01-01", metrics="1+aa", declared=True):
+    place = store(root, "cross", name, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+    files.write(place, values)
+    told = {"set_values": {"fid": FID}} if declared else {}
+    return changed(place, metrics={"fid": metrics} if declared else {}, date=date, **told)
+
+
+def groups(places, columns):
+    (made,) = table.tables(summary.sections(places), columns)
+    return made, made.groups
+
+
+def test_values_stand_beside_their_floor_and_interval(tmp_path):
+    other = SetValue("fid", "body28", 200, 25, 20.0, None, None, 9.0, "real28", "net28")
+    places = [
+        store_sets(tmp_path, "near", [WHOLE, other]),
+        store_sets(
+            tmp_path, "far", [SetValue("fid", "body22", 300, 30, 40.0, 35.0, 45.0, 8.25, "real", "net")]
+        ),
+    ]
+    made, (of_cases, one, two) = groups(places, ["mpjpe_h.world", "fid"])
+    assert of_cases.counted == "cases"
+    assert (one.counted, one.split) == ("windows", "cross")
+    assert (
+        one.title == "cross, all answers on bodies of structure body22 as one set: 300 windows of 30 clips"
+    )
+    assert [row.label for row in one.rows] == ["near", "far", FLOOR]
+    near, far, floor = (row.cells[0] for row in one.rows)
+    assert (near.value, near.interval.low, near.n, near.clips, near.mark) == (12.5, 10.0, 300, 30, "")
+    assert (far.value, floor.value, floor.text) == (40.0, 8.25, "8.2")
+    assert {row.label: row.cells[0].text for row in two.rows} == {
+        "near": "20.0", "far": NOT_APPLICABLE, FLOOR: "9.0",
+    }  # fmt: skip
+    assert "not ranked" in made.notes[0]
+
+
+def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
+    def value(**others):
+        return [SetValue(**(vars(WHOLE) | others))]
+
+    places = [
+        store_sets(tmp_path, "a", [WHOLE], date="2026-02-01"),
+        store_sets(tmp_path, "b", [WHOLE], date="2026-02-01"),
+        store_sets(tmp_path, "fewer", value(real="another", n=280, floor=8.5), date="2026-02-01"),
+        store_sets(tmp_path, "network", value(network="old")),
+        store_sets(tmp_path, "metric", [WHOLE], metrics="0+aa"),
+        store_sets(tmp_path, "small", value(value=None, reason="fid needs 1024 windows, here 300")),
+        store_sets(tmp_path, "without", [], declared=False),
+    ]
+    made, (group,) = groups(places, ["fid"])
+    cells = {row.label: row.cells[0] for row in group.rows}
+    assert cells["fewer"].value == 12.5
+    assert "280 windows" in cells["fewer"].reason
+    assert "its own floor is 8.5" in cells["fewer"].reason
+    assert {cells[name].text for name in ("network", "metric")} == {OTHER_VERSION}
+    assert (cells["small"].text, cells["small"].reason[:10]) == (NOT_APPLICABLE, "fid needs ")
+    assert cells["without"].text == NOT_RUN
+    assert cells[FLOOR].value == 8.25
+    assert len(made.footnotes) == 5
+
+
+def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
+    places = [store_sets(tmp_path, "m", [WHOLE])]
+    (plain,) = table.tables(summary.sections(places))
+    assert [group.counted for group in plain.groups] == ["cases"]
+    assert any("--columns fid" in note for note in plain.notes)
+    assert table.all_columns(summary.sections(places))[-1] == "fid"
+    assert sets.read(places[0]) == [WHOLE]
+
+
+def test_of_several_seeds_the_first_is_told(tmp_path):
+    place = changed(store_sets(tmp_path, "m", [WHOLE]), seeds=[0, 1, 2])
+    _, (group,) = groups([place], ["fid"])
+    assert group.rows[0].cells[0].reason == "of the first of its 3 seeds"
+
+
+def test_csv_names_the_structure(tmp_path):
+    made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["mpjpe_h.world", "fid"])
+    found = list(csv.DictReader(io.StringIO(rendering.comma_separated([made]))))
+    assert [(row["structure"], row["method"], row["fid"]) for row in found] == [
+        ("", "m", ""), ("body22", "m", "12.5"), ("body22", FLOOR, "8.25"),
+    ]  # fmt: skip
+
+
+@pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
+def test_every_renderer_says_what_n_counts(tmp_path, form):
+    made, _ = groups([store_sets(tmp_path, "m", [WHOLE])], ["fid"])
+    drawn = rendering.RENDERERS[form]([made])
+    assert "12.5" in drawn
+    assert "8.2" in drawn
+    assert form in ("csv", "tex") or (
+        "windows" in drawn and "read them by their intervals" in " ".join(drawn.split())
+    )
+
+
+def test_structures_without_any_value_are_a_sentence(tmp_path):
+    few = SetValue("fid", "body23", 30, 4, reason="fid needs 1024 windows in each set, here 30")
+    made, found = groups([store_sets(tmp_path, name, [WHOLE, few]) for name in "ab"], ["fid"])
+    assert [group.title.split(" as ")[0][-6:] for group in found] == ["body22"]
+    assert any("structure body23: fid needs 1024" in note for note in made.notes)

@@ -1,0 +1,310 @@
+"""Values of sets of results: draws, intervals, files, and their way through a run."""
+
+from __future__ import annotations
+
+import json
+from collections import Counter
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import records, registry, run, sets
+from retarget_bench.api import CaseFeatures, CaseInfo
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.plan import Plan
+from retarget_bench.sets import draw, files, jackknife
+from retarget_bench.spec import Spec
+
+HERE = Path(__file__).parent
+TOYS = (*sorted((HERE / "toys").glob("*.py")), HERE / "set_toys" / "toy_sets.py")
+
+
+@pytest.fixture(autouse=True)
+def _toys():
+    for file in TOYS:
+        registry.add_file(file)
+
+
+# -------------------------------------------------------------------------------------------------- draws
+def cell(clips: int = 30, targets: int = 2, seed: int = 0) -> tuple[dict, dict]:
+    """Features whose first number names the clip and whose second one the window."""
+    random = np.random.default_rng(seed)
+    found, infos = {}, {}
+    for clip in range(clips):
+        windows = int(random.integers(3, 12))
+        speed = np.sort(random.gamma(1.0, 0.4, windows)).astype(np.float32)
+        for target in range(targets):
+            for source in range(2):
+                case = f"toy/s{source}>t{target}/c{clip}"
+                infos[case] = CaseInfo(
+                    case, "retarget", "intra", f"s{source}", f"t{target}", f"c{clip}", "kind", 100
+                )
+                real = np.stack([np.full(windows, clip), np.arange(windows)], axis=1).astype(np.float32)
+                found[case] = CaseFeatures(real + 0.25 * (source + 1), real, speed)
+    return found, infos
+
+
+def test_no_clip_is_in_both_halves_and_both_are_equally_large():
+    found, infos = cell()
+    drawn = draw.draw(found, infos)
+    first, second = (set(half.clips.tolist()) for half in drawn.real)
+    assert not first & second
+    assert len(drawn.real[0].clips) == len(drawn.real[1].clips) == drawn.n > 0
+    total = sum(len(found[f"toy/s0>t{target}/c{clip}"].speed) for target in (0, 1) for clip in range(30))
+    assert drawn.n > 0.4 * total
+    for real, made in zip(drawn.real, drawn.generated, strict=True):
+        assert (real.clips == made.clips).all()
+        # the same windows of the same clips, from either source
+        shift = made.features - real.features
+        assert set(np.unique(shift)) == {0.25, 0.5}
+        assert len({(*row,) for row in real.features.tolist()}) * 2 >= drawn.n
+
+
+def test_a_window_of_a_target_is_drawn_once_whatever_its_sources():
+    found, infos = cell(targets=1)
+    drawn = draw.draw(found, infos)
+    rows = [tuple(row) for half in drawn.real for row in half.features.tolist()]
+    assert len(rows) == len(set(rows))
+
+
+def test_draws_depend_on_names_and_real_motion_alone():
+    found, infos = cell()
+    drawn = draw.draw(found, infos)
+    turned = {case: found[case] for case in reversed(found)}
+    assert draw.draw(turned, infos).hash == drawn.hash
+    other = {case: replace(each, generated=each.generated * 7) for case, each in found.items()}
+    assert draw.draw(other, infos).hash == drawn.hash
+    slower = {case: replace(each, real=each.real + 1) for case, each in found.items()}
+    assert draw.draw(slower, infos).hash != drawn.hash
+
+
+def test_windows_are_drawn_evenly_over_root_speed(monkeypatch):
+    """Slow windows are ten times as frequent; of those drawn, they are not."""
+    monkeypatch.setattr(draw, "MOST", 100)
+    random = np.random.default_rng(1)
+    found, infos = {}, {}
+    for clip in range(40):
+        case = f"toy/a>b/c{clip}"
+        infos[case] = CaseInfo(case, "retarget", "intra", "a", "b", f"c{clip}")
+        fast = random.random(50) < 1 / 11
+        speed = np.where(fast, random.uniform(0.5, 1.0, 50), random.uniform(0, 0.5, 50)).astype(np.float32)
+        found[case] = CaseFeatures(speed[:, None], speed[:, None], speed)
+    drawn = draw.draw(found, infos)
+    assert drawn.n == 100
+    share = np.mean([(half.features[:, 0] > 0.5).mean() for half in drawn.real])
+    # a window in eleven is fast, but three or four of the ten stretches of speed lie above 0.5
+    assert 0.25 < share < 0.45
+
+
+@pytest.mark.parametrize(("counts", "n"), [((5, 5, 5), 9), ((1, 8, 3), 7), ((0, 4, 9), 13), ((2, 2), 3)])
+def test_flat_takes_as_evenly_as_the_bins_allow(counts, n):
+    bins = np.repeat(np.arange(len(counts)), counts)
+    taken = np.bincount(bins[draw.flat(bins, n)], minlength=len(counts))
+    assert taken.sum() == n
+    for one, mine in enumerate(taken):
+        assert mine == counts[one] or mine >= taken.max() - 1
+
+
+def test_a_cell_without_windows_draws_nothing():
+    empty = CaseFeatures(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros(0))
+    info = CaseInfo("toy/a>b/c", "retarget", "intra", "a", "b", "c")
+    assert draw.draw({info.id: empty}, {info.id: info}).n == 0
+
+
+# ---------------------------------------------------------------------------------------------- jackknife
+def test_the_jackknife_of_a_mean_is_its_textbook_error():
+    """Equal groups: the variance of the mean of the group means, exactly."""
+    random = np.random.default_rng(2)
+    values = random.normal(size=(10, 7))
+    without = [np.delete(values, group, axis=0).mean() for group in range(10)]
+    assert jackknife.deviation(without) == pytest.approx(values.mean(axis=1).std(ddof=1) / np.sqrt(10))
+    low, high = jackknife.interval(values.mean(), lambda group: without[group], 10)
+    assert (high - low) / 2 == pytest.approx(2.262157 * jackknife.deviation(without), rel=1e-6)
+    assert (high + low) / 2 == pytest.approx(values.mean())
+
+
+def test_the_interval_holds_the_truth_as_often_as_it_says():
+    random = np.random.default_rng(3)
+    hits = 0
+    for _ in range(1000):
+        values = random.exponential(size=(10, 30)) - 1.0
+        without = [np.delete(values, group, axis=0).mean() for group in range(10)]
+        low, high = jackknife.interval(values.mean(), lambda group, held=without: held[group], 10)
+        hits += low <= 0 <= high
+    assert 930 <= hits <= 970
+
+
+def test_groups_are_about_equally_large_and_hold_whole_clips():
+    random = np.random.default_rng(4)
+    clips = {f"c{number}": int(random.integers(1, 40)) for number in range(83)}
+    groups = jackknife.groups_of(clips)
+    sizes = Counter(dict.fromkeys(range(10), 0))
+    for clip, group in groups.items():
+        sizes[group] += clips[clip]
+    assert set(groups) == set(clips)
+    assert max(sizes.values()) < 1.35 * min(sizes.values())
+
+
+# --------------------------------------------------------------------------------------------- whole runs
+def plan(root: Path, *methods: str, metric: str = "toy_sets", clips: int = 24, **changes) -> Plan:
+    return Plan(
+        methods=tuple(map(Spec.parse, methods)),
+        datasets=(Spec.parse(f"toy_cases[clips={clips}]"),),
+        splits=("intra",),
+        metrics=("position", metric),
+        root=root,
+        **changes,
+    )
+
+
+def carry_out(*args, **changes) -> list[records.Place]:
+    return run.run(plan(*args, **changes), lambda done, total: None)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> list[records.Place]:
+    """The places of a wrong method and of the references."""
+    for file in TOYS:
+        registry.add_file(file)
+    return carry_out(tmp_path_factory.mktemp("runs"), "toy_method", "reference")
+
+
+def test_a_run_stores_features_and_values_and_the_references_score_the_floor(finished):
+    toy, right = finished
+    gap, many = sets.read(toy)
+    assert (gap.value_id, gap.structure, gap.network) == ("toy_gap", "toy", "toy-network")
+    assert gap.n == 3 * 24
+    assert gap.clips == 24
+    assert gap.low <= gap.value <= gap.high
+    assert (many.value, many.reason) == (None, f"toy_many needs 1000000 windows in each set, here {gap.n}")
+    floor, _ = sets.read(right)
+    assert floor.value == pytest.approx(floor.floor, rel=1e-5)
+    assert (floor.floor, floor.real) == (gap.floor, gap.real)
+    header = records.read_header(toy.header)
+    assert header["set_values"]["toy_gap"]["better"] == "lower"
+    assert "toy_gap" not in header["values"]
+    with np.load(files.features_path(toy)) as arrays:
+        assert arrays["toy/small>tall/clip 0/toy_sets:generated"].dtype == np.float32
+    assert not files.waiting_folder(toy).exists()
+    assert len(records.find_results(toy.root)) == 2
+
+
+def test_the_value_is_that_of_the_stored_features(finished):
+    place, _ = finished
+    gap, _ = sets.read(place)
+    infos = {info.id: info for info in records.read_cases(place.cases, "retarget", "intra")}
+    with np.load(files.features_path(place)) as arrays:
+        found = {
+            case: CaseFeatures(
+                *(arrays[f"{case}/toy_sets:{part}"] for part in ("generated", "real", "speed"))
+            )
+            for case in infos
+        }
+    drawn = draw.draw(found, infos)
+    (a, b), (p, q) = drawn.real, drawn.generated
+
+    def apart(x, y):
+        return np.linalg.norm(x.features.mean(axis=0) - y.features.mean(axis=0))
+
+    assert gap.value == pytest.approx((apart(a, q) + apart(b, p)) / 2, rel=1e-8)
+    assert gap.floor == pytest.approx(apart(a, b), rel=1e-8)
+    assert gap.real == drawn.hash
+
+
+def test_an_interrupted_run_gives_the_same_bytes(finished, tmp_path):
+    whole, _ = finished
+    stopped = plan(tmp_path, "toy_method")
+
+    class EnoughError(Exception):
+        pass
+
+    def progress(done: int, total: int) -> None:
+        if done == 20:
+            raise EnoughError
+
+    with pytest.raises(EnoughError):
+        run.run(stopped, progress)
+    (cut,) = run.run(stopped, lambda done, total: None)
+    for path in (files.features_path, files.values_path):
+        assert path(cut).read_bytes() == path(whole).read_bytes()
+    assert cut.rows.read_bytes() == whole.rows.read_bytes()
+
+
+def test_lost_features_of_a_begun_run_are_made_again(tmp_path):
+    stopped = plan(tmp_path, "toy_method", clips=4)
+
+    class EnoughError(Exception):
+        pass
+
+    def progress(done: int, total: int) -> None:
+        if done == 5:
+            raise EnoughError
+
+    with pytest.raises(EnoughError):
+        run.run(stopped, progress)
+    (waiting,) = tmp_path.rglob("toy_method.features")
+    next(waiting.iterdir()).unlink()
+    (place,) = run.run(stopped, lambda done, total: None)
+    assert sets.read(place)[0].n == 12
+
+
+def test_a_structure_without_a_network_is_not_applicable_and_says_why(tmp_path):
+    (place,) = carry_out(tmp_path, "toy_method", metric="toy_sets[structures=other]")
+    for value in sets.read(place):
+        assert value.value is None
+        assert value.reason == "no toy network for structure toy"
+
+
+def test_cases_that_failed_are_in_no_set(tmp_path):
+    (place,) = carry_out(tmp_path, "toy_method[does=picky]", clips=8)
+    assert sets.read(place)[0].n == 12  # of 16 cases, half were answered
+
+
+def test_below_ten_clips_there_is_no_interval(tmp_path):
+    (place,) = carry_out(tmp_path, "toy_method", clips=6)
+    gap, _ = sets.read(place)
+    assert gap.value is not None
+    assert (gap.low, gap.high) == (None, None)
+
+
+def test_features_that_are_no_numbers_are_refused(tmp_path):
+    (place,) = carry_out(tmp_path, "toy_method", metric="toy_sets[broken=features]", clips=2)
+    problems = json.loads(place.header.read_text())["problems"]
+    assert "gave features that are no numbers" in problems[0]["message"]
+    assert sets.read(place) == []
+
+
+def test_the_network_is_part_of_the_key(tmp_path):
+    one = carry_out(tmp_path, "toy_method", clips=2)[0]
+    before = records.read_header(one.header)["keys"]
+    other = carry_out(tmp_path, "toy_method", clips=2, metric="toy_sets[structures=other]")[0]
+    after = records.read_header(other.header)["keys"]
+    assert before["prediction_key"] == after["prediction_key"]
+    assert before["score_key"] != after["score_key"]
+
+
+def test_results_without_sets_have_none(tmp_path):
+    (place,) = run.run(
+        replace(plan(tmp_path, "toy_method", clips=2), metrics=("position",)), lambda done, total: None
+    )
+    assert sets.read(place) == []
+    assert not files.features_path(place).exists()
+
+
+@pytest.mark.parametrize("damage", ["value_id\n", "", "nonsense", None])
+def test_a_damaged_file_is_named(tmp_path, damage):
+    (place,) = carry_out(tmp_path, "toy_method", clips=2)
+    path = files.values_path(place)
+    text = path.read_text()
+    path.write_text(text.replace(",12,", ",many,") if damage is None else damage)
+    if damage is None and text == path.read_text():
+        path.write_text(text.replace("toy,", "toy,x"))
+    with pytest.raises(FileError, match="cannot be read as values of sets"):
+        sets.read(place)
+
+
+def test_a_metric_that_breaks_while_comparing_is_named(tmp_path):
+    with pytest.raises(BenchError, match=r"the sets of .*toy_method.csv could not be compared: .*odd"):
+        carry_out(tmp_path, "toy_method", clips=2, metric="toy_sets[broken=value]")

@@ -1,0 +1,238 @@
+"""Submissions: made, filled in, checked, tampered with, and shown together."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import shutil
+from pathlib import Path
+
+import pytest
+
+from retarget_bench import records
+from retarget_bench.cli import main
+from retarget_bench.errors import BenchError
+from retarget_bench.rendering import RENDERERS
+from retarget_bench.submission.board import board
+from retarget_bench.submission.checking import check
+from retarget_bench.submission.making import FILL_IN, make
+from retarget_bench.submission.manifest import CARD_SECTIONS
+
+TOYS = Path(__file__).parent / "toys"
+
+
+def bench(*arguments: str) -> int:
+    with pytest.raises(SystemExit) as stop:
+        main(list(arguments))
+    return int(stop.value.code or 0)
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Two methods on six toy cases."""
+    out = tmp_path_factory.mktemp("submitted") / "runs"
+    plugins = ("--plugin", str(TOYS / "toy_cases.py"))
+    assert bench("run", "copy_rotations", "ik", "-d", "toy_cases", "--out", str(out), *plugins) == 0
+    return out
+
+
+def filled_in(folder: Path) -> Path:
+    for name in ("submission.toml", "CARD.md"):
+        text = (folder / name).read_text(encoding="utf-8")
+        (folder / name).write_text(text.replace(FILL_IN, "A. Author"), encoding="utf-8")
+    return folder
+
+
+@pytest.fixture
+def sound(tmp_path: Path, runs: Path) -> Path:
+    make(tmp_path / "all" / "ik", runs, "ik")
+    return filled_in(tmp_path / "all" / "ik")
+
+
+def errors(folder: Path) -> list[str]:
+    return [finding.text for finding in check(folder) if finding.level == "error"]
+
+
+def test_what_is_left_to_fill_in_is_found_and_nothing_else(tmp_path: Path, runs: Path) -> None:
+    make(tmp_path / "ik", runs, "ik")
+    found = errors(tmp_path / "ik")
+    assert len(found) == len(CARD_SECTIONS) + 2  # authors and licence
+    assert check(filled_in(tmp_path / "ik")) == []
+
+
+def test_cost_is_measured(sound: Path) -> None:
+    import tomllib
+
+    cost = tomllib.loads((sound / "submission.toml").read_text())["cost"]
+    assert cost["frames_per_second"] > 100
+    assert 0 <= cost["peak_memory_mb"] < 2000
+
+
+def rewrite(path: Path, old: str, new: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+
+
+def some(folder: Path, split: str, suffix: str) -> Path:
+    (path,) = folder.glob(f"results/*/retarget/{split}/ik{suffix}")
+    return path
+
+
+def test_every_mistake_in_the_manifest_is_said_at_once(sound: Path) -> None:
+    rewrite(sound / "submission.toml", "parameters = 0", 'parameters = "none"')
+    rewrite(sound / "submission.toml", "authors = ", "author = ")
+    (said,) = errors(sound)
+    assert "cost.parameters" in said
+    assert "method.authors" in said
+    assert "method.author:" in said
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [
+        ("no manifest", "submission.toml: is missing"),
+        ("newer", "Upgrade retarget-bench"),
+        ("not toml", "is not TOML"),
+        ("no card", "CARD.md cannot be read"),
+        ("no rows", "neither results/ nor predictions/"),
+        ("a case less", "cases are answered, the rows"),
+        ("other label", "the rows are of ik, the manifest of mine"),
+        ("hidden privilege", "which method.sees does not say"),
+        ("other data", "made on other data"),
+        ("not a number", "is not a number"),
+        ("a stranger", "1 case unknown to the data set"),
+        ("unknown data", "data.dataset"),
+    ],
+)
+def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
+    manifest, rows, header = (
+        sound / "submission.toml",
+        some(sound, "intra", ".csv"),
+        some(sound, "intra", ".json"),
+    )
+    if name == "no manifest":
+        manifest.unlink()
+    elif name == "newer":
+        rewrite(manifest, "schema = 1", "schema = 99")
+    elif name == "not toml":
+        manifest.write_text("schema = = 1")
+    elif name == "no card":
+        (sound / "CARD.md").unlink()
+    elif name == "no rows":
+        shutil.rmtree(sound / "results")
+    elif name == "a case less":
+        lines = rows.read_text().splitlines(keepends=True)
+        first = lines[1].split(",")[0]
+        rows.write_text("".join(line for line in lines if not line.startswith(first)))
+    elif name == "other label":
+        rewrite(manifest, 'label = "ik"', 'label = "mine"')
+    elif name == "hidden privilege":
+        facts = json.loads(header.read_text())
+        facts["method"]["privileged"] = ["reference"]
+        header.write_text(json.dumps(facts))
+    elif name == "other data":
+        rewrite(header, "toy-1-3", "toy-1-2")
+    elif name == "not a number":
+        text = rows.read_text().splitlines()
+        text[1] = text[1].rsplit(",", 1)[0] + ",nan"
+        rows.write_text("\n".join(text) + "\n")
+    elif name == "a stranger":
+        (cases,) = sound.glob("results/*/retarget/intra/cases.csv")
+        cases.write_text(cases.read_text() + "toy/small>tall/clip 9,small,tall,clip 9,wiggle,12\n")
+    else:
+        rewrite(manifest, 'dataset = "toy_cases"', 'dataset = "toy_csaes"')
+    assert any(told in text for text in errors(sound)), errors(sound)
+
+
+def predictions(runs: Path, folder: Path) -> None:
+    """The stored predictions of ik, as a submission has them."""
+    (folder / "predictions").mkdir()
+    for path in runs.glob("*/retarget/*/ik/*.npz"):
+        shutil.copy(path, folder / "predictions")
+
+
+def test_predictions_alone_are_scored_to_the_same_rows(sound: Path, runs: Path) -> None:
+    before = some(sound, "intra", ".csv").read_bytes()
+    shutil.rmtree(sound / "results")
+    predictions(runs, sound)
+    assert check(sound) == []
+    assert some(sound, "intra", ".csv").read_bytes() == before
+
+
+def test_rows_that_the_predictions_do_not_give_are_found(sound: Path, runs: Path) -> None:
+    predictions(runs, sound)
+    assert check(sound) == []
+    rows = some(sound, "cross", ".csv")
+    table = list(csv.reader(io.StringIO(rows.read_text())))
+    for row in table[1:]:
+        if row[1] == "mpjpe_h.world":
+            row[3] = f"{float(row[3]) * 0.9:.9g}"
+    out = io.StringIO()
+    csv.writer(out, lineterminator="\n").writerows(table)
+    rows.write_text(out.getvalue())
+    assert any("scored again gives another mpjpe_h.world" in text for text in errors(sound))
+
+
+def test_the_leaderboard_shows_quality_and_cost(sound: Path, runs: Path) -> None:
+    root = sound.parent
+    make(root / "copy", runs, "copy_rotations")
+    filled_in(root / "copy")
+    rewrite(root / "copy" / "submission.toml", 'lookahead_frames = "clip"', "lookahead_frames = 0")
+    make(root / "unfinished", runs, "ik")
+    (made,), left_out = board(root)
+    assert [text for text in left_out if text.startswith("unfinished is left out")] == left_out != []
+    group = next(group for group in made.groups if group.split == "intra")
+    cells = {
+        row.label: {c.id: cell for c, cell in zip(group.columns, row.cells, strict=True)}
+        for row in group.rows
+    }
+    assert set(cells) == {"copy_rotations", "ik"}
+    assert cells["ik"]["cost.lookahead_frames"].text == "clip"
+    assert cells["copy_rotations"]["cost.lookahead_frames"].value == 0.0
+    assert cells["ik"]["mpjpe_h.world"].value is not None
+    page = RENDERERS["html"]([made])
+    for words in ("parameters", "look-ahead", "A. Author", "unfinished is left out"):
+        assert words in page
+
+
+def test_the_command(sound: Path, runs: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    assert bench("submit", str(sound), "--check") == 0
+    assert "can be submitted" in capsys.readouterr().out
+    rewrite(sound / "CARD.md", "## Limits", "## Limit")
+    assert bench("submit", str(sound), "--check") == 1
+    assert "'## Limits' is missing" in capsys.readouterr().out
+    assert bench("submit", str(sound.parent), "--board", "-o", str(tmp_path / "b.html")) == 2
+    assert "no submission is sound" in capsys.readouterr().err
+    rewrite(sound / "CARD.md", "## Limit", "## Limits")
+    assert bench("submit", str(sound.parent), "--board", "-o", str(tmp_path / "b.html")) == 0
+    assert (tmp_path / "b.html").read_text().startswith("<!doctype html>")
+    capsys.readouterr()
+    wrong = {
+        ("submit", str(sound)): "say one of",
+        ("submit", str(tmp_path / "x"), "--check"): "is no folder",
+        ("submit", str(sound), "--make", "ik", "--results", str(runs)): "not an empty folder",
+        (
+            "submit",
+            str(tmp_path / "y"),
+            "--make",
+            "kk",
+            "--results",
+            str(runs),
+        ): "there are copy_rotations, ik",
+        ("submit", str(tmp_path), "--board", "-o", "x.doc"): "ends in .html",
+        ("submit", str(tmp_path), "--board"): "holds no submissions",
+    }
+    for arguments, told in wrong.items():
+        assert bench(*arguments) == 2
+        assert told in capsys.readouterr().err
+
+
+def test_results_of_two_data_sets_are_no_submission(tmp_path: Path, runs: Path) -> None:
+    shutil.copytree(runs, tmp_path / "runs")
+    (data,) = (path for path in (tmp_path / "runs").iterdir() if path.is_dir())
+    shutil.copytree(data, tmp_path / "runs" / "another")
+    assert len(records.find_results(tmp_path / "runs")) == 8
+    with pytest.raises(BenchError, match="on several data sets: another, toy_cases"):
+        make(tmp_path / "ik", tmp_path / "runs", "ik")

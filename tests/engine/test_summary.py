@@ -1,0 +1,122 @@
+"""Intervals, ranks and ties of summaries, against numbers worked out apart from them."""
+
+import numpy as np
+import pytest
+from stored import store
+
+from retarget_bench import statistics, summary
+
+VALUE = "mpjpe_h.world"
+CLIPS = [f"c{n:02}" for n in range(24)]
+
+
+def numbers(column: np.ndarray, value: str = VALUE) -> list:
+    """A case per clip; nan: the value does not apply to it."""
+    return [
+        ("a>b", clip, {} if np.isnan(number) else {value: float(number)})
+        for clip, number in zip(CLIPS, column, strict=True)
+    ]
+
+
+def section(root, columns: dict[str, np.ndarray], value: str = VALUE, **changes) -> summary.Section:
+    """``changes``: method -> what its header says beside."""
+    places = [
+        store(root, "intra", name, numbers(column, value), **changes.get(name, {}))
+        for name, column in columns.items()
+    ]
+    (found,) = summary.sections(places)
+    return found
+
+
+@pytest.fixture
+def hard() -> np.ndarray:
+    return np.random.default_rng(0).gamma(2.0, 1.0, len(CLIPS))
+
+
+def scores(found: summary.Section) -> dict[str, summary.Score]:
+    return {score.label: score for score in found.scores}
+
+
+def test_means_have_the_interval_of_their_clips(tmp_path, hard):
+    (score,) = section(tmp_path, {"m": hard}).scores
+    (expected,) = statistics.mean_intervals(hard[None])
+    interval = score.means[VALUE].interval
+    assert (interval.low, interval.high) == pytest.approx((expected.low, expected.high), rel=1e-7)
+    assert interval.low < score.means[VALUE].value < interval.high
+
+
+def test_the_best_its_equal_and_the_worse(tmp_path, hard):
+    noise = 0.02 * np.random.default_rng(1).normal(size=(2, len(CLIPS)))
+    found = section(tmp_path, {"worse": 2 * hard, "one": hard + noise[0], "two": hard + noise[1]})
+    ranking = found.rankings[VALUE]
+    assert set(ranking.order[:2]) == {"one", "two"}
+    assert ranking.order[2] == "worse"
+    assert ranking.tied == {ranking.order[1]}
+    assert ranking.p["worse"] < 0.001
+    assert ranking.best not in ranking.p
+    assert (ranking.cases, ranking.clips, ranking.left_out) == (24, 24, {})
+
+
+def test_ranked_means_are_over_the_cases_that_all_ranked_methods_have(tmp_path, hard):
+    lacking = np.where(np.arange(24) == 3, np.nan, 0.5 * hard)
+    control = 9 * hard
+    found = section(tmp_path, {"m": hard, "lacking": lacking, "floor": control}, floor={"control": True})
+    means = {label: score.means[VALUE] for label, score in scores(found).items()}
+    kept = np.arange(24) != 3
+    assert found.rankings[VALUE].order == ("lacking", "m")
+    assert (means["m"].n, means["lacking"].n, means["floor"].n) == (23, 23, 24)
+    assert means["m"].value == pytest.approx(hard[kept].mean(), rel=1e-8)
+    assert means["floor"].value == pytest.approx(control.mean(), rel=1e-8)
+
+
+def test_who_has_a_value_for_few_cases_does_not_shrink_the_others(tmp_path, hard):
+    few = np.where(np.arange(24) < 12, hard, np.nan)
+    found = section(tmp_path, {"m": hard, "n": 1.1 * hard, "few": few})
+    ranking = found.rankings[VALUE]
+    assert ranking.order == ("m", "n")
+    assert ranking.left_out == {"few": "has it for 12 of 24 cases"}
+    assert scores(found)["few"].means[VALUE].n == 12
+    assert scores(found)["m"].means[VALUE].n == 24
+
+
+def test_controls_and_privileged_rows_are_never_ranked(tmp_path, hard):
+    found = section(
+        tmp_path,
+        {"m": hard, "floor": 0 * hard, "leak": 0.1 * hard},
+        floor={"control": True},
+        leak={"privileged": ["reference"]},
+    )
+    assert found.rankings[VALUE].order == ("m",)
+    only = section(tmp_path / "other", {"floor": hard}, floor={"control": True})
+    assert only.rankings == {}
+    assert VALUE in only.scores[0].means
+
+
+def test_ratios_are_ranked_by_their_factor_from_the_goal_in_every_case(tmp_path):
+    # around 1 on average and far from it in every case, against always 1.3
+    swings = np.where(np.arange(24) % 2, 0.4, 1.6)
+    found = section(tmp_path, {"swings": swings, "steady": np.full(24, 1.3)}, "ratio")
+    assert scores(found)["swings"].means["ratio"].value == pytest.approx(1.0)
+    assert found.rankings["ratio"].order == ("steady", "swings")
+
+
+def test_curves_have_means_with_intervals_and_no_rank(tmp_path, hard):
+    cases = [
+        ("a>b", clip, {"curve": {"0.1": float(h), "0.2": 2 * float(h)}})
+        for clip, h in zip(CLIPS, hard, strict=True)
+    ]
+    (found,) = summary.sections([store(tmp_path, "intra", "m", cases)])
+    curve = found.scores[0].curves["curve"]
+    assert curve["0.2"].value == pytest.approx(2 * hard.mean(), rel=1e-8)
+    assert curve["0.1"].interval is not None
+    assert found.rankings == {}
+
+
+def test_the_same_results_in_two_folders_are_told_apart(tmp_path, hard):
+    places = [store(tmp_path / name, "intra", "m", numbers(hard)) for name in ("old", "new")]
+    (found,) = summary.sections(places)
+    assert [score.label for score in found.scores] == [
+        f"m ({tmp_path / 'old'})",
+        f"m ({tmp_path / 'new'})",
+    ]
+    assert found.rankings[VALUE].tied == {f"m ({tmp_path / 'new'})"}

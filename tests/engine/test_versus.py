@@ -1,0 +1,180 @@
+"""Two methods against each other: numbers by hand, verdicts, errors, and what is printed."""
+
+import csv
+import io
+import re
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from stored import changed, store
+
+from retarget_bench import panel, records, statistics, versus, versus_text
+from retarget_bench.cli import group
+from retarget_bench.errors import BenchError
+
+CLIPS = 20
+
+
+def numbers(values: dict[str, list[float]], pairs: tuple[str, ...] = ("a>b", "b>a")) -> list:
+    """Cases of every clip and pair; ``values``: value id -> a number per clip and pair."""
+    cases = [(pair, f"c{clip:02}") for clip in range(CLIPS) for pair in pairs]
+    return [
+        (*case, {key: each[at] for key, each in values.items() if not np.isnan(each[at])})
+        for at, case in enumerate(cases)
+    ]
+
+
+def both(root, first, second, **changes):
+    store(root, "intra", "one", numbers(first))
+    store(root, "intra", "two", numbers(second), **changes)
+    (found,) = panel.panels(records.find_results(root))
+    return found
+
+
+def compared(found, values=("mpjpe_h.world", "ratio")):
+    return versus.versus(found, versus.find(found, "one"), versus.find(found, "two"), values)
+
+
+def test_differences_are_taken_per_case_then_per_clip_on_common_cases(tmp_path):
+    random = np.random.default_rng(0)
+    first, second = random.gamma(2, 1, (2, 2 * CLIPS))
+    second[5] = np.nan  # one pair of the third clip
+    found = both(tmp_path, {"mpjpe_h.world": first}, {"mpjpe_h.world": second})
+    (one,) = compared(found).differences
+    clips = [
+        [a - b for a, b in zip(first[at : at + 2], second[at : at + 2], strict=True) if not np.isnan(b)]
+        for at in range(0, 2 * CLIPS, 2)
+    ]
+    means = np.array([np.mean(each) for each in clips])
+    assert one.difference == pytest.approx(means.mean(), rel=1e-7)
+    assert (one.cases, one.clips) == (39, 20)
+    assert one.p == statistics.sign_flip(means[None])[0]
+    assert one.first - one.second == pytest.approx(one.difference, rel=1e-6)
+    assert one.interval.low < one.difference < one.interval.high
+
+
+def test_p_values_are_corrected_for_the_values_compared(tmp_path):
+    random = np.random.default_rng(1)
+    first = {key: random.gamma(2, 1, 2 * CLIPS) for key in ("mpjpe_h.world", "ratio")}
+    second = {key: each * random.gamma(20, 1 / 18, 2 * CLIPS) for key, each in first.items()}
+    found = compared(both(tmp_path, first, second))
+    small, large = sorted(found.differences, key=lambda each: each.p)
+    assert small.adjusted == pytest.approx(min(1, 2 * small.p))
+    assert large.adjusted == pytest.approx(max(large.p, small.adjusted))
+
+
+def test_ratios_are_compared_by_their_factor_from_the_goal(tmp_path):
+    below, above = np.full(2 * CLIPS, 0.5), np.full(2 * CLIPS, 1.9)
+    found = both(tmp_path, {"ratio": below}, {"ratio": above})
+    (one,) = compared(found).differences
+    assert (one.first, one.second) == pytest.approx((0.5, 1.9))
+    assert one.difference == pytest.approx(np.log(2) - np.log(1.9))
+    assert one.verdict == "second"
+
+
+@pytest.mark.parametrize(
+    ("apart", "better", "verdict"),
+    [
+        (np.full(40, -1.0), "lower", "first"),
+        (np.full(40, 1.0), "lower", "second"),
+        (np.full(40, 1.0), "higher", "first"),
+        (np.full(40, 1.0), "none", "higher"),
+        (np.full(40, -1.0), "none", "lower"),
+        (np.full(40, 1e-9), "lower", "same"),
+        (np.tile([1.0, 1.0, -1.0, -1.0], 10), "lower", "open"),
+    ],
+)
+def test_verdicts(tmp_path, apart, better, verdict):
+    found = both(tmp_path, {"mpjpe_h.world": 10 + apart}, {"mpjpe_h.world": np.full(40, 10.0)})
+    found.values["mpjpe_h.world"]["better"] = better
+    (one,) = compared(found).differences
+    assert one.verdict == verdict
+    assert verdict == "open" or versus_text.verdict(compared(found), one) != "not told apart"
+
+
+def test_a_handful_of_clips_never_gives_a_verdict(tmp_path):
+    for name, size in (("one", 1.0), ("two", 2.0)):
+        store(tmp_path, "intra", name, [("a>b", f"c{n}", {"mpjpe_h.world": size + n}) for n in range(5)])
+    (found,) = panel.panels(records.find_results(tmp_path))
+    (one,) = compared(found).differences
+    assert (one.verdict, one.interval, one.p) == ("few", None, 2 / 2**5)
+
+
+# ------------------------------------------------------------------------------------------- command
+@pytest.fixture
+def runs(tmp_path):
+    random = np.random.default_rng(2)
+    first = random.gamma(2, 1, 2 * CLIPS)
+    root = tmp_path / "runs"
+    values = {"mpjpe_h.world": first, "ratio": np.full(2 * CLIPS, 1.0)}
+    worse = {"mpjpe_h.world": 1.5 * first, "ratio": np.full(2 * CLIPS, 1.0)}
+    both(root, values, worse, privileged=["reference"])
+    return root
+
+
+def bench(*words) -> str:
+    done = CliRunner().invoke(group, ["compare", *map(str, words)], standalone_mode=False)
+    if isinstance(done.exception, BenchError):
+        raise done.exception
+    assert done.exception is None, done.exception
+    return done.output
+
+
+def test_text_says_who_is_better_and_by_how_much(runs):
+    shown = bench("one", "two", "--results", runs, "--columns", "mpjpe_h.world,ratio")
+    row = next(line for line in shown.splitlines() if "mpjpe_h.world" in line)
+    assert re.search(r"↓, % of height .*-1\.\d+ +\[-[\d.]+, -[\d.]+\] +<0\.001 +40 +20  one better$", row)
+    assert "* two sees reference" in shown
+    assert "data, intra" in shown
+    assert "the same" in next(line for line in shown.splitlines() if "ratio" in line)
+
+
+def test_csv_reads_back_and_markdown_survives_hostile_names(runs, tmp_path):
+    rows = list(csv.DictReader(io.StringIO(bench("one", "two", "--results", runs, "--all", "-f", "csv"))))
+    assert [row["value"] for row in rows] == ["mpjpe_h.world", "ratio"]
+    assert rows[0]["verdict"] == "one better"
+    assert float(rows[0]["low"]) < float(rows[0]["difference"]) < float(rows[0]["high"]) < 0
+    hostile = "a|b<script>*_[x]"
+    store(runs, "intra", "odd", numbers({"mpjpe_h.world": np.full(2 * CLIPS, 2.0)}), label=hostile)
+    shown = bench("one", hostile, "--results", runs, "-f", "md", "-o", tmp_path / "out.md")
+    assert shown == f"wrote {tmp_path / 'out.md'}\n"
+    text = (tmp_path / "out.md").read_text()
+    assert "<script>" not in text
+    table = [line for line in text.splitlines() if line.startswith("|")]
+    assert len({line.replace("\\|", "").count("|") for line in table}) == 1
+
+
+def test_folders_compare_a_method_with_itself(runs, tmp_path):
+    later = tmp_path / "later"
+    random = np.random.default_rng(3)
+    store(later, "intra", "one", numbers({"mpjpe_h.world": random.gamma(2, 1, 2 * CLIPS)}))
+    shown = bench(runs, later, "--columns", "mpjpe_h.world")
+    assert f"one ({runs}) against one ({later})" in shown
+    assert "two" not in shown
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["one", "tow"], "no results of 'tow' here; did you mean two"),
+        (["one", "unlike"], "no results of 'unlike' here; there are those of one, two"),
+        (["one", "two", "--columns", "mpjpe"], "'mpjpe' is a value of no result; there are mpjpe_h.world"),
+        (["one", "two", "--columns", "curve"], "'curve' is a curve"),
+        (["one", "two", "--columns", ","], "name at least one value"),
+        (["one", "two", "-s", "cross"], "no case in common|no results"),
+        (["one", "two", "-d", "nothing"], "no results of nothing in"),
+        (["one", "two", "--columns", "ratio_src"], "one and two have no case in common"),
+    ],
+)
+def test_mistakes_are_told_in_a_sentence(runs, words, message):
+    with pytest.raises(BenchError, match=message):
+        bench(*words, "--results", runs)
+
+
+def test_different_data_are_never_compared(runs):
+    place = next(p for p in records.find_results(runs) if p.method == "two")
+    dataset = records.read_header(place.header)["dataset"] | {"content": "c2"}
+    changed(place, dataset=dataset)
+    with pytest.raises(BenchError, match=r"scored on different data called data \(c1; c2\)"):
+        bench("one", "two", "--results", runs)

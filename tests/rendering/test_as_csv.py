@@ -1,0 +1,54 @@
+"""Tables as CSV."""
+
+import csv
+import io
+from dataclasses import replace
+
+import pytest
+from small_tables import HOSTILE, make_table
+
+from retarget_bench.rendering import comma_separated
+
+
+def rows(*tables) -> list[dict[str, str]]:
+    return list(csv.DictReader(io.StringIO(comma_separated(tables), newline=""), strict=True))
+
+
+def test_every_number_stands_with_what_belongs_to_it():
+    ours, other, broken, old, *intra = rows(make_table())
+    assert (ours["dataset"], ours["split"], ours["method"], ours["n"]) == (
+        "data words",
+        "cross",
+        "ours",
+        "47",
+    )
+    world = {key: ours[f"mpjpe_h.world{key}"] for key in ("", ":low", ":high", ":mark", ":n", ":clips")}
+    assert list(world.values()) == ["3.321", "2.91", "3.8", "best", "47", "43"]
+    assert (other["mpjpe_h.world:mark"], other["mpjpe_h.world:seeds_sd"]) == ("tied", "0.25")
+    assert (other["recall"], other["recall:mark"]) == ("", "n/a")
+    assert (broken["recall"], broken["recall:mark"], broken["not_ranked"]) == ("", "failed", "words")
+    assert [old[f"{key}:mark"] for key in ("mpjpe_h.world", "jerk_ratio", "recall")] == [
+        "other version", "not run", "",
+    ]  # fmt: skip
+    assert [row["split"] for row in intra] == ["intra", "intra"]
+
+
+@pytest.mark.parametrize("name", HOSTILE)
+def test_names_come_back_as_they_were(name):
+    (first, *_) = rows(make_table(name, name))
+    assert first["method"] == name
+    assert first["dataset"] == f"data {name}"
+    assert first["n"] == "47"
+
+
+def test_several_data_sets_share_one_header():
+    one, two = make_table(), replace(make_table(), title="second")
+    assert [row["dataset"] for row in rows(one, two)].count("second") == 6
+
+
+def test_parts_of_a_breakdown_name_their_value():
+    group = make_table().groups[0]
+    broken_down = replace(group, heading="kind", subject="mpjpe_h.world", title="cross, by kind")
+    (first, *_) = rows(replace(make_table(), groups=(broken_down,)))
+    assert (first["value"], first["kind"], first["split"]) == ("mpjpe_h.world", "ours", "cross")
+    assert "method" not in first
