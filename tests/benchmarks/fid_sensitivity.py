@@ -1,7 +1,7 @@
 """What the shipped feature networks notice: FID, KID, coverage and density of real motion made worse.
 
-Either half of the clips against real motion of the other half, averaged, per structure. As many windows as
-FID asks for need some 160 performances.
+Either half of the performances against real motion of the other half, averaged, per structure. As many
+windows as FID asks for need some 160 performances.
 Run: ``python tests/benchmarks/fid_sensitivity.py [--performances N] [--structure NAME]``.
 """
 

@@ -116,7 +116,7 @@ HARMS: dict[str, tuple[Corruption, tuple[float, ...]]] = {
 # ------------------------------------------------------------------------------------------------- a study
 @dataclass(frozen=True)
 class Noticed:
-    """What the distances say of either half of the clips against real motion of the other, on average.
+    """What the distances say of either half against real motion of the other, on average.
 
     n: windows in the smaller half. Both ways are needed: the halves differ anyway, and a little harm brings
     one of them nearer to the other as often as not; then it takes the other one away.
@@ -130,7 +130,10 @@ class Noticed:
 
 
 class Study:
-    """Real motion of one structure of a data set, dealt into two halves by clip, made worse.
+    """Real motion of one structure of a data set, dealt into two halves, made worse.
+
+    The halves are of performances, clip by clip in turn, so that both hold much the same: whether a network
+    sees a fault is asked, and not how far apart clips lie (a dozen of them, for the dogs).
 
     performances: how many (clip, body) at most. chosen: keeps those whose positions it says True of.
     """
@@ -160,8 +163,7 @@ class Study:
                 self.motions[clip, name] = known_by_places
             if len(self.motions) == performances:
                 break
-        clips = sorted({clip for clip, _ in self.motions}, key=lambda clip: _rank(clip, "half"))
-        self.half = {clip: number % 2 for number, clip in enumerate(clips)}
+        self.half = {pair: number % 2 for number, pair in enumerate(sorted(self.motions))}
         self.begin()
 
     def begin(self) -> None:
@@ -173,7 +175,7 @@ class Study:
     ) -> tuple[np.ndarray, np.ndarray]:
         parts, clips = [], []
         for (clip, name), motion in self.motions.items():
-            if self.half[clip] == half:
+            if self.half[clip, name] == half:
                 shown = harm(motion, f"{clip} {name}", amount) if harm else motion
                 parts.append(self.network.features(shown)[0])
                 clips += [clip] * len(parts[-1])
