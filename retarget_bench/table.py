@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from retarget_bench import gaps, origins, set_groups, versions
@@ -15,13 +15,18 @@ from retarget_bench.summary import Score, Section
 FIRST_SIGHT = (
     "mpjpe_h.world",
     "mpjpe_h.root",
-    "contact_recall",
-    "contact_precision",
+    "plant_recall",
+    "plant_precision",
+    "touch_gap",
     "foot_slide",
     "jerk_ratio",
     FPS,
 )
 """The columns of a table when nobody asks for others."""
+STAND_INS = {"plant_recall": ("contact_recall",), "plant_precision": ("contact_precision",)}
+"""Value id -> what is shown instead where no case has it: contacts by speed where none are known truly."""
+WHERE_KNOWN = frozenset(["touch_gap"])
+"""Usual columns that nobody misses where a data set does not know them."""
 
 Values = Mapping[str, Mapping[str, Any]]
 
@@ -135,9 +140,9 @@ def _columns(section: Section, wanted: Sequence[str], declared: Values) -> tuple
     keys: list[str] = []
     absent: dict[str, list[str]] = {}
     for key in wanted:
-        if (shown := _stand_in(key, present)) is not None:
+        if (shown := stand_in(key, present)) is not None:
             keys.append(shown)
-        elif key in declared:
+        elif key in declared and not (wanted is FIRST_SIGHT and key in WHERE_KNOWN):
             absent.setdefault(gaps.lacking([declared[key]], *section.scores), []).append(key)
     lost = [
         f"{section.split}: not shown are {', '.join(declared[key]['label'] for key in each)}: {why}"
@@ -146,17 +151,17 @@ def _columns(section: Section, wanted: Sequence[str], declared: Values) -> tuple
     return list(dict.fromkeys(keys)), lost
 
 
-def _stand_in(key: str, present: set[str]) -> str | None:
-    """The column itself, or where no case has it the same measure against the source."""
-    if key == FPS or key in present:
-        return key
-    return f"{key}_src" if f"{key}_src" in present else None
+def stand_in(key: str, present: Collection[str]) -> str | None:
+    """The column itself, or where no case has it what stands for it, at last against the source."""
+    options = (key, *STAND_INS.get(key, ()))
+    found = (each for each in (*options, *(f"{option}_src" for option in options)) if each in present)
+    return FPS if key == FPS else next(found, None)
 
 
 def _broken_down(found: Sequence[Section], wanted: Sequence[str], declared: Values) -> list[str]:
     """The values of a breakdown: a group each. Unasked, the first of the usual columns, or else all."""
     present = _present(found)
-    shown = (_stand_in(key, present) for key in wanted if key != FPS)
+    shown = (stand_in(key, present) for key in wanted if key != FPS)
     keys = list(dict.fromkeys(key for key in shown if key is not None))
     if wanted is not FIRST_SIGHT:
         return keys

@@ -111,14 +111,13 @@ def _checked(panels: Sequence[Panel], wanted: list[str] | None) -> list[str] | N
 
 def _values(panel: Panel, wanted: list[str] | None, everything: bool) -> list[str]:
     """Value ids to compare on a split: those asked for, all, or the columns of a table."""
-    from retarget_bench.table import FIRST_SIGHT
+    from retarget_bench.table import FIRST_SIGHT, stand_in
 
     there = list(dict.fromkeys(value for value, index in panel.keys if not index))
     if everything or wanted is not None:
         return there if everything else list(wanted or ())
-    # without references, the same measure against the source stands in
-    stand_ins = [key if key in there else f"{key}_src" for key in FIRST_SIGHT]
-    return [key for key in stand_ins if key in there]
+    shown = (stand_in(key, there) for key in FIRST_SIGHT)
+    return [key for key in shown if key in there]
 
 
 def _of_labels(
