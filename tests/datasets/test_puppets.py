@@ -78,6 +78,8 @@ def test_feet_are_planted_pivoting_or_free() -> None:
         if info.kind not in ("walk", "arc", "march"):
             continue
         case, body = data.load(info), BODIES[info.target]
+        if body.structure.name == "h36m17":  # has no toe joint to pivot about
+            continue
         pivoting, planted = case.contacts.pivoting, case.contacts.planted
         assert not (pivoting & planted).any()
         turned = to_matrix(relative(case.reference))
