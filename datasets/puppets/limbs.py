@@ -109,15 +109,15 @@ def from_vector(v: np.ndarray) -> np.ndarray:
     first = np.where(small, 1.0 - square / 6.0, np.sin(safe) / safe)
     second = np.where(small, 0.5 - square / 24.0, (1.0 - np.cos(safe)) / (safe * safe))
     turn = (second[..., None] * v)[..., :, None] * v[..., None, :]
-    skew, level = first[..., None] * v, 1.0 - second * square
-    for i, j, k in _CYCLES:
-        turn[..., i, i] += level
-        turn[..., j, i] += skew[..., k]
-        turn[..., i, j] -= skew[..., k]
+    flat = turn.reshape(-1, 9)
+    flat += (first[..., None] * v).reshape(-1, 3) @ _SKEW
+    flat[:, ::4] += (1.0 - second * square).reshape(-1, 1)
     return turn
 
 
 _CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
+_SKEW = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(1, 2).reshape(3, 9)
+"""Vector to the nine numbers of the matrix that multiplies by it, as in a vector product."""
 
 
 def to_vector(turn: np.ndarray) -> np.ndarray:
@@ -192,10 +192,15 @@ def bend_all(
     a, b = limb.upper, limb.lower
     cosine = np.clip((a * a + d * d - b * b) / (2.0 * a * d), -1.0, 1.0)
     sine = np.sqrt(1.0 - cosine * cosine)
-    return (
-        _along(to, hinge, aside, cosine, sine, drawn),
-        _along(to, hinge, aside, (d - a * cosine) / b, -a / b * sine, drawn),
-    )
+    # both bones, one after the other, in the plane of ``to`` and ``aside``
+    c = np.stack([cosine, (d - a * cosine) / b])[..., None]
+    s = np.stack([sine, -a / b * sine])[..., None]
+    turned = np.empty((2, *line.shape, 3))
+    turned[..., 0] = c * to + s * aside
+    turned[..., 1] = hinge
+    turned[..., 2] = c * aside - s * to
+    upper, lower = (turned.reshape(2, len(limbs), -1, 3) @ drawn).reshape(turned.shape)
+    return upper, lower
 
 
 @cache
@@ -204,24 +209,6 @@ def _drawn(limbs: tuple[Limb, ...]) -> tuple[np.ndarray, np.ndarray]:
     hinge and what is orthogonal to both, as rows."""
     hung = np.stack([*(limb.ease for limb in limbs), *(limb.natural for limb in limbs)])
     return hung, np.stack([[limb.bone, limb.hinge, cross(limb.bone, limb.hinge)] for limb in limbs])
-
-
-def _along(
-    to: np.ndarray,
-    hinge: np.ndarray,
-    aside: np.ndarray,
-    cosine: np.ndarray,
-    sine: np.ndarray,
-    drawn: np.ndarray,
-) -> np.ndarray:
-    """``(limbs, frames, 3, 3)``: a bone in the plane of ``to`` and ``aside``, ``(limbs, frames, 3)``."""
-    c, s = cosine[..., None], sine[..., None]
-    after = np.empty((*to.shape, 3))
-    after[..., 0] = c * to + s * aside
-    after[..., 1] = hinge
-    after[..., 2] = c * aside - s * to
-    limbs, frames = to.shape[:2]
-    return np.asarray((after.reshape(limbs, -1, 3) @ drawn).reshape(limbs, frames, 3, 3))
 
 
 def _within(distance: np.ndarray, limb: Limb) -> np.ndarray:
