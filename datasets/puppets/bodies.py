@@ -34,6 +34,16 @@ class Body:
         return {part: joint for joint, part in enumerate(self.structure.parts)}
 
     @cached_property
+    def children(self) -> Mapping[str, list[tuple[int, str, bool]]]:
+        """Part -> joint and part of each of its children, and whether that is silent."""
+        structure = self.structure
+        found: dict[str, list[tuple[int, str, bool]]] = {part: [] for part in structure.parts}
+        for child, (part, parent) in enumerate(zip(structure.parts, structure.parents, strict=True)):
+            if parent >= 0:
+                found[structure.parts[parent]].append((child, part, part in structure.silent))
+        return found
+
+    @cached_property
     def offsets(self) -> np.ndarray:
         structure, places = self.structure, self.structure.places(self.proportions)
         return np.array(

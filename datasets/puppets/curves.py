@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cache
 
 import numpy as np
 
@@ -87,12 +88,19 @@ def lower_envelope(values: np.ndarray, reach: int) -> np.ndarray:
     averaged over the same window with a Hann weight."""
     if reach < 1:
         return values
-    width = 2 * reach + 1
-    low = np.lib.stride_tricks.sliding_window_view(np.pad(values, 2 * reach, mode="edge"), width).min(
-        axis=1
-    )
+    ends = np.full(2 * reach, values[0]), np.full(2 * reach, values[-1])
+    padded, kept = np.concatenate([ends[0], values, ends[1]]), len(values) + 2 * reach
+    low = padded[:kept].copy()
+    for k in range(1, 2 * reach + 1):
+        np.minimum(low, padded[k : k + kept], out=low)
+    return np.convolve(low, _hann(2 * reach + 1), mode="valid")
+
+
+@cache
+def _hann(width: int) -> np.ndarray:
+    """Weights of a window, which sum to 1."""
     weights = np.hanning(width + 2)[1:-1]
-    return np.convolve(low, weights / weights.sum(), mode="valid")
+    return np.asarray(weights / weights.sum())
 
 
 def soft_min(a: np.ndarray, b: np.ndarray, width: float) -> np.ndarray:

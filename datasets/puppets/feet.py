@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -51,8 +52,9 @@ class _Sole:
         return cls((p.ball_height - p.ankle, p.ball), (-p.ankle, -p.heel), p.ball_height, p.toes)
 
 
+@lru_cache(maxsize=64)
 def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
-    """The path of one foot of a body through a score's plants."""
+    """The path of one foot of a body through a score's plants, kept for its other manner."""
     t = np.arange(frames, dtype=float)
     sole = _Sole.of(body)
     pitch, bent, yaw = np.zeros(frames), np.zeros(frames), np.zeros(frames)

@@ -21,12 +21,16 @@ GRAVITY = 9.81 / 0.92 / 30.0**2
 
 def bridged(score: Score, wanted: np.ndarray, reached: np.ndarray) -> np.ndarray:
     """Heights ``(frames,)`` as ``reached``, but in flights as ``wanted``, moved so that both ends fit."""
+    if not score.flights:
+        return reached
     return _chords(score.flights, reached - wanted, reached - wanted) + wanted
 
 
 def fall(score: Score, body: Body, places: np.ndarray) -> np.ndarray:
     """How far the pelvis must be off its own course ``(frames,)``, metres, for the centre of mass to fall
     freely, in a pose with joints at ``places`` ``(frames, joints, 3)``."""
+    if not score.flights:
+        return np.zeros(score.frames)
     hips = 0.5 * (places[:, body.part["left_up_leg"], 1] + places[:, body.part["right_up_leg"], 1])
     above = anatomy.centre_of_mass(body, places)[:, 1] - hips
     # outside of flights the line is the curve itself
@@ -35,6 +39,8 @@ def fall(score: Score, body: Body, places: np.ndarray) -> np.ndarray:
 
 def carried_over(score: Score, under: np.ndarray) -> np.ndarray:
     """Places ``(frames, 2)`` under which the body is borne, in flights on the straight line between."""
+    if not score.flights:
+        return under
     return np.stack([_chords(score.flights, row, row) for row in under.T], axis=-1)
 
 

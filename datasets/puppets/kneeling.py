@@ -46,6 +46,13 @@ def resting(foot: FootPath, body: Body) -> np.ndarray:
     return toe + knee_ahead(body) * ahead + [0.0, knee_height(body) - p.ball_height, 0.0]
 
 
+def knees(score: Score, feet: Mapping[str, FootPath], body: Body) -> np.ndarray | None:
+    """``(2, frames, 3)`` places of resting knees, left and right; None where no leg ever kneels."""
+    if not any(kneels(score, side).any() for side in SIDES):
+        return None
+    return np.stack([resting(feet[side], body) for side in SIDES])
+
+
 def kneels(score: Score, side: str) -> np.ndarray:
     """``(frames,)`` how far a leg kneels."""
     kneel = score.feet[side].kneel
@@ -60,24 +67,22 @@ def _bears(score: Score, side: str) -> np.ndarray:
 def on_knees(
     score: Score,
     middle: np.ndarray,
-    hips: Mapping[str, np.ndarray],
-    feet: Mapping[str, FootPath],
+    hips: np.ndarray,
+    knees: np.ndarray,
     body: Body,
 ) -> np.ndarray:
     """Where the middle between the hip joints goes ``(frames, 3)``, so far as the body kneels.
 
-    hips: ``(frames, 3)`` of either hip joint from the middle.
+    hips: ``(2, frames, 3)`` of either hip joint from the middle; knees: ``(2, frames, 3)`` at rest.
     """
     weight = {side: kneels(score, side)[:, None] for side in SIDES}
-    if not any(each.any() for each in weight.values()):
-        return middle
     thigh = body.proportions.thigh
     back = np.zeros(score.frames) if score.sit_back is None else score.sit_back
     most = _most_back(body)
     back = most * np.tanh(back / most)
     s = np.sin(back)
     upward = np.stack([-s * np.sin(score.heading), np.cos(back), -s * np.cos(score.heading)], axis=-1)
-    centre = {side: resting(feet[side], body) - hips[side] for side in SIDES}
+    centre = dict(zip(SIDES, knees - hips, strict=True))
     one = {side: centre[side] + thigh * upward for side in SIDES}
     apart = centre["right"] - centre["left"]
     square = (apart * apart).sum(axis=-1, keepdims=True)

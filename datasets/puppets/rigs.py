@@ -8,7 +8,7 @@ axis, as motion-capture software writes skeletons).
 
 from __future__ import annotations
 
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 
@@ -31,6 +31,7 @@ _Z_UP = np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [0.0, -1.0, 0.0]])
 """Axes of a joint drawn with X to its left, Z up, facing -Y; columns are its axes in the world."""
 
 
+@cache
 def axes(body: Body) -> np.ndarray:
     """``(joints, 3, 3)``: each joint's own axes in the world while the body stands in the T-pose."""
     joints = body.structure.joints

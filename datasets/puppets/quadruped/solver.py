@@ -8,6 +8,7 @@ all four legs are two bones each whose planes follow rump and chest: stifles ben
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 
@@ -185,6 +186,7 @@ def _set_tail(pose: _Pose, score: DogScore, ground: Grounds) -> None:
 _PARTS = {"hind": ("up_leg", "leg", "foot"), "fore": ("arm", "forearm", "hand")}
 
 
+@cache
 def limb_of(body: Body, limb: str) -> Limb:
     """The two bones of a leg as if drawn straight down; elbows point back, stifles forward."""
     side, end = limb.split("_")
@@ -203,9 +205,10 @@ def limb_of(body: Body, limb: str) -> Limb:
     )
 
 
-def _straightening(bone: np.ndarray, hinge: np.ndarray) -> np.ndarray:
-    """``(3, 3)`` turning a bone as it is drawn to straight down."""
-    drawn = unit(bone)
+@cache
+def _straightening(body: Body, part: str, limb: str) -> np.ndarray:
+    """``(3, 3)`` turning the bone that ends in a part of a limb, as it is drawn, to straight down."""
+    drawn, hinge = unit(body.offset(part)), limb_of(body, limb).hinge
     across = unit(hinge - drawn * float(drawn @ hinge))
     return np.asarray(align(drawn, across, _DOWN[None], hinge[None])[0])
 
@@ -222,9 +225,10 @@ def _set_limb(pose: _Pose, limb: str, score: DogScore, manner: DogManner, paw: P
     drawn = limb_of(body, limb)
     swivel = sign(side) * outward * (1.0 if hind else -1.0)
     upper, lower = bend(drawn, pose.at(top), goal, base, swivel)
-    pose.set(top, upper @ _straightening(body.offset(middle), drawn.hinge))
-    pose.set(middle, lower @ _straightening(body.offset(last), drawn.hinge))
-    pose.set(last, _paw(limb, score, paw, lower @ _straightening(body.offset(last), drawn.hinge)))
+    lower = lower @ _straightening(body, last, limb)
+    pose.set(top, upper @ _straightening(body, middle, limb))
+    pose.set(middle, lower)
+    pose.set(last, _paw(limb, score, paw, lower))
 
 
 def _held_up(pose: _Pose, limb: str, score: DogScore, goal: np.ndarray) -> np.ndarray:
