@@ -408,6 +408,8 @@ def test_exit_statuses(marks, status):
         (Limit(1e-9, 1e-3), 50.0, 50.04, False),
         (Limit(1e-9, 1e-3), 50.0, 49.94, True),
         (Limit(1e-3, 1e-3), 0.0, 9e-4, False),
+        (Limit(0.0, 1e-6), 0.0, 0.0, False),
+        (Limit(0.0, 1e-6), 0.0, 1e-12, True),
     ],
 )
 def test_limits(limit, golden_, now, moved):
