@@ -57,6 +57,14 @@ def test_the_best_its_equal_and_the_worse(tmp_path, hard):
     assert (ranking.cases, ranking.clips, ranking.left_out) == (24, 24, {})
 
 
+def test_which_of_equals_is_best_does_not_hang_on_the_order_of_results(tmp_path, hard):
+    places = [store(tmp_path, "intra", name, numbers(hard)) for name in ("b", "a", "c")]
+    for listed in (places, places[::-1]):
+        (found,) = summary.sections(listed)
+        assert found.rankings[VALUE].order == ("a", "b", "c")
+        assert found.rankings[VALUE].tied == {"b", "c"}
+
+
 def test_ranked_means_are_over_the_cases_that_all_ranked_methods_have(tmp_path, hard):
     lacking = np.where(np.arange(24) == 3, np.nan, 0.5 * hard)
     control = 9 * hard
