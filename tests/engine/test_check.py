@@ -365,6 +365,7 @@ def test_the_summary_is_markdown_and_is_appended(baseline, bench, monkeypatch, t
     lines = summary.read_text().splitlines()
     assert lines[0] == "before"
     assert lines[1] == "### bench check: moved"
+    assert lines[-1].endswith('If it is meant: the same command with --accept --because "...".')
     assert any(re.match(r"\| `toy_learner` `intra` `mpjpe_h.world` \| 0\.9\d+ -> ", line) for line in lines)
     rows = [line for line in lines if line.startswith("| ")]
     assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {4}
