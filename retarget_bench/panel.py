@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -103,9 +104,13 @@ def panels(places: Iterable[Place]) -> list[Panel]:
     """The results at these places, by data set and split (self, intra, cross).
 
     Numbers on other data, or of another version of a metric, than the newest of a data set's results are
-    left out, and so are further seeds of a method that another version of it ran with.
+    left out, and so are further seeds of a method that another version of it ran with. A place that is
+    named twice counts once.
     """
-    there = [(place, records.read_header(place.header)) for place in places]
+    once: dict[Path, Place] = {}
+    for place in places:
+        once.setdefault(place.header.resolve(), place)
+    there = [(place, records.read_header(place.header)) for place in once.values()]
     newest = versions.newest_by_label(header for _, header in there)
     grouped: dict[tuple[str, str, str], list[Columns]] = {}
     for place, header in there:

@@ -52,10 +52,13 @@ def command(
     if paper is not None and (columns is not None or everything or by):
         raise BenchError("--paper has columns of its own; leave --columns, --all and --by out")
     roots = roots or (Path("runs"),)
-    places = [place for root in roots for place in records.find_results(root)]
-    places = [place for place in places if dataset in (None, place.dataset)]
+    places = []
+    for root in roots:
+        if not (found := records.find_results(root)):
+            raise BenchError(f"no results in {root}; bench run makes some")
+        places += [place for place in found if dataset in (None, place.dataset)]
     if not places:
-        raise BenchError(f"no results in {', '.join(map(str, roots))}; bench run makes some")
+        raise BenchError(f"no results of {dataset} in {', '.join(map(str, roots))}; bench run makes some")
     renderers = WITH_INTERVALS if intervals else RENDERERS
     made = _tables(places, columns, everything, by) if paper is None else _published(places, paper)
     written = renderers[form](made)

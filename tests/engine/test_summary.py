@@ -1,5 +1,7 @@
 """Intervals, ranks and ties of summaries, against numbers worked out apart from them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from stored import store
@@ -120,6 +122,14 @@ def test_curves_have_means_with_intervals_and_no_rank(tmp_path, hard):
     assert found.rankings == {}
 
 
+def test_a_folder_named_twice_is_no_second_seed(tmp_path, hard):
+    place = store(tmp_path / "runs", "intra", "m", numbers(hard))
+    again = replace(place, root=tmp_path / "runs" / ".." / "runs")
+    (found,) = summary.sections([place, place, again])
+    (score,) = found.scores
+    assert (score.label, score.spread) == ("m", {})
+
+
 def test_the_same_results_in_two_folders_are_told_apart(tmp_path, hard):
     places = [store(tmp_path / name, "intra", "m", numbers(hard)) for name in ("old", "new")]
     (found,) = summary.sections(places)
@@ -127,4 +137,4 @@ def test_the_same_results_in_two_folders_are_told_apart(tmp_path, hard):
         f"m ({tmp_path / 'old'})",
         f"m ({tmp_path / 'new'})",
     ]
-    assert found.rankings[VALUE].tied == {f"m ({tmp_path / 'new'})"}
+    assert found.rankings[VALUE].tied == {f"m ({tmp_path / 'old'})"}

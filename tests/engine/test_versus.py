@@ -171,6 +171,7 @@ def test_folders_compare_a_method_with_itself(runs, tmp_path):
         (["one", "two", "--columns", "curve"], "'curve' is a curve"),
         (["one", "two", "--columns", ","], "name at least one value"),
         (["one", "two", "-s", "cross"], "no case in common|no results"),
+        (["one", "two", "--results", "nowhere"], "no results in nowhere"),
         (["one", "two", "-d", "nothing"], "no results of nothing in"),
         (["one", "two", "--columns", "ratio_src"], "one and two have no case in common"),
     ],
