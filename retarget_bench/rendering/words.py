@@ -30,6 +30,7 @@ INTERVALS = (
 )
 SEEDS = "± is the standard deviation of the mean over the seeds of a stochastic method."
 N = "cases that the method answered, out of those asked where it did not answer all"
+N_PART = "cases of the part; a method that answered fewer of them stands on those"
 WINDOWS = "windows in each of the two sets that are compared"
 COMMON = "common cases"
 SPLITS = {
@@ -88,9 +89,15 @@ def means(table: Table) -> str:
 
 def counts(table: Table) -> list[tuple[str, str]]:
     """What n is."""
-    counted = {group.counted for group in table.groups}
-    told = [("n", N)] if "cases" in counted or not counted else []
-    return [*told, *([("n (windows)", WINDOWS)] if "windows" in counted else [])]
+    kinds = dict.fromkeys(map(counted, table.groups)) or {N: None}
+    return [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
+
+
+def counted(group: Group) -> str:
+    """What n is in one group."""
+    if group.counted == "windows":
+        return WINDOWS
+    return N_PART if group.subject else N
 
 
 def reason_known(kind: str) -> str:
