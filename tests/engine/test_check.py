@@ -205,6 +205,17 @@ def test_a_data_set_that_breaks_ends_with_two(baseline, bench, monkeypatch):
     assert "cannot be loaded: OSError: the disk is gone" in said
 
 
+def test_a_gate_that_breaks_ends_with_two_and_says_where(baseline, bench, monkeypatch):
+    def broken(before, now):
+        raise ZeroDivisionError("float division by zero")
+
+    monkeypatch.setattr(compare, "compare", broken)
+    status, said = bench("--baseline", baseline)
+    assert status == 2
+    assert "in broken" in said
+    assert "Could not measure" in said
+
+
 def test_no_case_at_all_ends_with_two(baseline, bench, tmp_path):
     status, said = bench("--baseline", baseline, "-d", "toy_cases[clips=0]")
     assert status == 2
