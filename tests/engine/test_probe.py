@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +27,7 @@ from retarget_bench.spec import Spec
 
 DATA = dataset(Spec.parse("puppets"))
 SPLITS = ("intra", "cross")
+TOY_CASES = Path(__file__).parent / "toys" / "toy_cases.py"
 
 
 @pytest.fixture(scope="module")
@@ -342,14 +345,56 @@ def test_rows_lie_beside_other_results(tmp_path: Path, capsys: pytest.CaptureFix
     code, said = run(capsys, "copy_rotations[root_rule=none]", "copy_rotations", *out)
     assert code == 0
     assert "copy_rotations[root_rule=none]: source_scale: off by" in said
-    places = records.find_results(tmp_path)
+    places = records.find_results(tmp_path, "probe")
     assert {(place.task, place.split) for place in places} == {("probe", "intra")}
+    assert records.find_results(tmp_path) == []
     results = records.read_results(places[0])
     probed = [entry for entry in results.entries if "probe.mirrored" in entry.values]
     assert len(probed) == 4
     assert any("probe.correlation" in entry.values for entry in results.entries)
     assert run(capsys, "copy_rotations[root_rule=none]", "--strict", *out)[0] == 1
     assert run(capsys, "copy_rotations", "--strict", *out)[0] == 0
+
+
+def bench(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
+    with pytest.raises(SystemExit) as stop:
+        main([str(each) for each in arguments])
+    out, err = capsys.readouterr()
+    return int(stop.value.code or 0), out + err
+
+
+def test_probes_have_a_table_of_their_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Results of probes lie in the same folder, and nothing that reads results takes them for such."""
+    probed, both = tmp_path / "probed", tmp_path / "both"
+    for root in (probed, both):
+        out = ("--out", root, "--cases", 2, "-s", "intra", "--only", "turned,mirrored")
+        out = (*out, "-d", "toy_cases[clips=4]", "--plugin", TOY_CASES)
+        assert bench(capsys, "probe", "bone_directions", "rest_pose", *out)[0] == 0
+    where = ("-s", "intra", "--out", both, "-d", "toy_cases", "--plugin", TOY_CASES)
+    assert bench(capsys, "run", "bone_directions", "rest_pose", *where)[0] == 0
+    for words in ((), ("--all",), ("--by", "kind")):
+        code, said = bench(capsys, "table", both, *words)
+        assert code == 0
+        assert "probe" not in said
+    for words in ((), ("--all",)):
+        code, said = bench(capsys, "table", both, "--probes", *words, "-f", "csv")
+        heading, *rows = csv.reader(io.StringIO(said))
+        assert (code, len(rows)) == (0, 2)
+        ids = [name for name in heading if "." in name and ":" not in name]
+        filled = [name for name, number in zip(heading, rows[0], strict=True) if name in ids and number]
+        assert filled == ["probe.turned", "probe.mirrored", "probe.correlation", "probe.shuffled"]
+        assert [name for name in ids if not name.startswith("probe.")] == []
+    code, said = bench(capsys, "compare", "bone_directions", "rest_pose", "--results", both)
+    assert (code, "probe" in said) == (0, False)
+    for command in (
+        ("table", probed),
+        ("compare", "ik", "rest_pose", "--results", probed),
+        ("explain", probed),
+    ):
+        code, said = bench(capsys, *command)
+        assert (code, "no results" in said) == (2, True), said
+    assert bench(capsys, "table", tmp_path / "x", "--probes")[1].count("bench probe METHOD makes some") == 1
+    assert bench(capsys, "table", both, "--probes", "--paper", "pan-table1")[0] == 2
 
 
 def test_what_cannot_be_asked_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
