@@ -130,8 +130,21 @@ def by_method(section: Section, keys: Sequence[str], absent: Sequence[str], maki
             *(Row(label, ABSENT, nothing, "0", about(making.methods[label])) for label in missing),
         ),
         common=tuple(_common(section, key) for key in keys),
-        absent=tuple(absent),
+        absent=(*absent, *_nothing_in_common(section, keys, making)),
     )
+
+
+def _nothing_in_common(section: Section, keys: Sequence[str], making: Making) -> list[str]:
+    """Sentences about columns whose numbers stand on cases of each method's own."""
+    found = []
+    for key in keys:
+        having = [score for score in section.scores if not score.unranked and key in score.means]
+        if len(having) > 1 and key not in section.rankings and making.declared[key]["better"] != "none":
+            found.append(
+                f"{section.split}: nobody is ranked by {making.column(key).label}: there is no case that all "
+                "ranked methods have it for, and every number stands on other cases."
+            )
+    return found
 
 
 def _title(section: Section, scores: Sequence[Score]) -> str:

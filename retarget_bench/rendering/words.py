@@ -55,10 +55,11 @@ def has_seeds(tables: Sequence[Table]) -> bool:
 
 
 def common_counts(group: Group) -> list[str]:
-    """How many cases each column is ranked on, where columns differ in that; else nothing."""
-    if len({common for common in group.common if common}) < 2:
-        return []
-    return [f"{common.cases}" if common else "" for common in group.common]
+    """How many cases each column is ranked on; nothing where that is the n of every ranked row."""
+    counts = [f"{common.cases}" if common else "" for common in group.common]
+    known = {row.n for row in group.ranked}
+    alike = len(known) == 1 and set(counts) <= known | {""}
+    return counts if any(counts) and not alike else []
 
 
 def named(row: Row) -> str:

@@ -106,6 +106,24 @@ def test_n_of_a_joint_counts_the_cases_that_have_it(tmp_path, by, n):
     assert [row.n for row in made.groups[0].rows] == [n]
 
 
+@pytest.mark.parametrize(
+    ("lacking", "counts", "told"),
+    [(0, [], False), (1, ["20"], False), (21, [], True)],
+    ids=["all", "all but one", "none"],
+)
+def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts, told):
+    """Of 21 methods some lack the value on one case, each on another."""
+    places = []
+    for name in range(21):
+        has = [{} if n == name < lacking else {"mpjpe_h.world": 1.0} for n in range(21)]
+        numbers = [("a>b", f"c{n:02}", values) for n, values in enumerate(has)]
+        places.append(store(tmp_path, "intra", f"m{name:02}", numbers))
+    (made,) = table.tables(summary.sections(places), ["mpjpe_h.world"])
+    (group,) = made.groups
+    assert words.common_counts(group) == counts
+    assert any("no case that all ranked methods have it for" in each for each in group.absent) == told
+
+
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
     with pytest.raises(BenchError, match=r"no result has a value 'mpjpe'.*mpjpe_h\.world"):
