@@ -141,8 +141,8 @@ def _nothing_in_common(section: Section, keys: Sequence[str], making: Making) ->
         having = [score for score in section.scores if not score.unranked and key in score.means]
         if len(having) > 1 and key not in section.rankings and making.declared[key]["better"] != "none":
             found.append(
-                f"{section.split}: nobody is ranked by {making.column(key).label}: there is no case that all "
-                "ranked methods have it for, and every number stands on other cases."
+                f"{section.split}: nobody is ranked by {making.column(key).label}: there is no case that "
+                "all ranked methods have it for, and every number stands on other cases."
             )
     return found
 
