@@ -419,6 +419,7 @@ def test_two_bvh_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], subje
     code, said = run(capsys, "copy_rotations", *files, "--strict")
     assert code == 0, said
     assert "Every answer is as it must be." in said
+    assert "not asked: the clip is too short" in said  # thirty-one frames in four pieces
 
 
 def test_methods_that_fail_are_told_and_cost_no_other(subjects: list[Subject]) -> None:
@@ -435,6 +436,38 @@ def test_methods_that_fail_are_told_and_cost_no_other(subjects: list[Subject]) -
     )
     with pytest.raises(BenchError, match="only methods that see source and target alone"):
         ask(create("methods", Spec.parse("reference")), "reference", subjects)
+
+
+def test_what_a_method_declares_it_cannot_do_is_no_fault(subjects: list[Subject]) -> None:
+    class Choosy(Fault):
+        def supports(self, source, target):
+            return "only tall targets" if target.height < 1.0 else None
+
+    class Nothing(Fault):
+        def supports(self, source, target):
+            return "I am not finished"
+
+    replies = ask(Choosy(), "choosy", subjects)
+    refused = [reply for reply in replies if reply.status == "unsupported"]
+    assert 0 < len(refused) < len(replies)
+    assert report.findings("choosy", replies) == []
+    (said,) = report.refusals("choosy", replies)
+    assert said == f"choosy: does not answer {len(refused)} of {len(replies)} cases: only tall targets"
+    (said,) = report.findings("nothing", ask(Nothing(), "nothing", subjects))
+    assert "no question was answered" in said
+
+
+def test_a_listing_says_what_failed_and_whether_the_source_matters(subjects: list[Subject]) -> None:
+    class Picky(Fault):
+        def retarget(self, source, target, *, context):
+            if source.fps != 30.0:
+                raise ValueError("30 fps only")
+            return super().retarget(source, target, context=context)
+
+    replies = ask(Picky(), "picky", subjects[:1], [subjects[:2] * 2])
+    lines = report.listing("picky", replies).splitlines()
+    assert any(line.startswith("  rate_24") and "failed: " in line and "30 fps" in line for line in lines)
+    assert any(line.startswith("  correlation     1.00") for line in lines)
 
 
 def test_cases_are_spread_evenly() -> None:
