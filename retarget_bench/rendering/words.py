@@ -25,7 +25,8 @@ TIED = (
 )
 INTERVALS = (
     f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for "
-    "these characters: how much other bodies would change the numbers they do not say. Two overlapping "
+    "these characters: how much other bodies would change the numbers they do not say. Where few clips "
+    "decide a mean, an end may lie beyond what the measure can be, below 0 for an error. Two overlapping "
     "intervals do not make a tie, since methods are compared case by case."
 )
 SEEDS = "± is the standard deviation of the mean over the seeds of a stochastic method."
