@@ -315,10 +315,20 @@ class CaseFeatures:
 
 @dataclass(frozen=True, eq=False)
 class Sample:
-    """A set of windows. features: ``(n, d)`` float64. clips: ``(n,)`` the source clip of each."""
+    """A set of windows. features: ``(n, d)`` float64. clips: ``(n,)`` the source clip of each.
+
+    whole, rows: of a part, the set that it is taken from and the indices of its windows there. What a
+    metric found out about pairs of windows of the whole it need not find out again for its parts.
+    """
 
     features: np.ndarray
     clips: np.ndarray
+    whole: Sample | None = None
+    rows: np.ndarray | None = None
+
+    def part(self, rows: np.ndarray) -> Sample:
+        """Some windows of a set, by their indices."""
+        return Sample(self.features[rows], self.clips[rows], self, rows)
 
 
 class SetMetric(Protocol):

@@ -27,6 +27,7 @@ class Column:
     """``meaning`` is for people who never saw the value; ``arrow`` says which way is better.
 
     version: the metric that computes it and its version, or "".
+    mark:    where a column is a method: why it is not ranked, or "".
     """
 
     id: str
@@ -37,6 +38,7 @@ class Column:
     goal: float = 1.0
     formula: str = ""
     version: str = ""
+    mark: str = ""
 
     @property
     def arrow(self) -> str:

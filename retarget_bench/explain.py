@@ -98,6 +98,8 @@ def explain(results: Results, selves: Results | None = None) -> Explanation:
         raise BenchError(f"{label} has no position error on {results.place.split}: no case has a reference")
     factors = tuple(_factor(a, b) for a, b in combinations(readings, 2))
     header = results.header
+    if header["method"].get("stochastic") and (seeds := header.get("seeds")):
+        label += f", seed {seeds[0]}"
     return Explanation(header["dataset"]["label"], results.place.split, label, readings, factors)
 
 

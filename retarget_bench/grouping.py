@@ -130,8 +130,21 @@ def by_method(section: Section, keys: Sequence[str], absent: Sequence[str], maki
             *(Row(label, ABSENT, nothing, "0", about(making.methods[label])) for label in missing),
         ),
         common=tuple(_common(section, key) for key in keys),
-        absent=tuple(absent),
+        absent=(*absent, *_nothing_in_common(section, keys, making)),
     )
+
+
+def _nothing_in_common(section: Section, keys: Sequence[str], making: Making) -> list[str]:
+    """Sentences about columns whose numbers stand on cases of each method's own."""
+    found = []
+    for key in keys:
+        having = [score for score in section.scores if not score.unranked and key in score.means]
+        if len(having) > 1 and key not in section.rankings and making.declared[key]["better"] != "none":
+            found.append(
+                f"{section.split}: nobody is ranked by {making.column(key).label}: there is no case that "
+                "all ranked methods have it for, and every number stands on other cases."
+            )
+    return found
 
 
 def _title(section: Section, scores: Sequence[Score]) -> str:
@@ -179,7 +192,8 @@ def by_part(sections: Sequence[Section], key: str, heading: str, making: Making)
     """One value on one split, broken down: a row per part, a column per method. The title has the unit."""
     value = making.column(key)
     first = {score.label: score for section in reversed(sections) for score in section.scores}
-    labels = sorted(first, key=lambda label: bool(first[label].unranked))
+    marks = {label: _never_ranked(sections, label) for label in first}
+    labels = sorted(first, key=lambda label: bool(marks[label]))
     rows = []
     for section in sections:
         if not any(score.asked or key in score.means for score in section.scores):
@@ -189,7 +203,9 @@ def by_part(sections: Sequence[Section], key: str, heading: str, making: Making)
             making.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
             for label in labels
         )
-        n = max(max(score.asked, _counted(score, key)) for score in section.scores)
+        # not every body has every joint
+        asked = 0 if heading in ("joint", "part") else max(score.asked for score in section.scores)
+        n = max(asked, *(_counted(score, key) for score in section.scores))
         rows.append(Row(section.part, "", tuple(cells), f"{n}"))
     split = sections[0].split
     unit = f" in {value.unit}" if value.unit != "1" else ""
@@ -197,7 +213,16 @@ def by_part(sections: Sequence[Section], key: str, heading: str, making: Making)
         title=f"{split}: {value.label} {value.arrow}".rstrip() + f"{unit}, by {heading}",
         split=split,
         columns=tuple(
-            Column(label, label, "1", value.better, _told(first[label]), value.goal) for label in labels
+            Column(
+                label,
+                label,
+                "1",
+                value.better,
+                about(first[label].header) or "a method",
+                value.goal,
+                mark=marks[label],
+            )
+            for label in labels
         ),
         ranked=tuple(rows),
         unranked=(),
@@ -211,7 +236,10 @@ def _counted(score: Score, key: str) -> int:
     return score.means[key].n if key in score.means else 0
 
 
-def _told(score: Score) -> str:
-    """A method in a line, and why it is not ranked."""
-    told = about(score.header) or "a method"
-    return f"{told} (not ranked: {score.unranked})" if score.unranked else told
+def _never_ranked(sections: Sequence[Section], label: str) -> str:
+    """Why a method is ranked in no part; "" where it is in any."""
+    scores = [score for section in sections for score in section.scores if score.label == label]
+    reasons = {score.unranked for score in scores if score.asked}
+    if not reasons or "" in reasons:
+        return ""
+    return reasons.pop() if len(reasons) == 1 else "answered too few"

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -103,9 +104,13 @@ def panels(places: Iterable[Place]) -> list[Panel]:
     """The results at these places, by data set and split (self, intra, cross).
 
     Numbers on other data, or of another version of a metric, than the newest of a data set's results are
-    left out, and so are further seeds of a method that another version of it ran with.
+    left out, and so are further seeds of a method that another version of it ran with, or on other data.
+    A place that is named twice counts once.
     """
-    there = [(place, records.read_header(place.header)) for place in places]
+    once: dict[Path, Place] = {}
+    for place in places:
+        once.setdefault(place.header.resolve(), place)
+    there = [(place, records.read_header(place.header)) for place in once.values()]
     newest = versions.newest_by_label(header for _, header in there)
     grouped: dict[tuple[str, str, str], list[Columns]] = {}
     for place, header in there:
@@ -175,7 +180,8 @@ def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Row, 
     labels = [label for label, _ in grouped]
     rows = []
     for (label, root), each in grouped.items():
-        each.sort(key=lambda pair: pair[0].header.get("seeds", [0]))
+        # results on other data than the newest have no cases here
+        each.sort(key=lambda pair: (not pair[0].cases, pair[0].header.get("seeds", [0])))
         first = each[0][0]
         each = [pair for pair in each if _same_version(pair[0], first)]
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
@@ -197,8 +203,9 @@ def _header(found: Sequence[Columns]) -> Mapping[str, Any]:
 
 
 def _same_version(found: Columns, first: Columns) -> bool:
-    """Whether a result under another seed was made by the same method and metrics."""
-    return all(found.header[name] == first.header[name] for name in ("method", "metrics"))
+    """Whether a result under another seed was made by the same method and metrics, on the same data."""
+    same_data = found.header["dataset"]["content"] == first.header["dataset"]["content"]
+    return same_data and all(found.header[name] == first.header[name] for name in ("method", "metrics"))
 
 
 def counted(header: Mapping[str, Any], ids: set[str]) -> dict[str, Any]:

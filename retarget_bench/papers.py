@@ -7,17 +7,20 @@ pairs, answer to it; where nothing does, why not.
 from __future__ import annotations
 
 import tomllib
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
+from pathlib import Path
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from retarget_bench import records
+from retarget_bench import columns, records, versions
 from retarget_bench.api import CaseInfo
+from retarget_bench.columns import Columns
 from retarget_bench.errors import BenchError
 from retarget_bench.records import Place
 
@@ -113,18 +116,25 @@ def _folder() -> Traversable:
 def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
     """Our methods in the columns of a published table: those that have a number in any of them.
 
-    Raises FileError where a result cannot be read.
+    Numbers on other data, or of another version of a metric, than the newest are left out, as in every
+    table. Raises FileError where a result cannot be read.
     """
-    grouped: dict[tuple[str, str], list[records.Results]] = {}
-    for place in places:
-        results = records.read_results(place)
-        key = results.header["dataset"]["label"], results.header["method"]["label"]
-        grouped.setdefault(key, []).append(results)
-    rows = [_own_row(table, dataset, label, found) for (dataset, label), found in grouped.items()]
+    there = [(place, records.read_header(place.header)) for place in dict.fromkeys(places)]
+    newest = versions.newest_by_label(header for _, header in there)
+    grouped: dict[tuple[str, str, Path], list[Columns]] = {}
+    for place, header in there:
+        dataset = header["dataset"]["label"]
+        found = columns.read(place, header, newest[dataset])
+        grouped.setdefault((dataset, header["method"]["label"], place.root), []).append(found)
+    names = Counter((dataset, label) for dataset, label, _ in grouped)
+    rows = [
+        _own_row(table, dataset, label if names[dataset, label] == 1 else f"{label} ({root})", mine)
+        for (dataset, label, root), mine in grouped.items()
+    ]
     return [row for row in rows if row.cells]
 
 
-def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[records.Results]) -> OwnRow:
+def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Columns]) -> OwnRow:
     header = found[0].header
     numbers = _numbers(found)
     theirs = header["dataset"]["name"] == DATASET
@@ -145,15 +155,19 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[re
     return OwnRow(label, dataset, header["dataset"]["name"], mark, cells)
 
 
-def _numbers(found: Sequence[records.Results]) -> dict[str, list[tuple[CaseInfo, float]]]:
-    """Value id -> the numbers of all cases of all splits."""
-    numbers: dict[str, list[tuple[CaseInfo, float]]] = {}
-    for results in found:
-        for entry in results.entries:
-            for value, number in entry.values.items():
-                if not isinstance(number, dict):
-                    numbers.setdefault(value, []).append((results.cases[entry.case], number))
-    return numbers
+def _numbers(found: Sequence[Columns]) -> dict[str, list[tuple[CaseInfo, float]]]:
+    """Value id -> the numbers of all cases of all splits, each the mean over the seeds there are."""
+    seeds: dict[str, dict[str, list[float]]] = {}
+    infos = {info.id: info for each in found for info in each.cases}
+    for each in found:
+        for (value, index), column in each.numbers.items():
+            for info, number in zip(each.cases, column.tolist(), strict=True):
+                if not index and not np.isnan(number):
+                    seeds.setdefault(value, {}).setdefault(info.id, []).append(number)
+    return {
+        value: [(infos[case], float(np.mean(numbers))) for case, numbers in cases.items()]
+        for value, cases in seeds.items()
+    }
 
 
 def _asked(column: PublishedColumn, info: CaseInfo) -> bool:

@@ -310,10 +310,13 @@ def read_arrays(place: Place) -> dict[str, np.ndarray]:
         raise FileError(place.arrays, f"cannot be read ({error}); run the method again") from error
 
 
-def find_results(root: Path) -> list[Place]:
-    """Every finished result under a results root, sorted."""
+def find_results(root: Path, task: str = "retarget") -> list[Place]:
+    """Every finished result of a task under a results root, sorted.
+
+    task: ``retarget``, or ``probe`` for what ``bench probe`` wrote.
+    """
     places = []
-    for header in sorted(root.glob("*/*/*/*.json")):
-        dataset, task, split = header.relative_to(root).parts[:3]
+    for header in sorted(root.glob(f"*/{task}/*/*.json")):
+        dataset, _, split = header.relative_to(root).parts[:3]
         places.append(Place(root, dataset, task, split, header.stem))
     return places

@@ -204,7 +204,8 @@ def _ranking(
     panel: Panel, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
 ) -> Ranking:
     labels = [row.label for row in panel.rows]
-    at = np.flatnonzero(among)
+    # by name, so that equals stand in one order however the results were listed
+    at = np.array(sorted(np.flatnonzero(among), key=lambda row: labels[row]))
     worse = statistics.losses(numbers[at], panel.values[value])
     there = ~np.isnan(worse).any(axis=0)
     per_clip = statistics.per_clip(worse[:, there], panel.clips[there])

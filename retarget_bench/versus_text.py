@@ -8,7 +8,7 @@ import math
 import textwrap
 from collections.abc import Callable, Sequence
 
-from retarget_bench.statistics import ENOUGH_CLIPS, Interval
+from retarget_bench.statistics import ALPHA, ENOUGH_CLIPS, Interval
 from retarget_bench.versus import LEAST_CLIPS, Difference, Versus
 
 WIDTH = 108
@@ -118,7 +118,11 @@ def _interval(interval: Interval | None, decimals: int) -> str:
 
 
 def _p(p: float) -> str:
-    return "<0.001" if p < 0.001 else f"{p:.3f}"
+    """Never as if it were on the other side of the level."""
+    if p < 0.001:
+        return "<0.001"
+    shown = f"{p:.3f}"
+    return shown if (float(shown) < ALPHA) == (p < ALPHA) else f"<{ALPHA:g}"
 
 
 def _decimals(size: float) -> int:

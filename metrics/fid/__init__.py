@@ -12,9 +12,9 @@ from retarget_bench.features import network
 from retarget_bench.features.network import Network
 from retarget_bench.motion.character import Character
 
-from .frechet import frechet
-from .kernel import kid
-from .neighbours import NEIGHBOURS, fit
+from .frechet import Frechet
+from .kernel import Kid
+from .neighbours import NEIGHBOURS, Fits
 
 SHIPPED = Path(__file__).with_name("networks")
 PER_DIMENSION = 4
@@ -107,6 +107,7 @@ class Fid:
         named = (Path(networks),) if networks else ()
         self._folders = (*named, SHIPPED, network.own_folder())
         self._real = lru_cache(maxsize=2)(self._encoded)
+        self._frechet, self._kid, self._fits = Frechet(), Kid(), Fits()
 
     def network(self, target: Character) -> str:
         return self._network(target).hash
@@ -123,10 +124,10 @@ class Fid:
 
     def value(self, value_id: str, real: Sample, generated: Sample) -> float:
         if value_id == "fid":
-            return frechet(real.features, generated.features)
+            return self._frechet(real, generated)
         if value_id == "kid":
-            return kid(real.features, generated.features, real.clips, generated.clips)
-        return float(getattr(fit(real.features, generated.features, real.clips, generated.clips), value_id))
+            return self._kid(real, generated)
+        return float(getattr(self._fits(real, generated), value_id))
 
     def _encoded(self, reference: Prediction, floor: float) -> tuple:
         return self._network(reference.character).features(reference, floor)

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from weakref import WeakKeyDictionary
+
 import numpy as np
+
+from retarget_bench.api import Sample
+
+_SOUND = 1e-4
+"""Sizes on a diagonal, relative to 1, from which a triangle is safely inverted."""
 
 
 def frechet(a: np.ndarray, b: np.ndarray) -> float:
@@ -13,6 +20,55 @@ def frechet(a: np.ndarray, b: np.ndarray) -> float:
     below d, where the covariances are singular and their product has no stable root.
     """
     return _frechet(a.mean(axis=0) - b.mean(axis=0), factor(a), factor(b))
+
+
+class Frechet:
+    """The distance of sets whose factors are kept; that of a part of a set is made from the whole's."""
+
+    def __init__(self) -> None:
+        self._factors: WeakKeyDictionary[Sample, np.ndarray] = WeakKeyDictionary()
+
+    def __call__(self, a: Sample, b: Sample) -> float:
+        apart = a.features.mean(axis=0) - b.features.mean(axis=0)
+        return _frechet(apart, self._factor(a), self._factor(b))
+
+    def _factor(self, sample: Sample) -> np.ndarray:
+        if sample not in self._factors:
+            self._factors[sample] = self._made(sample)
+        return self._factors[sample]
+
+    def _made(self, sample: Sample) -> np.ndarray:
+        if sample.whole is None or sample.rows is None or 2 * len(sample.rows) < len(sample.whole.clips):
+            return factor(sample.features)
+        shorter = without(self._factor(sample.whole), sample.whole.features, sample.rows)
+        return factor(sample.features) if shorter is None else shorter
+
+
+def without(whole: np.ndarray, features: np.ndarray, rows: np.ndarray) -> np.ndarray | None:
+    """A factor of the covariance of some rows of a set ``(n, d)``, from the ``factor`` of all of them.
+
+    What the others add is taken away: with R of all rows and W = G R^-1 of those left out, the scatter
+    of the rest is R^T (1 - W^T W) R, so L^T R is its factor where L L^T is the middle. None where that is
+    not well conditioned, and the rows have to be factored anew.
+    """
+    from scipy.linalg import solve_triangular  # type: ignore[import-untyped]
+
+    sizes = np.abs(np.diagonal(whole))
+    if whole.shape[0] != whole.shape[1] or sizes.min() < _SOUND * sizes.max():
+        return None
+    centred = features - features.mean(axis=0)
+    gone = np.delete(centred, rows, axis=0)
+    # their own mean is what the rest is centred at: one row more to take away
+    gone = np.concatenate([gone, gone.sum(axis=0, keepdims=True) / np.sqrt(len(rows))])
+    triangle = whole * np.sqrt(len(features) - 1)
+    share = solve_triangular(triangle, gone.T, trans="T", check_finite=False)
+    try:
+        middle = np.linalg.cholesky(np.eye(len(triangle)) - share @ share.T)
+    except np.linalg.LinAlgError:
+        return None
+    if np.diagonal(middle).min() < _SOUND:
+        return None
+    return np.asarray(middle.T @ triangle / np.sqrt(len(rows) - 1))
 
 
 def factor(sample: np.ndarray) -> np.ndarray:

@@ -34,7 +34,8 @@ class Limit:
 
     def passed(self, golden: float, now: float) -> float:
         """How many times the limit the difference is; above 1 the number has moved."""
-        return abs(now - golden) / max(self.absolute, self.relative * abs(golden))
+        apart, limit = abs(now - golden), max(self.absolute, self.relative * abs(golden))
+        return apart / limit if limit else math.inf if apart else 0.0
 
 
 EXACT = Limit(1e-9, 1e-9)

@@ -9,7 +9,7 @@ from retarget_bench.check.compare import NEW, Line, Mark
 
 MOST = 20
 """Lines of one mark that are written out."""
-CURE = 'If it is meant: bench check --accept --because "...".'
+CURE = 'If it is meant: the same command with --accept --because "...".'
 VERDICTS = (
     "Same: everything measures what it measured.",
     f"Moved. {CURE}",

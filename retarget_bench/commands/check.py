@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import traceback
 from collections.abc import Callable
 from pathlib import Path
 
@@ -71,7 +72,14 @@ def command(
         raise BenchError("--forget goes with --accept")
     folder = baseline or golden.built_in()
     spec = _dataset(folder, dataset, root)
-    found = gate.check(folder, methods, spec, _progress(), accept=accept, forget=forget)
+    try:
+        found = gate.check(folder, methods, spec, _progress(), accept=accept, forget=forget)
+    except (BenchError, click.ClickException):
+        raise
+    except Exception:  # Python would end with 1, which says that something was measured and moved
+        traceback.print_exc()
+        click.echo("Could not measure: the gate itself, or a plug-in in it, broke.", err=True)
+        return 2
     click.echo(report.text(found.lines, found.verdict, everything))
     if summary is not None:
         _append(summary, report.markdown(found.lines, found.verdict))

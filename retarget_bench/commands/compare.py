@@ -85,6 +85,8 @@ def _panels(
     """The results under the roots; only those of the named methods are read, where each has some."""
     from retarget_bench import panel, records, versus
 
+    if empty := [root for root in roots if not records.find_results(root)]:
+        raise BenchError(f"no results in {empty[0]}; bench run makes some")
     places = _places(roots, dataset, splits)
     if not places:
         where = f" of {dataset}" if dataset else ""

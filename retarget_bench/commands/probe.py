@@ -167,6 +167,9 @@ def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> b
     off = [
         sentence for spec, replies in answers.items() for sentence in report.findings(str(spec), replies)
     ]
+    for spec, replies in answers.items():
+        for sentence in report.refusals(str(spec), replies):
+            click.echo(sentence)
     click.echo("\n".join(off) if off else "Every answer is as it must be.")
     if data is not None:
         click.echo(f"The table again: bench table {out} --probes. Rows lie in {out}/.")

@@ -30,6 +30,7 @@ BREAKDOWNS = ("pair", "clip", "kind", "joint", "part", "seen")
     help="Print a published table with these results beside it: humot-table3, -4, -5, pan-table1 or "
     "correspondence-free-table4.",
 )
+@click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
 @click.option("--intervals", is_flag=True, help="Show 95 % intervals in text and md; the others always do.")
 @click.option("-f", "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
 @click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Write to this file.")
@@ -40,22 +41,34 @@ def command(
     everything: bool,
     by: Any,
     paper: str | None,
+    probes: bool,
     intervals: bool,
     form: str,
     output: Path | None,
     dataset: str | None,
 ) -> None:
-    """Print the table of finished results. RESULTS: folders written by `bench run`. [default: runs]"""
+    """Print the table of finished results. RESULTS: folders written by `bench run`. [default: runs]
+
+    What `bench probe` wrote beside them is a table of its own: --probes.
+    """
     from retarget_bench import files, records
     from retarget_bench.rendering import RENDERERS, WITH_INTERVALS
 
     if paper is not None and (columns is not None or everything or by):
         raise BenchError("--paper has columns of its own; leave --columns, --all and --by out")
+    if paper is not None and probes:
+        raise BenchError("published tables have no probes; give --paper or --probes")
+    task, maker = ("probe", "bench probe METHOD") if probes else ("retarget", "bench run")
+    everything = everything or (probes and columns is None)
     roots = roots or (Path("runs"),)
-    places = [place for root in roots for place in records.find_results(root)]
-    places = [place for place in places if dataset in (None, place.dataset)]
+    places = []
+    for root in roots:
+        if not (found := records.find_results(root, task)):
+            what = "results of probes" if probes else "results"
+            raise BenchError(f"no {what} in {root}; {maker} makes some")
+        places += [place for place in found if dataset in (None, place.dataset)]
     if not places:
-        raise BenchError(f"no results in {', '.join(map(str, roots))}; bench run makes some")
+        raise BenchError(f"no results of {dataset} in {', '.join(map(str, roots))}; {maker} makes some")
     renderers = WITH_INTERVALS if intervals else RENDERERS
     made = _tables(places, columns, everything, by) if paper is None else _published(places, paper)
     written = renderers[form](made)
@@ -68,11 +81,14 @@ def command(
 
 def _tables(places: Sequence[Any], columns: str | None, everything: bool, by: Any) -> list[Any]:
     from retarget_bench import summary, table
+    from retarget_bench.grouping import FPS
 
     found = summary.sections(places, by)
     wanted: tuple[str, ...] = table.FIRST_SIGHT
     if everything:
-        wanted = tuple(table.all_columns(found))
+        # nobody times probes
+        timed = places[0].task != "probe"
+        wanted = tuple(column for column in table.all_columns(found) if timed or column != FPS)
     elif columns is not None:
         wanted = tuple(column.strip() for column in columns.split(",") if column.strip())
     return table.tables(found, wanted, by or "")

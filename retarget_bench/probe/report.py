@@ -116,8 +116,10 @@ def findings(label: str, replies: Sequence[Reply]) -> list[str]:
     found = [
         f"{label}: {reply.status} on {reply.subject.info.id}: {reply.message}"
         for reply in replies
-        if reply.status != "ok"
+        if reply.status not in ("ok", "unsupported")
     ]
+    if replies and not any(_answered(reply) for reply in replies):
+        found.append(f"{label}: no question was answered, so nothing is known")
     for probe in PROBES:
         numbers = _numbers(replies, probe.id)
         if broken := [reply for reply in replies if probe.id in reply.failed]:
@@ -134,6 +136,19 @@ def findings(label: str, replies: Sequence[Reply]) -> list[str]:
                 f"worst ({worst}). {probe.meaning[0].upper()}{probe.meaning[1:]}"
             )
     return found + _blindness(label, replies)
+
+
+def refusals(label: str, replies: Sequence[Reply]) -> list[str]:
+    """Questions that the method declares it cannot answer, which is no fault, in a sentence."""
+    refused = [reply for reply in replies if reply.status == "unsupported"]
+    if not refused:
+        return []
+    asked = len(refused) + sum(bool(each.deviations or each.failed or each.skipped) for each in replies)
+    return [f"{label}: does not answer {len(refused)} of {asked} cases: {refused[0].message}"]
+
+
+def _answered(reply: Reply) -> bool:
+    return bool(reply.deviations or reply.dependence)
 
 
 def _asked(replies: Sequence[Reply]) -> int:
@@ -156,12 +171,19 @@ def listing(label: str, replies: Sequence[Reply]) -> str:
     out, known = [label], skipped(replies)
     for probe in PROBES:
         numbers = list(_numbers(replies, probe.id).values())
-        said = (
-            f"{max(numbers):.4f} % of height"
-            if numbers
-            else f"not asked: {known.get(probe.id, 'left out')}"
-        )
-        out.append(f"  {probe.id:<14}  {said:<22}  {probe.meaning}")
+        failed = [reply.failed[probe.id] for reply in replies if probe.id in reply.failed]
+        if numbers:
+            said = f"{max(numbers):.4f} % of height  {probe.meaning}"
+        elif failed:
+            said = f"failed: {failed[0]}"
+        else:
+            said = f"not asked: {known.get(probe.id, 'left out')}"
+        out.append(f"  {probe.id:<14}  {said}")
+    for value in DEPENDENCE:
+        name = value.id.removeprefix("probe.")
+        depends = [reply.dependence[name] for reply in replies if name in reply.dependence]
+        said = f"{depends[0]:.2f}  {value.meaning}" if depends else "not asked: the clip is too short"
+        out.append(f"  {name:<14}  {said}")
     return "\n".join(out) + "\n"
 
 

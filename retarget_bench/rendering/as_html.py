@@ -35,6 +35,7 @@ def html(tables: Sequence[Table]) -> str:
         has_marks=words.has_marks(tables),
         has_intervals=any(cell.interval for table in tables for cell in table.cells),
         has_common=any(any(group.common) for table in tables for group in table.groups),
+        has_parts=any(group.subject for table in tables for group in table.groups),
         has_seeds=words.has_seeds(tables),
         best_first=BEST_FIRST,
         most_cases=MOST_CASES,

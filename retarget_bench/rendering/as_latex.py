@@ -5,7 +5,7 @@ from __future__ import annotations
 import unicodedata
 from collections.abc import Sequence
 
-from retarget_bench.cells import Cell, Group, Row, Table
+from retarget_bench.cells import Cell, Column, Group, Row, Table
 from retarget_bench.rendering import words
 
 ESCAPES = {
@@ -76,9 +76,7 @@ def _environment(table: Table, group: Group) -> str:
 
 
 def _tabular(group: Group) -> list[str]:
-    heads = [
-        _stack(plain(f"{column.label} {column.arrow}".strip()).split(" "), "b") for column in group.columns
-    ]
+    heads = [_stack(plain(_heading(column)).split(" "), "b") for column in group.columns]
     units = [_small(plain(words.shown_unit(column))) for column in group.columns]
     whole = len(group.columns) + 2
     longest = max(len(words.named(row)) for row in group.rows)
@@ -96,6 +94,10 @@ def _tabular(group: Group) -> list[str]:
         out.append(_joined([rf"\multicolumn{{{whole}}}{{l}}{{\emph{{{words.NOT_RANKED}}}}}"]))
     out += map(_line, group.unranked)
     return [*out, r"\bottomrule", r"\end{tabular}"]
+
+
+def _heading(column: Column) -> str:
+    return f"{column.label} {column.arrow}".strip() + (f" ({column.mark})" if column.mark else "")
 
 
 def _joined(cells: Sequence[str]) -> str:
@@ -147,7 +149,7 @@ def _legend(table: Table, group: Group) -> list[str]:
         out.append(plain(words.SEEDS))
     explained = table.subjects or group.columns
     meanings = [(column.label, column.meaning) for column in explained]
-    meanings.append(("n", words.N if group.counted == "cases" else words.WINDOWS))
+    meanings.append(("n", words.counted(group)))
     shown = {cell.text for cell in cells if cell.value is None}
     meanings += [(kind, words.reason_known(kind)) for kind in words.empty_kinds(table) if kind in shown]
     out += [rf"\emph{{{plain(label)}}}: {plain(meaning)}." for label, meaning in meanings]

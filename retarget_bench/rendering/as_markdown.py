@@ -33,9 +33,9 @@ def _group(group: Group, intervals: bool) -> list[str]:
     heads = []
     for column in group.columns:
         unit = words.shown_unit(column)
-        heads.append(
-            plain(f"{column.label} {column.arrow}".strip()) + (f"<br>{plain(unit)}" if unit else "")
-        )
+        below = [unit, f"({column.mark})" if column.mark else ""]
+        head = [f"{column.label} {column.arrow}".strip(), *(each for each in below if each)]
+        heads.append("<br>".join(map(plain, head)))
     out = [f"| {plain(group.heading)} | " + " | ".join([*heads, "n"]) + " |"]
     out.append("|---|" + "---:|" * (len(heads) + 1))
     out += [_line(row, intervals) for row in group.ranked]

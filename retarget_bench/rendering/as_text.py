@@ -71,6 +71,7 @@ def _by_column(group: Group, intervals: bool) -> list[str]:
     for number, column in enumerate(group.columns):
         unit = words.shown_unit(column)
         name = f"{column.id} {column.arrow}".strip() + (f" [{unit}]" if unit else "")
+        name += f" ({column.mark})" if column.mark else ""
         lines.append(_Line(name, tuple(_stacked(row.cells[number], intervals) for row in group.rows)))
     lines.append(_Line("n", tuple((f"{row.n} ",) for row in group.rows)))
     return _grid("", heads, lines)
@@ -86,11 +87,12 @@ def _stacked(cell: Cell, intervals: bool) -> tuple[str, ...]:
 
 
 def _head(column: Column) -> list[str]:
-    """A column's heading: its words below each other, the arrow with the last, then its unit."""
+    """A column's heading: its words below each other, the arrow with the last, then its unit and mark."""
     *start, end = printable(column.label).split(" ")
     lines = textwrap.wrap(" ".join(start), WIDEST_HEAD) if start else []
     unit = textwrap.wrap(printable(words.shown_unit(column)), WIDEST_HEAD)
-    return [*lines, *wrapped(f"{end} {column.arrow}".strip(), WIDEST_WORD), *unit]
+    mark = wrapped(printable(f"({column.mark})"), WIDEST_WORD) if column.mark else []
+    return [*lines, *wrapped(f"{end} {column.arrow}".strip(), WIDEST_WORD), *unit, *mark]
 
 
 # ------------------------------------------------------------------------------------------------ grid

@@ -25,11 +25,13 @@ TIED = (
 )
 INTERVALS = (
     f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for "
-    "these characters: how much other bodies would change the numbers they do not say. Two overlapping "
+    "these characters: how much other bodies would change the numbers they do not say. Where few clips "
+    "decide a mean, an end may lie beyond what the measure can be, below 0 for an error. Two overlapping "
     "intervals do not make a tie, since methods are compared case by case."
 )
 SEEDS = "± is the standard deviation of the mean over the seeds of a stochastic method."
 N = "cases that the method answered, out of those asked where it did not answer all"
+N_PART = "cases of the part; a method that answered fewer of them stands on those"
 WINDOWS = "windows in each of the two sets that are compared"
 COMMON = "common cases"
 SPLITS = {
@@ -54,10 +56,11 @@ def has_seeds(tables: Sequence[Table]) -> bool:
 
 
 def common_counts(group: Group) -> list[str]:
-    """How many cases each column is ranked on, where columns differ in that; else nothing."""
-    if len({common for common in group.common if common}) < 2:
-        return []
-    return [f"{common.cases}" if common else "" for common in group.common]
+    """How many cases each column is ranked on; nothing where that is the n of every ranked row."""
+    counts = [f"{common.cases}" if common else "" for common in group.common]
+    known = {row.n for row in group.ranked}
+    alike = len(known) == 1 and set(counts) <= known | {""}
+    return counts if any(counts) and not alike else []
 
 
 def named(row: Row) -> str:
@@ -88,9 +91,15 @@ def means(table: Table) -> str:
 
 def counts(table: Table) -> list[tuple[str, str]]:
     """What n is."""
-    counted = {group.counted for group in table.groups}
-    told = [("n", N)] if "cases" in counted or not counted else []
-    return [*told, *([("n (windows)", WINDOWS)] if "windows" in counted else [])]
+    kinds = dict.fromkeys(map(counted, table.groups)) or {N: None}
+    return [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
+
+
+def counted(group: Group) -> str:
+    """What n is in one group."""
+    if group.counted == "windows":
+        return WINDOWS
+    return N_PART if group.subject else N
 
 
 def reason_known(kind: str) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -18,6 +18,8 @@ from retarget_bench.sets.draw import Draw, draw
 from retarget_bench.sets.files import Arrays, SetValue
 from retarget_bench.sets.jackknife import CLIPS, GROUPS, groups_of, interval
 from retarget_bench.work import know
+
+Halves = tuple[Sample, Sample]
 
 
 def evaluate(job: Mapping[str, Any]) -> list[SetValue]:
@@ -55,45 +57,62 @@ def _values(
     features = {case: CaseFeatures(*(arrays[f"{case}/{name}:{part}"] for part in PARTS)) for case in infos}
     network = str(arrays[f"{min(infos)}/{name}:network"])
     sets = draw(features, infos)
-    return [_value(metric, value, structure, sets, network) for value in ids]
+    bare = SetValue("", structure, sets.n, len(sets.clips), real=sets.hash, network=network)
+    found = [_value(metric, replace(bare, value_id=each), sets) for each in ids]
+    if bare.clips < CLIPS:
+        return found
+    defined = [each.value_id for each in found if each.value is not None]
+    without = _without(metric, defined, sets)
+    return [_bounded(each, without[each.value_id]) if each.value_id in without else each for each in found]
 
 
-def _value(metric: SetMetric, value_id: str, structure: str, sets: Draw, network: str) -> SetValue:
-    clips = len(sets.clips)
-    bare = SetValue(value_id, structure, sets.n, clips, real=sets.hash, network=network)
-    if sets.n < (least := metric.least(value_id)):
-        return replace(bare, reason=f"{value_id} needs {least} windows in each set, here {sets.n}")
-
-    def both(a: tuple[Sample, Sample], b: tuple[Sample, Sample]) -> float:
-        return 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
-
-    value, floor = both(sets.real, sets.generated), both(sets.real, sets.real)
+def _value(metric: SetMetric, bare: SetValue, sets: Draw) -> SetValue:
+    """A value and its floor."""
+    name = bare.value_id
+    if sets.n < (least := metric.least(name)):
+        return replace(bare, reason=f"{name} needs {least} windows in each set, here {sets.n}")
+    value, floor = _both(metric, name, sets.real, sets.generated), _both(metric, name, sets.real, sets.real)
     if not np.isfinite([value, floor]).all():
-        return replace(bare, reason=f"{value_id} is undefined for {clips} clips")
-    low, high = (_interval(value, both, sets) if clips >= CLIPS else None) or (None, None)
-    return replace(bare, value=value, low=low, high=high, floor=floor)
+        return replace(bare, reason=f"{name} is undefined for {bare.clips} clips")
+    return replace(bare, value=value, floor=floor)
 
 
-Both = Callable[[tuple[Sample, Sample], tuple[Sample, Sample]], float]
+def _both(metric: SetMetric, value_id: str, a: Halves, b: Halves) -> float:
+    """The real windows of either half against the other ones of the other half."""
+    return 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
 
 
-def _interval(value: float, both: Both, sets: Draw) -> tuple[float, float] | None:
-    """By leaving out a tenth of the clips at a time, of both halves."""
+def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, list[float]]:
+    """Value id -> the values without a tenth of the clips at a time, of both halves.
+
+    All values of one tenth before the next one: what they have in common is computed once.
+    """
+    group = _groups(sets)
+    found: dict[str, list[float]] = {value_id: [] for value_id in ids}
+    for left_out in range(GROUPS if ids else 0):
+        real, generated = (
+            (_kept(halves[0], group, left_out), _kept(halves[1], group, left_out))
+            for halves in (sets.real, sets.generated)
+        )
+        for value_id in ids:
+            found[value_id].append(_both(metric, value_id, real, generated))
+    return found
+
+
+def _groups(sets: Draw) -> dict[str, int]:
+    """Clip -> which tenth it belongs to; where one half has the larger ones, the other has the smaller."""
     group: dict[str, int] = {}
     for number, half in enumerate(sets.real):
         dealt = groups_of(Counter(half.clips.tolist()))
         group |= {clip: GROUPS - 1 - rank if number else rank for clip, rank in dealt.items()}
-
-    def without(left_out: int) -> float:
-        def kept(halves: tuple[Sample, Sample]) -> tuple[Sample, Sample]:
-            one, other = (_without(half, group, left_out) for half in halves)
-            return one, other
-
-        return both(kept(sets.real), kept(sets.generated))
-
-    return interval(value, without, GROUPS)
+    return group
 
 
-def _without(sample: Sample, group: Mapping[str, int], left_out: int) -> Sample:
-    stays = np.array([group[clip] != left_out for clip in sample.clips.tolist()], dtype=bool)
-    return Sample(sample.features[stays], sample.clips[stays])
+def _kept(sample: Sample, group: Mapping[str, int], left_out: int) -> Sample:
+    return sample.part(np.flatnonzero([group[clip] != left_out for clip in sample.clips.tolist()]))
+
+
+def _bounded(found: SetValue, without: Sequence[float]) -> SetValue:
+    assert found.value is not None
+    low, high = interval(found.value, without) or (None, None)
+    return replace(found, low=low, high=high)

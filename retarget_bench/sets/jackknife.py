@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -28,15 +28,14 @@ def deviation(without: Sequence[float]) -> float:
     return float(np.sqrt((len(values) - 1) / len(values) * ((values - values.mean()) ** 2).sum()))
 
 
-def interval(value: float, without: Callable[[int], float], groups: int) -> tuple[float, float] | None:
+def interval(value: float, without: Sequence[float]) -> tuple[float, float] | None:
     """Value -+ t(G - 1) times the jackknife's standard error; None where a value is undefined.
 
-    without: the value without a group, by the group's number.
+    without: the values without each of the G groups.
     """
     from scipy.special import stdtrit  # type: ignore[import-untyped]
 
-    values = [without(group) for group in range(groups)]
-    if not np.isfinite(values).all():
+    if not np.isfinite(without).all():
         return None
-    reach = float(stdtrit(groups - 1, 0.5 + LEVEL / 2)) * deviation(values)
+    reach = float(stdtrit(len(without) - 1, 0.5 + LEVEL / 2)) * deviation(without)
     return value - reach, value + reach

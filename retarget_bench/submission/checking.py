@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from retarget_bench import records, registry
 from retarget_bench.api import Dataset
@@ -22,6 +23,12 @@ from retarget_bench.submission.manifest import CARD, CARD_SECTIONS, PREDICTIONS,
 from retarget_bench.timing import spread
 from retarget_bench.work import elsewhere
 
+HEADER = {
+    "method": ("label", "privileged", "control"),
+    "dataset": ("name", "content"),
+    "counts": ("asked", "ok"),
+}
+"""What the check reads of a header."""
 CLOSE = 1e-6
 """Relative difference up to which a value that is scored again is the one in the rows."""
 
@@ -58,8 +65,10 @@ def check(folder: Path) -> list[Finding]:
     places = _places(folder, manifest)
     if isinstance(places, Finding):
         return [*found, places]
-    for place in places:
-        found += _rows(place, manifest, data)
+    for listed in _by_split(places):
+        found += _seeds(listed)
+        for place in listed:
+            found += _rows(place, manifest, data, first=place == listed[0])
     if missing := [split for split in data.card.splits if split not in {place.split for place in places}]:
         found.append(Finding("warning", f"no rows of {', '.join(missing)}: the data set has such cases"))
     return found
@@ -117,17 +126,62 @@ def _score(folder: Path, manifest: Manifest) -> None:
     run(plan, lambda *_: None)
 
 
-def _rows(place: Place, manifest: Manifest, data: Dataset) -> Iterator[Finding]:
-    where = f"{place.task} {place.split}"
+def _by_split(places: Sequence[Place]) -> list[list[Place]]:
+    """The results of each split, by seed."""
+    splits: dict[str, list[Place]] = {}
+    for place in sorted(places, key=_seed):
+        splits.setdefault(place.split, []).append(place)
+    return list(splits.values())
+
+
+def _seed(place: Place) -> int:
+    """The seed that results were made with; 0 where they do not say."""
+    try:
+        seeds = records.read_header(place.header).get("seeds")
+    except FileError:
+        return 0
+    return seeds[0] if isinstance(seeds, list) and seeds and isinstance(seeds[0], int) else 0
+
+
+def _seeds(places: Sequence[Place]) -> Iterator[Finding]:
+    """Results of one split under several seeds: each seed once."""
+    for one, other in pairwise(places):
+        if _seed(one) == _seed(other):
+            yield Finding(
+                "error",
+                f"{one.task} {one.split}: {one.method} and {other.method} are both of seed {_seed(one)}; "
+                "hand in one result per seed",
+            )
+
+
+def _rows(place: Place, manifest: Manifest, data: Dataset, *, first: bool) -> Iterator[Finding]:
+    """first: whether these are the rows of the first seed, which predictions belong to."""
+    where = f"{place.task} {place.split}" + ("" if first else f", seed {_seed(place)}")
     try:
         results = records.read_results(place)
     except FileError as error:
         yield Finding("error", str(error))
         return
+    if lost := _lost(results.header):
+        yield Finding(
+            "error", f"{where}: the header lacks {', '.join(lost)}; run or score the method again"
+        )
+        return
     yield from _header(where, results, manifest)
     yield from _cases(where, results, data)
     yield from _versions(where, results)
-    yield from _again(where, results, data, place.root.parent / PREDICTIONS)
+    if first:
+        yield from _again(where, results, data, place.root.parent / PREDICTIONS)
+
+
+def _lost(header: Mapping[str, Any]) -> list[str]:
+    """What a header must say to be checked, and does not."""
+    return [
+        f"{table}.{name}"
+        for table, names in HEADER.items()
+        for name in names
+        if not isinstance(header[table], dict) or name not in header[table]
+    ]
 
 
 def _header(where: str, results: Results, manifest: Manifest) -> Iterator[Finding]:

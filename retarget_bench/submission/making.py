@@ -9,6 +9,7 @@ from retarget_bench import records
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
 from retarget_bench.records import Place
+from retarget_bench.sets.files import values_path
 from retarget_bench.spec import Spec
 from retarget_bench.submission import cost
 from retarget_bench.submission.manifest import CARD, CARD_SECTIONS, ROWS, write
@@ -61,7 +62,7 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
 
 
 def _places(runs: Path, label: str) -> list[Place]:
-    found = [place for place in records.find_results(runs) if place.task == "retarget"]
+    found = records.find_results(runs)
     labels = {place: records.read_header(place.header)["method"]["label"] for place in found}
     mine = [place for place in found if labels[place] == label]
     if not mine:
@@ -82,8 +83,9 @@ def _copy(place: Place, root: Path) -> None:
     for ours, theirs in (
         (place.rows, there.rows),
         (place.arrays, there.arrays),
-        (place.cases, there.cases),
         (place.timing, there.timing),
+        (values_path(place), values_path(there)),
+        *((path, there.folder / path.name) for path in place.folder.glob("cases*.csv")),
         (place.header, there.header),
     ):
         if ours.exists():

@@ -205,6 +205,17 @@ def test_a_data_set_that_breaks_ends_with_two(baseline, bench, monkeypatch):
     assert "cannot be loaded: OSError: the disk is gone" in said
 
 
+def test_a_gate_that_breaks_ends_with_two_and_says_where(baseline, bench, monkeypatch):
+    def broken(before, now):
+        raise ZeroDivisionError("float division by zero")
+
+    monkeypatch.setattr(compare, "compare", broken)
+    status, said = bench("--baseline", baseline)
+    assert status == 2
+    assert "in broken" in said
+    assert "Could not measure" in said
+
+
 def test_no_case_at_all_ends_with_two(baseline, bench, tmp_path):
     status, said = bench("--baseline", baseline, "-d", "toy_cases[clips=0]")
     assert status == 2
@@ -365,6 +376,7 @@ def test_the_summary_is_markdown_and_is_appended(baseline, bench, monkeypatch, t
     lines = summary.read_text().splitlines()
     assert lines[0] == "before"
     assert lines[1] == "### bench check: moved"
+    assert lines[-1].endswith('If it is meant: the same command with --accept --because "...".')
     assert any(re.match(r"\| `toy_learner` `intra` `mpjpe_h.world` \| 0\.9\d+ -> ", line) for line in lines)
     rows = [line for line in lines if line.startswith("| ")]
     assert {len(re.findall(r"(?<!\\)\|", row)) for row in rows} == {4}
@@ -408,6 +420,8 @@ def test_exit_statuses(marks, status):
         (Limit(1e-9, 1e-3), 50.0, 50.04, False),
         (Limit(1e-9, 1e-3), 50.0, 49.94, True),
         (Limit(1e-3, 1e-3), 0.0, 9e-4, False),
+        (Limit(0.0, 1e-6), 0.0, 0.0, False),
+        (Limit(0.0, 1e-6), 0.0, 1e-12, True),
     ],
 )
 def test_limits(limit, golden_, now, moved):

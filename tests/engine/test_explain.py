@@ -179,3 +179,9 @@ def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code, out = said("--between", "mpjpe")
     assert code == 2
     assert "no protocol 'mpjpe'" in out
+
+
+def test_seeds_are_told_apart() -> None:
+    found = results("intra", INTRA)
+    found.header |= {"method": {"label": "mine", "stochastic": True}, "seeds": [3]}
+    assert explain.explain(found).method == "mine, seed 3"

@@ -23,7 +23,9 @@ VALUES = {
 }  # fmt: skip
 
 
-def store(root: Path, name: str, split: str, numbers: dict[tuple[str, str], float], **changes) -> None:
+def store(
+    root: Path, name: str, split: str, numbers: dict[tuple[str, str], float], file: str = "", **changes
+) -> None:
     """``numbers``: (pair, clip) -> the value of every protocol."""
     infos, entries = [], []
     for (pair, clip), number in numbers.items():
@@ -46,8 +48,8 @@ def store(root: Path, name: str, split: str, numbers: dict[tuple[str, str], floa
         "problems": [],
     }
     for key, change in changes.items():
-        header[key] = {**header[key], **change}
-    place = Place(root, header["dataset"]["label"], "retarget", split, name)
+        header[key] = {**header.get(key, {}), **change} if isinstance(change, dict) else change
+    place = Place(root, header["dataset"]["label"], "retarget", split, file or name)
     place.folder.mkdir(parents=True, exist_ok=True)
     records.write_results(place, header, entries, infos)
 
@@ -105,6 +107,39 @@ def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
     assert pan.cells["intra"].cases == 5  # the self pair counts, Aj > BigVegas does not
     (sentence,) = papers.caveats(table, [row])
     assert "3 of the 12 pairs and 2 of the 106 test clips" in sentence
+
+
+def test_a_case_under_several_seeds_is_one_case(tmp_path: Path) -> None:
+    pairs = [("BigVegas>Goblin_m", "a"), ("BigVegas>Goblin_m", "b")]
+    for seed, numbers in enumerate([(0.1, 0.2), (0.3, 0.6)]):
+        file = f"mine.seed-{seed}" if seed else "mine"
+        store(tmp_path, "mine", "cross", dict(zip(pairs, numbers, strict=True)), file, seeds=[seed])
+    (row,) = papers.own_rows(papers.published("humot-table5"), records.find_results(tmp_path))
+    cell = row.cells["B->G"]
+    assert (cell.value, cell.cases, cell.clips) == (pytest.approx(0.3), 2, 2)
+    assert cell.spread == pytest.approx(np.std([0.2, 0.4]))
+
+
+def test_one_method_in_two_folders_is_two_rows(tmp_path: Path) -> None:
+    for folder, number in (("old", 0.1), ("new", 0.3)):
+        store(tmp_path / folder, "mine", "cross", {("BigVegas>Goblin_m", "a"): number})
+    places = [
+        place for folder in ("old", "new", "new") for place in records.find_results(tmp_path / folder)
+    ]
+    rows = papers.own_rows(papers.published("humot-table5"), places)
+    found = {row.label: row.cells["B->G"].value for row in rows}
+    assert found == {f"mine ({tmp_path / 'old'})": 0.1, f"mine ({tmp_path / 'new'})": 0.3}
+
+
+def test_numbers_of_an_older_metric_are_left_out(tmp_path: Path) -> None:
+    for name, version, made in (("then", "1", "2026-01-01"), ("now", "2", "2026-06-01")):
+        values = {"humot_mpjpe": {**VALUES["humot_mpjpe"], "metric": "papers"}}
+        store(
+            tmp_path, name, "cross", {("BigVegas>Goblin_m", "a"): 0.1},
+            values=values, metrics={"papers": version}, date=made,
+        )  # fmt: skip
+    rows = papers.own_rows(papers.published("humot-table5"), records.find_results(tmp_path))
+    assert [row.label for row in rows] == ["now"]
 
 
 def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import csv
+import io
 from dataclasses import replace
 from pathlib import Path
 
@@ -25,6 +27,7 @@ from retarget_bench.spec import Spec
 
 DATA = dataset(Spec.parse("puppets"))
 SPLITS = ("intra", "cross")
+TOY_CASES = Path(__file__).parent / "toys" / "toy_cases.py"
 
 
 @pytest.fixture(scope="module")
@@ -342,14 +345,56 @@ def test_rows_lie_beside_other_results(tmp_path: Path, capsys: pytest.CaptureFix
     code, said = run(capsys, "copy_rotations[root_rule=none]", "copy_rotations", *out)
     assert code == 0
     assert "copy_rotations[root_rule=none]: source_scale: off by" in said
-    places = records.find_results(tmp_path)
+    places = records.find_results(tmp_path, "probe")
     assert {(place.task, place.split) for place in places} == {("probe", "intra")}
+    assert records.find_results(tmp_path) == []
     results = records.read_results(places[0])
     probed = [entry for entry in results.entries if "probe.mirrored" in entry.values]
     assert len(probed) == 4
     assert any("probe.correlation" in entry.values for entry in results.entries)
     assert run(capsys, "copy_rotations[root_rule=none]", "--strict", *out)[0] == 1
     assert run(capsys, "copy_rotations", "--strict", *out)[0] == 0
+
+
+def bench(capsys: pytest.CaptureFixture[str], *arguments: object) -> tuple[int, str]:
+    with pytest.raises(SystemExit) as stop:
+        main([str(each) for each in arguments])
+    out, err = capsys.readouterr()
+    return int(stop.value.code or 0), out + err
+
+
+def test_probes_have_a_table_of_their_own(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Results of probes lie in the same folder, and nothing that reads results takes them for such."""
+    probed, both = tmp_path / "probed", tmp_path / "both"
+    for root in (probed, both):
+        out = ("--out", root, "--cases", 2, "-s", "intra", "--only", "turned,mirrored")
+        out = (*out, "-d", "toy_cases[clips=4]", "--plugin", TOY_CASES)
+        assert bench(capsys, "probe", "bone_directions", "rest_pose", *out)[0] == 0
+    where = ("-s", "intra", "--out", both, "-d", "toy_cases", "--plugin", TOY_CASES)
+    assert bench(capsys, "run", "bone_directions", "rest_pose", *where)[0] == 0
+    for words in ((), ("--all",), ("--by", "kind")):
+        code, said = bench(capsys, "table", both, *words)
+        assert code == 0
+        assert "probe" not in said
+    for words in ((), ("--all",)):
+        code, said = bench(capsys, "table", both, "--probes", *words, "-f", "csv")
+        heading, *rows = csv.reader(io.StringIO(said))
+        assert (code, len(rows)) == (0, 2)
+        ids = [name for name in heading if "." in name and ":" not in name]
+        filled = [name for name, number in zip(heading, rows[0], strict=True) if name in ids and number]
+        assert filled == ["probe.turned", "probe.mirrored", "probe.correlation", "probe.shuffled"]
+        assert [name for name in ids if not name.startswith("probe.")] == []
+    code, said = bench(capsys, "compare", "bone_directions", "rest_pose", "--results", both)
+    assert (code, "probe" in said) == (0, False)
+    for command in (
+        ("table", probed),
+        ("compare", "ik", "rest_pose", "--results", probed),
+        ("explain", probed),
+    ):
+        code, said = bench(capsys, *command)
+        assert (code, "no results" in said) == (2, True), said
+    assert bench(capsys, "table", tmp_path / "x", "--probes")[1].count("bench probe METHOD makes some") == 1
+    assert bench(capsys, "table", both, "--probes", "--paper", "pan-table1")[0] == 2
 
 
 def test_what_cannot_be_asked_is_said(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -374,6 +419,7 @@ def test_two_bvh_files(tmp_path: Path, capsys: pytest.CaptureFixture[str], subje
     code, said = run(capsys, "copy_rotations", *files, "--strict")
     assert code == 0, said
     assert "Every answer is as it must be." in said
+    assert "not asked: the clip is too short" in said  # thirty-one frames in four pieces
 
 
 def test_methods_that_fail_are_told_and_cost_no_other(subjects: list[Subject]) -> None:
@@ -390,6 +436,38 @@ def test_methods_that_fail_are_told_and_cost_no_other(subjects: list[Subject]) -
     )
     with pytest.raises(BenchError, match="only methods that see source and target alone"):
         ask(create("methods", Spec.parse("reference")), "reference", subjects)
+
+
+def test_what_a_method_declares_it_cannot_do_is_no_fault(subjects: list[Subject]) -> None:
+    class Choosy(Fault):
+        def supports(self, source, target):
+            return "only tall targets" if target.height < 1.0 else None
+
+    class Nothing(Fault):
+        def supports(self, source, target):
+            return "I am not finished"
+
+    replies = ask(Choosy(), "choosy", subjects)
+    refused = [reply for reply in replies if reply.status == "unsupported"]
+    assert 0 < len(refused) < len(replies)
+    assert report.findings("choosy", replies) == []
+    (said,) = report.refusals("choosy", replies)
+    assert said == f"choosy: does not answer {len(refused)} of {len(replies)} cases: only tall targets"
+    (said,) = report.findings("nothing", ask(Nothing(), "nothing", subjects))
+    assert "no question was answered" in said
+
+
+def test_a_listing_says_what_failed_and_whether_the_source_matters(subjects: list[Subject]) -> None:
+    class Picky(Fault):
+        def retarget(self, source, target, *, context):
+            if source.fps != 30.0:
+                raise ValueError("30 fps only")
+            return super().retarget(source, target, context=context)
+
+    replies = ask(Picky(), "picky", subjects[:1], [subjects[:2] * 2])
+    lines = report.listing("picky", replies).splitlines()
+    assert any(line.startswith("  rate_24") and "failed: " in line and "30 fps" in line for line in lines)
+    assert any(line.startswith("  correlation     1.00") for line in lines)
 
 
 def test_cases_are_spread_evenly() -> None:

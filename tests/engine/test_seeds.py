@@ -81,6 +81,19 @@ def test_a_case_counts_as_answered_where_every_seed_answered_it(tmp_path):
     assert (score.asked, score.ok, score.means[VALUE].n) == (6, 5, 5)
 
 
+@pytest.mark.parametrize("old", [0, 1])
+def test_seeds_on_other_data_do_not_hide_those_on_the_newest(tmp_path, old):
+    places = carried_out(tmp_path, NOISE, seeds=2)
+    header = json.loads(places[old].header.read_text())
+    header["dataset"]["content"] = "what was there before"
+    places[old].header.write_text(json.dumps(header | {"date": "2020-01-01"}))
+    (section,) = summary.sections(places)
+    (score,) = section.scores
+    assert score.header["seeds"] == [1 - old]
+    assert score.means[VALUE].value == pytest.approx(np.mean(list(rows(places[1 - old]).values())))
+    assert (score.ok, score.spread) == (6, {})
+
+
 def test_further_seeds_of_an_older_version_are_left_out(tmp_path):
     places = carried_out(tmp_path, NOISE, seeds=2)
     header = json.loads(places[1].header.read_text())

@@ -220,6 +220,15 @@ def test_so_it_is_with_more_clips(clips, methods):
     assert 0.04 <= false_alarms(clips, methods, seed=clips) <= 0.06
 
 
+@pytest.mark.parametrize(("share", "told"), [(0.1, 0.348), (0.2, 0.893)])
+def test_methods_that_differ_are_told_apart_as_often_as_the_docs_say(share, told):
+    """Errors smaller by this share, 50 clips: docs/statistics.md, with other random numbers."""
+    repeats = 1000
+    first, second = errors(np.random.default_rng(6), repeats, 50, (OWN, OWN))
+    found = (statistics.sign_flip(first - (1 - share) * second) < 0.05).mean()
+    assert found == pytest.approx(told, abs=4 * math.sqrt(told * (1 - told) / repeats))
+
+
 def test_intervals_cover_the_truth_nineteen_times_in_twenty():
     (means,) = errors(np.random.default_rng(2), REPEATS, 50, (OWN,))
     covered = [found.low <= 1 <= found.high for found in statistics.mean_intervals(means)]

@@ -104,6 +104,8 @@ def test_every_mistake_in_the_manifest_is_said_at_once(sound: Path) -> None:
         ("not a number", "is not a number"),
         ("a stranger", "1 case unknown to the data set"),
         ("unknown data", "data.dataset"),
+        ("header cut", "the header lacks method.privileged, dataset.content, counts.ok"),
+        ("a seed twice", "ik.copy and ik are both of seed 0"),
     ],
 )
 def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
@@ -126,6 +128,13 @@ def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
         lines = rows.read_text().splitlines(keepends=True)
         first = lines[1].split(",")[0]
         rows.write_text("".join(line for line in lines if not line.startswith(first)))
+    elif name == "header cut":
+        facts = json.loads(header.read_text(encoding="utf-8"))
+        del facts["method"]["privileged"], facts["dataset"]["content"], facts["counts"]["ok"]
+        header.write_text(json.dumps(facts), encoding="utf-8")
+    elif name == "a seed twice":
+        for path in (rows, header, rows.with_suffix(".npz")):
+            shutil.copyfile(path, path.with_name(path.name.replace("ik.", "ik.copy.")))
     elif name == "other label":
         rewrite(manifest, 'label = "ik"', 'label = "mine"')
     elif name == "hidden privilege":
@@ -227,6 +236,39 @@ def test_the_command(sound: Path, runs: Path, tmp_path: Path, capsys: pytest.Cap
     for arguments, told in wrong.items():
         assert bench(*arguments) == 2
         assert told in capsys.readouterr().err
+
+
+def test_all_seeds_are_submitted_and_predictions_are_of_the_first(tmp_path: Path) -> None:
+    """Predictions are those of one seed; the rows of another one are not what they give."""
+    runs = tmp_path / "runs"
+    plugins = [word for name in ("cases", "method") for word in ("--plugin", str(TOYS / f"toy_{name}.py"))]
+    asked = ("toy_method[does=noise]", "--seeds", "3", "-d", "toy_cases", "-s", "intra", "--out", str(runs))
+    assert bench("run", *asked, *plugins) == 0
+    make(tmp_path / "all" / "one", runs, "toy_method[does=noise]")
+    folder = filled_in(tmp_path / "all" / "one")
+    headers = sorted(folder.glob("results/*/retarget/intra/*.json"))
+    assert [json.loads(path.read_text())["seeds"] for path in headers] == [[0], [1], [2]]
+    (folder / "predictions").mkdir()
+    (stem,) = {path.name.removesuffix(".json") for path in headers if ".seed-" not in path.name}
+    for path in runs.glob(f"*/retarget/intra/{stem}/*.npz"):
+        shutil.copy(path, folder / "predictions")
+    assert errors(folder) == []
+    (made,), _ = board(folder.parent)
+    (group,) = made.groups
+    assert [row.label for row in group.rows] == ["toy_method[does=noise]"]
+    assert any(cell.spread is not None for cell in group.rows[0].cells)
+
+
+def test_what_belongs_to_the_rows_is_submitted_with_them(sound: Path, runs: Path) -> None:
+    """Everything that stays of a run: all but predictions and features, which are disposable."""
+    (folder,) = {path.parent for path in sound.glob("results/*/retarget/intra/ik.json")}
+    (ran,) = {path.parent for path in runs.glob("*/retarget/intra/ik.json")}
+    kept = [p for p in ran.iterdir() if p.is_file() and not p.name.startswith("copy_rotations")]
+    kept = [path for path in kept if not path.name.endswith(".features.npz")]
+    assert {"ik.sets.csv", "cases.parts.csv"} <= {path.name for path in kept}
+    assert {path.name: path.read_bytes() for path in kept} == {
+        path.name: path.read_bytes() for path in folder.iterdir()
+    }
 
 
 def test_results_of_two_data_sets_are_no_submission(tmp_path: Path, runs: Path) -> None:

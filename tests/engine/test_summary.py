@@ -1,5 +1,7 @@
 """Intervals, ranks and ties of summaries, against numbers worked out apart from them."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from stored import store
@@ -57,6 +59,14 @@ def test_the_best_its_equal_and_the_worse(tmp_path, hard):
     assert (ranking.cases, ranking.clips, ranking.left_out) == (24, 24, {})
 
 
+def test_which_of_equals_is_best_does_not_hang_on_the_order_of_results(tmp_path, hard):
+    places = [store(tmp_path, "intra", name, numbers(hard)) for name in ("b", "a", "c")]
+    for listed in (places, places[::-1]):
+        (found,) = summary.sections(listed)
+        assert found.rankings[VALUE].order == ("a", "b", "c")
+        assert found.rankings[VALUE].tied == {"b", "c"}
+
+
 def test_ranked_means_are_over_the_cases_that_all_ranked_methods_have(tmp_path, hard):
     lacking = np.where(np.arange(24) == 3, np.nan, 0.5 * hard)
     control = 9 * hard
@@ -112,6 +122,14 @@ def test_curves_have_means_with_intervals_and_no_rank(tmp_path, hard):
     assert found.rankings == {}
 
 
+def test_a_folder_named_twice_is_no_second_seed(tmp_path, hard):
+    place = store(tmp_path / "runs", "intra", "m", numbers(hard))
+    again = replace(place, root=tmp_path / "runs" / ".." / "runs")
+    (found,) = summary.sections([place, place, again])
+    (score,) = found.scores
+    assert (score.label, score.spread) == ("m", {})
+
+
 def test_the_same_results_in_two_folders_are_told_apart(tmp_path, hard):
     places = [store(tmp_path / name, "intra", "m", numbers(hard)) for name in ("old", "new")]
     (found,) = summary.sections(places)
@@ -119,4 +137,4 @@ def test_the_same_results_in_two_folders_are_told_apart(tmp_path, hard):
         f"m ({tmp_path / 'old'})",
         f"m ({tmp_path / 'new'})",
     ]
-    assert found.rankings[VALUE].tied == {f"m ({tmp_path / 'new'})"}
+    assert found.rankings[VALUE].tied == {f"m ({tmp_path / 'old'})"}

@@ -78,6 +78,52 @@ def test_without_a_reference_the_source_stands_in(tmp_path):
     assert "ratio" in rendering.text([made])
 
 
+def test_a_method_of_a_breakdown_is_told_apart_where_no_part_ranks_it(tmp_path):
+    clips = [("a>b", f"c{n}") for n in range(4)]
+    kept = [(*c, {"mpjpe_h.world": 1.0}) for c in clips]
+    places = [
+        store(tmp_path, "intra", "floor", kept, control=True),
+        store(tmp_path, "intra", "lazy", [(*clips[0], "failed"), *kept[1:]]),
+        store(tmp_path, "intra", "broken", [(*c, "failed") for c in clips]),
+        store(tmp_path, "intra", "whole", kept),
+    ]
+    (made,) = table.tables(summary.sections(places, "clip"), ["mpjpe_h.world"], "clip")
+    (group,) = made.groups
+    assert [(column.id, column.mark) for column in group.columns] == [
+        ("lazy", ""),
+        ("whole", ""),
+        ("floor", "control"),
+        ("broken", "answered 0 of 1"),
+    ]
+    assert [row.n for row in group.ranked] == ["1"] * 4
+
+
+@pytest.mark.parametrize(("by", "n"), [("pair", "4"), ("joint", "2"), ("part", "2")])
+def test_n_of_a_joint_counts_the_cases_that_have_it(tmp_path, by, n):
+    numbers = [("a>b", f"c{i}", {"mpjpe_h.world": 1.0} if i % 2 else {}) for i in range(4)]
+    found = summary.sections([store(tmp_path, "intra", "m", numbers)], "pair")
+    (made,) = table.tables(found, ["mpjpe_h.world"], by)
+    assert [row.n for row in made.groups[0].rows] == [n]
+
+
+@pytest.mark.parametrize(
+    ("lacking", "counts", "told"),
+    [(0, [], False), (1, ["20"], False), (21, [], True)],
+    ids=["all", "all but one", "none"],
+)
+def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts, told):
+    """Of 21 methods some lack the value on one case, each on another."""
+    places = []
+    for name in range(21):
+        has = [{} if n == name < lacking else {"mpjpe_h.world": 1.0} for n in range(21)]
+        numbers = [("a>b", f"c{n:02}", values) for n, values in enumerate(has)]
+        places.append(store(tmp_path, "intra", f"m{name:02}", numbers))
+    (made,) = table.tables(summary.sections(places), ["mpjpe_h.world"])
+    (group,) = made.groups
+    assert words.common_counts(group) == counts
+    assert any("no case that all ranked methods have it for" in each for each in group.absent) == told
+
+
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
     with pytest.raises(BenchError, match=r"no result has a value 'mpjpe'.*mpjpe_h\.world"):

@@ -1,5 +1,7 @@
 """``bench table`` from the outside."""
 
+import re
+
 import pytest
 from click.testing import CliRunner
 from stored import store
@@ -52,6 +54,12 @@ def test_speed_is_no_column_of_a_breakdown(results):
     done = CliRunner().invoke(group, ["table", str(results), "--by", "clip", "--columns", "fps"])
     assert done.exit_code != 0
     assert "no result has a value 'fps'" in str(done.exception) + done.output
+
+
+@pytest.mark.parametrize("words", [["nowhere"], ["-d", "other"]])
+def test_what_was_asked_for_and_is_not_there_is_told(results, words):
+    done = CliRunner().invoke(group, ["table", str(results), *words])
+    assert re.search("no results (in nowhere|of other in)", str(done.exception))
 
 
 @pytest.mark.parametrize("form", FORMATS)

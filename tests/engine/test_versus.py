@@ -130,6 +130,14 @@ def test_text_says_who_is_better_and_by_how_much(runs):
     assert "the same" in next(line for line in shown.splitlines() if "ratio" in line)
 
 
+@pytest.mark.parametrize(
+    ("p", "shown"),
+    [(0.0009, "<0.001"), (0.0494, "0.049"), (0.0498, "<0.05"), (0.05, "0.050"), (1.0, "1.000")],
+)
+def test_a_p_value_is_never_written_as_if_it_were_on_the_other_side_of_the_level(p, shown):
+    assert versus_text._p(p) == shown
+
+
 def test_csv_reads_back_and_markdown_survives_hostile_names(runs, tmp_path):
     rows = list(csv.DictReader(io.StringIO(bench("one", "two", "--results", runs, "--all", "-f", "csv"))))
     assert [row["value"] for row in rows] == ["mpjpe_h.world", "ratio"]
@@ -163,6 +171,7 @@ def test_folders_compare_a_method_with_itself(runs, tmp_path):
         (["one", "two", "--columns", "curve"], "'curve' is a curve"),
         (["one", "two", "--columns", ","], "name at least one value"),
         (["one", "two", "-s", "cross"], "no case in common|no results"),
+        (["one", "two", "--results", "nowhere"], "no results in nowhere"),
         (["one", "two", "-d", "nothing"], "no results of nothing in"),
         (["one", "two", "--columns", "ratio_src"], "one and two have no case in common"),
     ],

@@ -8,7 +8,9 @@ import scipy.linalg
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from retarget_bench.metrics.fid.frechet import frechet, trace
+from retarget_bench.api import Sample
+from retarget_bench.metrics.fid import Fid
+from retarget_bench.metrics.fid.frechet import factor, frechet, trace, without
 from retarget_bench.metrics.fid.kernel import kid
 from retarget_bench.metrics.fid.neighbours import fit
 
@@ -85,6 +87,40 @@ def test_frechet_does_not_care_for_order_sides_places_or_turns(seed, n, d):
         frechet(a @ turn + shift, b @ turn + shift),
     ):
         assert other == pytest.approx(value, abs=1e-9 * scale)
+
+
+def parts_of(features: np.ndarray, clips: np.ndarray) -> list[tuple[Sample, Sample]]:
+    """Every set without a tenth of its clips: as a part, and as a set of its own."""
+    found = Sample(features, clips)
+    kept = [np.flatnonzero(clips % 10 != group) for group in range(10)]
+    return [(found.part(rows), Sample(features[rows], clips[rows])) for rows in kept]
+
+
+@pytest.mark.parametrize("odd", ["", "constant", "one clip", "few"])
+@pytest.mark.parametrize("value", ["fid", "kid", "coverage", "density"])
+def test_a_part_of_a_set_is_worth_what_it_is_worth_alone(value, odd):
+    """Also where a feature never varies, varies in one clip only, or windows are fewer than features."""
+    n, d = (60, 100) if odd == "few" else (400, 24)
+    a, b = sets(11, n, d)
+    clips = np.arange(n) // 8
+    if odd == "constant":
+        a[:, 3] = 2.0
+    if odd == "one clip":
+        a[:, 3] = np.where(clips == 4, np.arange(n) % 8, 0.0)
+    metric = Fid()
+    for (real, alone), (made, made_alone) in zip(
+        parts_of(a, clips), parts_of(b, clips + 1000 * (odd != "few")), strict=True
+    ):
+        found = metric.value(value, real, made)
+        assert found == pytest.approx(Fid().value(value, alone, made_alone), rel=1e-8)
+
+
+def test_the_factor_of_most_of_a_set_is_that_of_its_covariance():
+    a, _ = sets(12, 300, 20)
+    rows = np.flatnonzero(np.arange(300) % 10 != 3)
+    shorter = without(factor(a), a, rows)
+    assert shorter is not None
+    np.testing.assert_allclose(shorter.T @ shorter, np.cov(a[rows].T), rtol=1e-10, atol=1e-10)
 
 
 # ---------------------------------------------------------------------------------------------------- KID

@@ -11,7 +11,7 @@ import pytest
 from small_tables import COLUMNS, HOSTILE, make_table
 
 from retarget_bench.cells import EMPTY, Cell
-from retarget_bench.rendering import html, words
+from retarget_bench.rendering import RENDERERS, html, words
 from retarget_bench.rendering.as_html import sort_key
 
 VOID = {"meta", "br", "img", "input", "link", "hr"}
@@ -90,6 +90,18 @@ def test_everything_that_a_reader_needs_is_on_the_page():
         "bench run words", "numpy 2", "revision beef", "2026-01-01", "1 (abcd)",
     ]  # fmt: skip
     assert [told for told in needed if " ".join(told.split()) not in text] == []
+
+
+@pytest.mark.parametrize("form", ["text", "md", "tex", "html"])
+def test_columns_of_a_breakdown_say_which_methods_are_not_ranked_and_n_what_it_counts(form):
+    columns = (*(replace(column, unit="1") for column in COLUMNS[:2]), replace(COLUMNS[2], mark="control"))
+    group = replace(make_table().groups[0], columns=columns, heading="kind", subject="mpjpe_h.world")
+    made = replace(make_table(), groups=(group,), subjects=COLUMNS[:1])
+    shown = Page(html([made])).text if form == "html" else RENDERERS[form]([made])
+    assert ("not ranked: control" if form == "html" else "(control)") in shown
+    assert words.N_PART in " ".join(shown.split())
+    assert words.N not in " ".join(shown.split())
+    assert ("In a breakdown a column is a method" in shown) == (form == "html")
 
 
 def test_without_intervals_seeds_and_ties_nothing_is_said_of_them():
