@@ -104,7 +104,8 @@ def test_every_mistake_in_the_manifest_is_said_at_once(sound: Path) -> None:
         ("not a number", "is not a number"),
         ("a stranger", "1 case unknown to the data set"),
         ("unknown data", "data.dataset"),
-        ("header cut", "the header lacks method.privileged, dataset.content, counts.ok"),
+        ("header cut", "method.privileged: Field required; dataset.content: Field required; counts.ok"),
+        ("undeclared", "does not say what mpjpe_h.world is"),
         ("a seed twice", "ik.copy and ik are both of seed 0"),
     ],
 )
@@ -131,6 +132,10 @@ def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
     elif name == "header cut":
         facts = json.loads(header.read_text(encoding="utf-8"))
         del facts["method"]["privileged"], facts["dataset"]["content"], facts["counts"]["ok"]
+        header.write_text(json.dumps(facts), encoding="utf-8")
+    elif name == "undeclared":
+        facts = json.loads(header.read_text(encoding="utf-8"))
+        del facts["values"]["mpjpe_h.world"]
         header.write_text(json.dumps(facts), encoding="utf-8")
     elif name == "a seed twice":
         for path in (rows, header, rows.with_suffix(".npz")):
@@ -160,6 +165,24 @@ def predictions(runs: Path, folder: Path) -> None:
     (folder / "predictions").mkdir()
     for path in runs.glob("*/retarget/*/ik/*.npz"):
         shutil.copy(path, folder / "predictions")
+
+
+WRONG = (None, [], {}, "x", 3, [{}], {"a": 1})
+
+
+def test_a_header_of_any_shape_is_a_finding_and_no_traceback(sound: Path) -> None:
+    """What the check lets through, the leaderboard can draw."""
+    header = some(sound, "intra", ".json")
+    facts = json.loads(header.read_text(encoding="utf-8"))
+    sound_ones = 0
+    for name in facts:
+        for wrong in WRONG:
+            header.write_text(json.dumps({**facts, name: wrong}), encoding="utf-8")
+            if errors(sound):
+                continue
+            sound_ones += 1
+            board(sound.parent)
+    assert 0 < sound_ones < 0.5 * len(facts) * len(WRONG)
 
 
 def test_predictions_alone_are_scored_to_the_same_rows(sound: Path, runs: Path) -> None:
