@@ -24,7 +24,7 @@ class _Method(_Part):
     privileged: list[str]
     control: bool
     stochastic: bool = False
-    trained_on: list[str] | None = None
+    trained_on: dict[str, list[str]] | None = None
 
 
 class _Dataset(_Part):
@@ -76,6 +76,9 @@ class _Heading(_Part):
     versions: dict[str, str] = {}
     revision: str = ""
     date: str = ""
+
+
+FIELDS = tuple(_Heading.model_fields)
 
 
 def mistakes(header: dict[str, Any]) -> list[str]:

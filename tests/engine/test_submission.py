@@ -14,6 +14,7 @@ from retarget_bench import records
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.rendering import RENDERERS
+from retarget_bench.submission import heading
 from retarget_bench.submission.board import board
 from retarget_bench.submission.checking import check
 from retarget_bench.submission.making import FILL_IN, make
@@ -174,15 +175,20 @@ def test_a_header_of_any_shape_is_a_finding_and_no_traceback(sound: Path) -> Non
     """What the check lets through, the leaderboard can draw."""
     header = some(sound, "intra", ".json")
     facts = json.loads(header.read_text(encoding="utf-8"))
-    sound_ones = 0
-    for name in facts:
+    learned = {**facts["method"], "trained_on": {"characters": ["small"]}, "stochastic": True}
+    assert heading.mistakes({**facts, "method": learned}) == []
+    drawn = 0
+    for name in heading.FIELDS:
         for wrong in WRONG:
-            header.write_text(json.dumps({**facts, name: wrong}), encoding="utf-8")
-            if errors(sound):
-                continue
-            sound_ones += 1
-            board(sound.parent)
-    assert 0 < sound_ones < 0.5 * len(facts) * len(WRONG)
+            changed = {**facts, name: wrong}
+            if not heading.mistakes(changed):
+                header.write_text(json.dumps(changed), encoding="utf-8")
+                if not errors(sound):
+                    board(sound.parent)
+                    drawn += 1
+    assert 0 < drawn < 0.5 * len(heading.FIELDS) * len(WRONG)
+    header.write_text(json.dumps({**facts, "counts": None}), encoding="utf-8")
+    assert any("the header is not one: counts" in text for text in errors(sound))
 
 
 def test_predictions_alone_are_scored_to_the_same_rows(sound: Path, runs: Path) -> None:
