@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from retarget_bench import records, registry
 from retarget_bench.api import Dataset
@@ -18,17 +18,12 @@ from retarget_bench.predict import as_scored
 from retarget_bench.records import Place, Results
 from retarget_bench.score import score
 from retarget_bench.spec import Spec
+from retarget_bench.submission import heading
 from retarget_bench.submission.making import FILL_IN
 from retarget_bench.submission.manifest import CARD, CARD_SECTIONS, PREDICTIONS, ROWS, Manifest, read
 from retarget_bench.timing import spread
 from retarget_bench.work import elsewhere
 
-HEADER = {
-    "method": ("label", "privileged", "control"),
-    "dataset": ("name", "content"),
-    "counts": ("asked", "ok"),
-}
-"""What the check reads of a header."""
 CLOSE = 1e-6
 """Relative difference up to which a value that is scored again is the one in the rows."""
 
@@ -158,30 +153,21 @@ def _rows(place: Place, manifest: Manifest, data: Dataset, *, first: bool) -> It
     """first: whether these are the rows of the first seed, which predictions belong to."""
     where = f"{place.task} {place.split}" + ("" if first else f", seed {_seed(place)}")
     try:
+        if wrong := heading.mistakes(records.read_header(place.header)):
+            yield Finding("error", f"{where}: the header is not one: {'; '.join(wrong[:3])}")
+            return
         results = records.read_results(place)
     except FileError as error:
         yield Finding("error", str(error))
         return
-    if lost := _lost(results.header):
-        yield Finding(
-            "error", f"{where}: the header lacks {', '.join(lost)}; run or score the method again"
-        )
+    if strange := heading.undeclared(results):
+        yield Finding("error", f"{where}: the header does not say what {', '.join(strange[:3])} is")
         return
     yield from _header(where, results, manifest)
     yield from _cases(where, results, data)
     yield from _versions(where, results)
     if first:
         yield from _again(where, results, data, place.root.parent / PREDICTIONS)
-
-
-def _lost(header: Mapping[str, Any]) -> list[str]:
-    """What a header must say to be checked, and does not."""
-    return [
-        f"{table}.{name}"
-        for table, names in HEADER.items()
-        for name in names
-        if not isinstance(header[table], dict) or name not in header[table]
-    ]
 
 
 def _header(where: str, results: Results, manifest: Manifest) -> Iterator[Finding]:

@@ -14,6 +14,7 @@ from retarget_bench import records
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.rendering import RENDERERS
+from retarget_bench.submission import heading
 from retarget_bench.submission.board import board
 from retarget_bench.submission.checking import check
 from retarget_bench.submission.making import FILL_IN, make
@@ -104,7 +105,8 @@ def test_every_mistake_in_the_manifest_is_said_at_once(sound: Path) -> None:
         ("not a number", "is not a number"),
         ("a stranger", "1 case unknown to the data set"),
         ("unknown data", "data.dataset"),
-        ("header cut", "the header lacks method.privileged, dataset.content, counts.ok"),
+        ("header cut", "method.privileged: Field required; dataset.content: Field required; counts.ok"),
+        ("undeclared", "does not say what mpjpe_h.world is"),
         ("a seed twice", "ik.copy and ik are both of seed 0"),
     ],
 )
@@ -131,6 +133,10 @@ def test_what_is_wrong_is_said(sound: Path, name: str, told: str) -> None:
     elif name == "header cut":
         facts = json.loads(header.read_text(encoding="utf-8"))
         del facts["method"]["privileged"], facts["dataset"]["content"], facts["counts"]["ok"]
+        header.write_text(json.dumps(facts), encoding="utf-8")
+    elif name == "undeclared":
+        facts = json.loads(header.read_text(encoding="utf-8"))
+        del facts["values"]["mpjpe_h.world"]
         header.write_text(json.dumps(facts), encoding="utf-8")
     elif name == "a seed twice":
         for path in (rows, header, rows.with_suffix(".npz")):
@@ -160,6 +166,29 @@ def predictions(runs: Path, folder: Path) -> None:
     (folder / "predictions").mkdir()
     for path in runs.glob("*/retarget/*/ik/*.npz"):
         shutil.copy(path, folder / "predictions")
+
+
+WRONG = (None, [], {}, "x", 3, [{}], {"a": 1})
+
+
+def test_a_header_of_any_shape_is_a_finding_and_no_traceback(sound: Path) -> None:
+    """What the check lets through, the leaderboard can draw."""
+    header = some(sound, "intra", ".json")
+    facts = json.loads(header.read_text(encoding="utf-8"))
+    learned = {**facts["method"], "trained_on": {"characters": ["small"]}, "stochastic": True}
+    assert heading.mistakes({**facts, "method": learned}) == []
+    drawn = 0
+    for name in heading.FIELDS:
+        for wrong in WRONG:
+            changed = {**facts, name: wrong}
+            if not heading.mistakes(changed):
+                header.write_text(json.dumps(changed), encoding="utf-8")
+                if not errors(sound):
+                    board(sound.parent)
+                    drawn += 1
+    assert 0 < drawn < 0.5 * len(heading.FIELDS) * len(WRONG)
+    header.write_text(json.dumps({**facts, "counts": None}), encoding="utf-8")
+    assert any("the header is not one: counts" in text for text in errors(sound))
 
 
 def test_predictions_alone_are_scored_to_the_same_rows(sound: Path, runs: Path) -> None:
