@@ -210,12 +210,14 @@ def markdown(found: Explanation, factors: Sequence[Factor]) -> str:
 def chosen(found: Explanation, between: Sequence[str], *, every: bool) -> list[Factor]:
     """The factors to show: between the named protocols, all, or those from the first protocol.
 
-    Raises BenchError for a protocol that there is no number of.
+    Raises BenchError for a protocol that there is no number of, and for one alone.
     """
     known = [reading.id for reading in found.readings]
     if unknown := [id_ for id_ in between if id_ not in known]:
         raise BenchError(f"{found.method} has no protocol {unknown[0]!r} here; it has {', '.join(known)}")
     if between:
         wanted = set(between)
+        if len(wanted) == 1:
+            raise BenchError(f"a factor is between two protocols; name another beside {between[0]}")
         return [f for f in found.factors if {f.first, f.second} <= wanted and f.first != f.second]
     return [f for f in found.factors if every or f.first == known[0]]

@@ -115,6 +115,11 @@ def test_between_all_and_unknown_protocols() -> None:
         explain.chosen(found, ("mpjpe",), every=False)
 
 
+def test_one_protocol_alone_has_no_factor() -> None:
+    with pytest.raises(BenchError, match="name another beside metres"):
+        explain.chosen(explain.explain(results("intra", INTRA)), ("metres", "metres"), every=False)
+
+
 def test_results_without_protocols_say_what_to_do() -> None:
     old = results("intra", INTRA)
     bare = {id_: {k: v for k, v in value.items() if k != "protocol"} for id_, value in VALUES.items()}
