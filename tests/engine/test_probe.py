@@ -1,138 +1,39 @@
-"""Rewriting keeps joints where they are; each probe sees the fault that it is for, and no other."""
+"""Each probe sees the fault that it is for, and no other; what is off is told and stored."""
 
 from __future__ import annotations
 
 import csv
 import io
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from probe_questions import clips_together, short_questions
 
 from retarget_bench import records
 from retarget_bench.api import CaseInfo, MethodCard
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import rotation
-from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.motion import Motion
-from retarget_bench.plan import dataset
-from retarget_bench.probe import report, rewriting
-from retarget_bench.probe.asking import Subject, ask, groups_of, pieces, spread, subject
+from retarget_bench.probe import report
+from retarget_bench.probe.asking import Subject, ask, pieces, spread, subject
 from retarget_bench.probe.blindness import dependence
 from retarget_bench.probe.probes import PROBES, Question, deviation
 from retarget_bench.registry import create
 from retarget_bench.spec import Spec
 
-DATA = dataset(Spec.parse("puppets"))
-SPLITS = ("intra", "cross")
 TOY_CASES = Path(__file__).parent / "toys" / "toy_cases.py"
 
 
 @pytest.fixture(scope="module")
 def subjects() -> list[Subject]:
-    """Ten short questions, two from each structure to another body, in all rest poses."""
-    found: dict[str, list[Subject]] = {}
-    for info in [info for split in SPLITS for info in DATA.cases("retarget", split)]:
-        structure = DATA.characters()[info.source].structure
-        if len(found.setdefault(structure, [])) < 2:
-            case = DATA.load(info)
-            asked = subject(replace(info, frames=31), case.source.at(slice(0, 31)), case.target)
-            assert isinstance(asked, Subject)
-            found[structure].append(asked)
-    assert len(found) == 5
-    return [each for pair in found.values() for each in pair]
+    return short_questions()
 
 
 @pytest.fixture(scope="module")
 def groups() -> list[list[Subject]]:
-    """Clips of one structure each, two structures."""
-    structure = {name: body.structure for name, body in DATA.characters().items()}
-    found = []
-    for listed in groups_of(DATA.cases("retarget", "intra"), structure)[:2]:
-        cases = [(info, DATA.load(info)) for info in listed[:6]]
-        found.append([subject(info, case.source, case.target) for info, case in cases])
-    return found
-
-
-# ------------------------------------------------------------------------------------- rewriting
-def test_rewriting_keeps_every_joint_where_it_is(subjects: list[Subject]) -> None:
-    for each in subjects:
-        motion = each.question.source
-        body, places = motion.character, motion.positions
-        order = rewriting.other_order(body)
-        listed = Motion(rewriting.reordered(body, order), motion.rotations[:, order], motion.root, 30.0)
-        assert (order != np.arange(len(order))).any()
-        np.testing.assert_allclose(listed.positions, places[:, order], atol=1e-12)
-        for turns in (rewriting.z_up(body), rewriting.one_axis(body)):
-            written = rewriting.reframed_motion(motion, turns)
-            np.testing.assert_allclose(written.positions, places, atol=1e-12)
-            # what a joint does relative to the reference pose is the same however its axes lie
-            off = rotation.angle(relative(written), relative(motion))
-            assert off.max() < 1e-6
-        ends = rewriting.splittable(body)
-        split, place = rewriting.split(body, ends)
-        assert len(split.skeleton) == len(body.skeleton) + len(ends)
-        np.testing.assert_allclose(
-            rewriting.split_motion(motion, ends).positions[:, place], places, atol=1e-12
-        )
-
-
-def test_every_bone_of_a_chain_rests_along_x(subjects: list[Subject]) -> None:
-    body = subjects[0].question.source.character
-    offsets = rewriting.reframed(body, rewriting.one_axis(body)).skeleton.offsets
-    for joint, children in enumerate(body.skeleton.children):
-        if children and np.linalg.norm(offsets[children[0]]) > 0:
-            off = offsets[children[0]] / np.linalg.norm(offsets[children[0]])
-            np.testing.assert_allclose(off, [1, 0, 0], atol=1e-9, err_msg=body.skeleton.names[joint])
-
-
-def test_a_stiff_joint_can_be_left_out(subjects: list[Subject]) -> None:
-    tried = 0
-    for each in subjects:
-        motion = each.question.source
-        joint = rewriting.mergeable(motion.character)
-        if joint is None:
-            continue
-        stiff = rewriting.stiffened(motion, joint)
-        merged = rewriting.merged(stiff, joint)
-        kept = [j for j in range(len(motion.skeleton)) if j != joint]
-        np.testing.assert_allclose(merged.positions, stiff.positions[:, kept], atol=1e-12)
-        spine = sorted(role for role in merged.character.roles if role and role.startswith("spine"))
-        assert spine == [f"spine_{k + 1}" for k in range(len(spine))]
-        tried += 1
-    assert tried >= 3
-
-
-def test_mirror_images_are_mirror_images(subjects: list[Subject]) -> None:
-    for each in subjects:
-        motion = each.question.source
-        partner = rewriting.partners(motion.character)
-        assert partner is not None
-        image = rewriting.mirrored_motion(motion, partner)
-        np.testing.assert_allclose(image.positions, motion.positions[:, partner] * [-1, 1, 1], atol=1e-12)
-        twice = rewriting.mirrored_motion(image, partner)
-        np.testing.assert_allclose(twice.positions, motion.positions, atol=1e-12)
-        names = motion.skeleton.names
-        left = motion.character.joint_of["left_up_leg"]
-        assert partner[left] == motion.character.joint_of["right_up_leg"], names
-
-
-def test_a_body_with_one_arm_has_no_mirror_image(subjects: list[Subject]) -> None:
-    body = subjects[0].question.source.character
-    roles = [None if role == "left_hand" else role for role in body.roles]
-    assert rewriting.partners(replace(body, roles=tuple(roles))) is None
-
-
-def test_scale_and_turn(subjects: list[Subject]) -> None:
-    motion = subjects[0].question.source
-    large = rewriting.scaled_motion(motion, 1.5)
-    np.testing.assert_allclose(large.positions, 1.5 * motion.positions, atol=1e-12)
-    assert large.character.height == pytest.approx(1.5 * motion.character.height)
-    turned = rewriting.turned_motion(motion, np.pi / 2).positions
-    expected = np.stack([motion.positions[..., k] * s for k, s in ((2, 1), (1, 1), (0, -1))], axis=-1)
-    np.testing.assert_allclose(turned, expected, atol=1e-12)
+    return clips_together()
 
 
 # ------------------------------------------------------------------------------------- faults

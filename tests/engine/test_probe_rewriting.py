@@ -1,0 +1,98 @@
+"""A body or motion that is written differently has every joint where it was."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from probe_questions import short_questions
+
+from retarget_bench.motion import rotation
+from retarget_bench.motion.alignment import relative
+from retarget_bench.motion.motion import Motion
+from retarget_bench.probe import rewriting
+from retarget_bench.probe.asking import Subject
+
+
+@pytest.fixture(scope="module")
+def subjects() -> list[Subject]:
+    return short_questions()
+
+
+def test_rewriting_keeps_every_joint_where_it_is(subjects: list[Subject]) -> None:
+    for each in subjects:
+        motion = each.question.source
+        body, places = motion.character, motion.positions
+        order = rewriting.other_order(body)
+        listed = Motion(rewriting.reordered(body, order), motion.rotations[:, order], motion.root, 30.0)
+        assert (order != np.arange(len(order))).any()
+        np.testing.assert_allclose(listed.positions, places[:, order], atol=1e-12)
+        for turns in (rewriting.z_up(body), rewriting.one_axis(body)):
+            written = rewriting.reframed_motion(motion, turns)
+            np.testing.assert_allclose(written.positions, places, atol=1e-12)
+            # what a joint does relative to the reference pose is the same however its axes lie
+            off = rotation.angle(relative(written), relative(motion))
+            assert off.max() < 1e-6
+        ends = rewriting.splittable(body)
+        split, place = rewriting.split(body, ends)
+        assert len(split.skeleton) == len(body.skeleton) + len(ends)
+        np.testing.assert_allclose(
+            rewriting.split_motion(motion, ends).positions[:, place], places, atol=1e-12
+        )
+
+
+def test_every_bone_of_a_chain_rests_along_x(subjects: list[Subject]) -> None:
+    body = subjects[0].question.source.character
+    offsets = rewriting.reframed(body, rewriting.one_axis(body)).skeleton.offsets
+    for joint, children in enumerate(body.skeleton.children):
+        if children and np.linalg.norm(offsets[children[0]]) > 0:
+            off = offsets[children[0]] / np.linalg.norm(offsets[children[0]])
+            np.testing.assert_allclose(off, [1, 0, 0], atol=1e-9, err_msg=body.skeleton.names[joint])
+
+
+def test_a_stiff_joint_can_be_left_out(subjects: list[Subject]) -> None:
+    tried = 0
+    for each in subjects:
+        motion = each.question.source
+        joint = rewriting.mergeable(motion.character)
+        if joint is None:
+            continue
+        stiff = rewriting.stiffened(motion, joint)
+        merged = rewriting.merged(stiff, joint)
+        kept = [j for j in range(len(motion.skeleton)) if j != joint]
+        np.testing.assert_allclose(merged.positions, stiff.positions[:, kept], atol=1e-12)
+        spine = sorted(role for role in merged.character.roles if role and role.startswith("spine"))
+        assert spine == [f"spine_{k + 1}" for k in range(len(spine))]
+        tried += 1
+    assert tried >= 3
+
+
+def test_mirror_images_are_mirror_images(subjects: list[Subject]) -> None:
+    for each in subjects:
+        motion = each.question.source
+        partner = rewriting.partners(motion.character)
+        assert partner is not None
+        image = rewriting.mirrored_motion(motion, partner)
+        np.testing.assert_allclose(image.positions, motion.positions[:, partner] * [-1, 1, 1], atol=1e-12)
+        twice = rewriting.mirrored_motion(image, partner)
+        np.testing.assert_allclose(twice.positions, motion.positions, atol=1e-12)
+        names = motion.skeleton.names
+        left = motion.character.joint_of["left_up_leg"]
+        assert partner[left] == motion.character.joint_of["right_up_leg"], names
+
+
+def test_a_body_with_one_arm_has_no_mirror_image(subjects: list[Subject]) -> None:
+    body = subjects[0].question.source.character
+    roles = [None if role == "left_hand" else role for role in body.roles]
+    assert rewriting.partners(replace(body, roles=tuple(roles))) is None
+
+
+def test_scale_and_turn(subjects: list[Subject]) -> None:
+    motion = subjects[0].question.source
+    large = rewriting.scaled_motion(motion, 1.5)
+    np.testing.assert_allclose(large.positions, 1.5 * motion.positions, atol=1e-12)
+    assert large.character.height == pytest.approx(1.5 * motion.character.height)
+    turned = rewriting.turned_motion(motion, np.pi / 2).positions
+    expected = np.stack([motion.positions[..., k] * s for k, s in ((2, 1), (1, 1), (0, -1))], axis=-1)
+    np.testing.assert_allclose(turned, expected, atol=1e-12)
