@@ -18,9 +18,10 @@ from .neighbours import NEIGHBOURS, Fits
 
 SHIPPED = Path(__file__).with_name("networks")
 PER_DIMENSION = 4
-"""Windows per feature dimension below which a covariance says too little."""
+"""Windows per feature dimension below which only KID, which has no bias, is given."""
 FEW = 32
 """Windows below which no value of a set is given."""
+SMALL = f"left out below {PER_DIMENSION} windows per dimension of the features"
 
 SETS = (
     "windows of 64 frames at 30 per second, one every 8 frames, of all cases of one split and one target "
@@ -68,7 +69,7 @@ class Fid:
                 "fid",
                 "how unlike real motion of the target's structure the results are as a whole",
                 "|m_r - m_g|^2 + tr(C_r + C_g - 2 (C_r C_g)^(1/2)) of means and covariances of features; "
-                f"left out below {PER_DIMENSION} windows per dimension of the features",
+                + SMALL,
                 "Heusel et al. 2017",
                 better="lower",
                 tolerance=1e-2,
@@ -86,7 +87,7 @@ class Fid:
                 "coverage",
                 "share of real motion that has a result near it: low where results lack variety",
                 f"share of real windows with a generated one nearer than the real window's {NEIGHBOURS}th "
-                "nearest real one of another clip",
+                f"nearest real one of another clip; {SMALL}",
                 "Naeem et al. 2020; neighbours of the own clip are left out since windows overlap",
                 better="higher",
                 tolerance=2e-2,
@@ -95,7 +96,7 @@ class Fid:
                 "density",
                 "how much results lie where real motion lies: low where they look like no real motion",
                 "mean over generated windows of the number of real windows that have it nearer than their "
-                f"{NEIGHBOURS}th nearest real one of another clip, over {NEIGHBOURS}",
+                f"{NEIGHBOURS}th nearest real one of another clip, over {NEIGHBOURS}; {SMALL}",
                 "Naeem et al. 2020; balls and neighbours as for coverage",
                 better="higher",
                 tolerance=2e-2,
@@ -120,7 +121,7 @@ class Fid:
         return CaseFeatures(seen.features(comparison.prediction, floor)[0], real, speed)
 
     def least(self, value_id: str) -> int:
-        return PER_DIMENSION * network.LAYERS[-1] if value_id == "fid" else FEW
+        return FEW if value_id == "kid" else PER_DIMENSION * network.LAYERS[-1]
 
     def value(self, value_id: str, real: Sample, generated: Sample) -> float:
         if value_id == "fid":

@@ -108,7 +108,9 @@ def _training(data: Dataset) -> Mapping[str, Mapping[str, Any]]:
     found: Mapping[str, Any] = getattr(data, "training", dict)()
     usable = {name: mine for name, mine in found.items() if isinstance(mine, Mapping)}
     if not usable:
-        raise NotSupported(f"{data.label} has no training motion; see training() in datasets/puppets")
+        raise NotSupported(
+            f"{data.label.strip()} has no training motion; see training() in datasets/puppets"
+        )
     return usable
 
 

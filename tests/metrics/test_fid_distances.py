@@ -96,6 +96,16 @@ def parts_of(features: np.ndarray, clips: np.ndarray) -> list[tuple[Sample, Samp
     return [(found.part(rows), Sample(features[rows], clips[rows])) for rows in kept]
 
 
+def test_below_four_windows_per_dimension_only_kid_is_given():
+    metric = Fid()
+    assert {value.id: metric.least(value.id) for value in metric.card.values} == {
+        "fid": 4 * 256,
+        "kid": 32,
+        "coverage": 4 * 256,
+        "density": 4 * 256,
+    }
+
+
 @pytest.mark.parametrize("odd", ["", "constant", "one clip", "few"])
 @pytest.mark.parametrize("value", ["fid", "kid", "coverage", "density"])
 def test_a_part_of_a_set_is_worth_what_it_is_worth_alone(value, odd):
