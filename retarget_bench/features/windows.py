@@ -24,6 +24,7 @@ import numpy as np
 from retarget_bench.api import Prediction
 from retarget_bench.comparison import structure_joints
 from retarget_bench.errors import NotSupported
+from retarget_bench.motion import facing
 from retarget_bench.motion.character import Character
 
 FRAMES = 64
@@ -37,7 +38,6 @@ STILL = 0.01
 """Heights per second: slower is about as good as standing. Real motion that stands still sways by more."""
 EVEN = 0.2
 """Heights per second squared, likewise."""
-SIDES = (("left_up_leg", "right_up_leg"), ("left_arm", "right_arm"))
 
 
 def joints_of(character: Character) -> np.ndarray:
@@ -49,9 +49,7 @@ def unseeable(character: Character) -> str:
     """Why a body has no facing frame or scale; "" where it has."""
     if not character.height > 0:
         return f"{character.name} has no height"
-    if not any(a in character.joint_of and b in character.joint_of for a, b in SIDES):
-        return f"{character.name} has neither both upper legs nor both upper arms to tell where it faces"
-    return ""
+    return facing.unknown(character)
 
 
 def channels(motion: Prediction, joints: Sequence[int] | None = None, floor: float = 0.0) -> np.ndarray:
@@ -66,16 +64,16 @@ def channels(motion: Prediction, joints: Sequence[int] | None = None, floor: flo
     places = _at_rate(motion)
     seen = joints_of(character) if joints is None else np.asarray(joints)
     hips = places[:, character.joint_of.get("hips", 0)] * (1.0, 0.0, 1.0)
-    turn = _facing(places, character)
+    turn = facing.facing(places, character, SMOOTHING)
     centred = places[:, seen] - hips[:, None] - (0.0, floor, 0.0)
     height = float(character.height)
     velocity, root = _rates(places[:, seen]) / height, _rates(hips) / height
     yaw = np.angle(turn[1:] * turn[:-1].conj(), deg=False) * RATE if len(turn) > 1 else np.zeros(0)
     parts = [
-        _seen(centred, turn[:, None]) / height,
+        facing.seen(centred, turn[:, None]) / height,
         np.log(STILL + _length(velocity)),
         np.log(EVEN + _length(_rates(velocity))),
-        _seen(root, turn)[:, [0, 2]],
+        facing.seen(root, turn)[:, [0, 2]],
         np.concatenate([yaw[:1], yaw]) if len(yaw) else np.zeros(len(turn)),
     ]
     return np.concatenate([part.reshape(len(places), -1) for part in parts], axis=1)
@@ -112,33 +110,3 @@ def _rates(places: np.ndarray) -> np.ndarray:
 
 def _length(vectors: np.ndarray) -> np.ndarray:
     return np.sqrt(np.einsum("fjc,fjc->fj", vectors, vectors))
-
-
-def _facing(places: np.ndarray, character: Character) -> np.ndarray:
-    """``(frames,)`` unit complex numbers z + ix of the forward direction.
-
-    Where it cannot be told (lying on one side), the last frame that could tell decides.
-    """
-    across = np.zeros((len(places), 3))
-    for left, right in SIDES:
-        if left in character.joint_of and right in character.joint_of:
-            across += places[:, character.joint_of[left]] - places[:, character.joint_of[right]]
-    forward = _smooth(across[:, 0] - 1j * across[:, 2])  # across x up = (-z, 0, x)
-    told = np.abs(forward) > 1e-3 * character.height
-    if not told.any():
-        return np.ones(len(places), dtype=complex)
-    last = np.maximum.accumulate(np.where(told, np.arange(len(places)), int(told.argmax())))
-    return forward[last] / np.abs(forward[last])
-
-
-def _smooth(signal: np.ndarray) -> np.ndarray:
-    """A Gaussian average over frames, the ends repeated."""
-    reach = int(3 * SMOOTHING)
-    weights = np.exp(-0.5 * (np.arange(-reach, reach + 1) / SMOOTHING) ** 2)
-    return np.convolve(np.pad(signal, reach, mode="edge"), weights / weights.sum(), mode="valid")
-
-
-def _seen(vectors: np.ndarray, turn: np.ndarray) -> np.ndarray:
-    """Vectors ``(..., 3)`` in the facing frame: left, up, forward."""
-    level = (vectors[..., 2] + 1j * vectors[..., 0]) * turn.conj()
-    return np.stack([level.imag, vectors[..., 1], level.real], axis=-1)

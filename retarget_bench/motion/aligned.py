@@ -1,0 +1,105 @@
+"""A body as learned methods see it: some of its joints, at rest in the common reference pose.
+
+In this form every body rests in the same T-pose with all joint frames along the world's axes, whatever its
+file's rest pose: local rotations mean the same on all bodies, and bones are what differs between them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from retarget_bench.errors import SkeletonError
+from retarget_bench.motion import alignment, kinematics, rotation, transfer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.roles import ancestors
+from retarget_bench.motion.skeleton import Skeleton
+
+
+@dataclass(frozen=True, eq=False)
+class Aligned:
+    """Some joints of a body, the hips first, parents before children.
+
+    character: the body itself. joints: indices of its joints; all of them hang below the first.
+
+    Raises SkeletonError where the first joint is not the hips, or a joint does not hang below it.
+    """
+
+    character: Character
+    joints: tuple[int, ...]
+
+    def __post_init__(self) -> None:
+        if not self.joints or self.joints[0] != self.character.joint_of.get("hips", -1):
+            raise SkeletonError(f"{self.character.name}: the first joint that is seen has to be its hips")
+        self.skeleton  # noqa: B018 - raises where joints do not hang together
+
+    @cached_property
+    def skeleton(self) -> Skeleton:
+        """The joints seen, with the bones of the reference pose as offsets; the hips are the root."""
+        full = self.character.skeleton
+        places, _ = kinematics.forward(full, self.character.reference_pose, np.zeros(3))
+        parents = [self._parent(joint) for joint in self.joints]
+        offsets = np.stack(
+            [
+                places[joint] - places[self.joints[parent]] if parent >= 0 else np.zeros(3)
+                for joint, parent in zip(self.joints, parents, strict=True)
+            ]
+        )
+        return Skeleton(tuple(full.names[joint] for joint in self.joints), np.array(parents), offsets)
+
+    @property
+    def offsets(self) -> np.ndarray:
+        """``(joints, 3)`` metres: the bone to each joint in the reference pose; zero for the hips."""
+        return self.skeleton.offsets
+
+    @property
+    def roles(self) -> tuple[str | None, ...]:
+        return tuple(self.character.roles[joint] for joint in self.joints)
+
+    def see(self, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
+        """Local rotations ``(frames, joints, 4)`` of the joints in this form, signs continuous along time,
+        and ``(frames, 3)`` metres where the hips are."""
+        turned = alignment.relative(motion)[:, list(self.joints)]
+        local = rotation.normalise(kinematics.local_from_global(self.skeleton, turned))
+        return rotation.continuous(local), transfer.hips(motion)
+
+    def motion(self, rotations: np.ndarray, hips: np.ndarray, fps: float) -> Motion:
+        """The whole body's motion; joints that are not seen keep the reference pose relative to their
+        parent, so that the seen ones are where forward kinematics in this form has them.
+
+        rotations: ``(frames, joints, 4)`` unit, in this form. hips: ``(frames, 3)`` metres.
+        """
+        _, seen = kinematics.forward(self.skeleton, rotations, np.zeros((len(rotations), 3)))
+        parents = self.character.skeleton.parents.tolist()
+        turned = np.zeros((len(rotations), len(parents), 4))
+        turned[..., 0] = 1.0
+        above = set(ancestors(self.character.skeleton, self.joints[0]))
+        for joint, parent in enumerate(parents):
+            if joint in above:
+                turned[:, joint] = seen[:, 0]
+            elif joint in self._rank:
+                turned[:, joint] = seen[:, self._rank[joint]]
+            elif parent >= 0:
+                turned[:, joint] = turned[:, parent]
+        local = alignment.from_relative(self.character, turned)
+        return self.character.motion(local, transfer.root_from_hips(self.character, local, hips), fps)
+
+    @cached_property
+    def _rank(self) -> dict[int, int]:
+        return {joint: rank for rank, joint in enumerate(self.joints)}
+
+    def _parent(self, joint: int) -> int:
+        """Where in ``joints`` the nearest one above stands; -1 for the hips."""
+        if joint == self.joints[0]:
+            return -1
+        seen: Sequence[int] = [
+            above for above in ancestors(self.character.skeleton, joint) if above in self._rank
+        ]
+        if not seen:
+            name = self.character.skeleton.names[joint]
+            raise SkeletonError(f"{self.character.name}: joint {name!r} does not hang below the hips")
+        return self._rank[seen[0]]

@@ -1,0 +1,1 @@
+"""What learned methods share: motion to train on, the loop, checkpoints, and weights with their cards."""

@@ -1,0 +1,97 @@
+"""What a method offers so that it can be trained. Structural, like every contract (see ``api.py``).
+
+The loop belongs to the engine (``loop.py``): it draws batches, runs a learner's phases in their order,
+steps the optimisers, validates with the benchmark's own metrics, keeps checkpoints and the best weights.
+A learner owns what is trained: modules, losses, and whatever it remembers from step to step (statistics,
+history pools, running scores), all of it in modules' parameters and buffers, so that a checkpoint is whole.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from torch import Tensor, nn
+
+from retarget_bench.api import Method, MethodCard
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.training.material import Material
+from retarget_bench.training.recipe import Recipe
+
+Batch = Mapping[str, Any]
+"""Name -> array or tensor, nested mappings allowed; the loop moves it to the device as it is."""
+Terms = Mapping[str, Tensor]
+"""Name of a loss term -> its value, already weighted: what is minimised is the sum."""
+
+
+@dataclass(frozen=True)
+class Phase:
+    """One optimiser's turn in every step.
+
+    name:    ``generator``, ``discriminator``, ... modules: of ``Learner.modules``, what it updates; all
+             other modules' parameters are frozen while its losses are computed.
+    rate:    its learning rate as a multiple of the recipe's. clip: largest norm of its gradient, 0: none.
+    """
+
+    name: str
+    modules: tuple[str, ...]
+    rate: float = 1.0
+    betas: tuple[float, float] = (0.9, 0.999)
+    clip: float = 0.0
+
+
+class Learner(Protocol):
+    """A method while it is trained."""
+
+    modules: nn.ModuleDict
+    phases: Sequence[Phase]
+
+    def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
+        """One process's batch of ``rows`` rows, from the material and ``numbers`` alone: the same numbers
+        always give the same batch."""
+
+    def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
+        """The terms of a phase; none at all: the phase is left out of this step, on every process.
+
+        memory: empty at the start of a step; what an earlier phase of the step leaves there (detached
+        outputs), a later one may use.
+        """
+
+    def method(self) -> Method:
+        """The method with the weights as they are now, for validation; training mode is left alone."""
+
+    def export(self) -> Mapping[str, Tensor]:
+        """The tensors that retargeting needs, for a bundle: weights and statistics, nothing else."""
+
+    def load(self, tensors: Mapping[str, Tensor]) -> None:
+        """Take over exported tensors (``bench train --init``). Raises BenchError where they do not fit."""
+
+
+class Trainable(Method, Protocol):
+    """A method that ``bench train`` can train.
+
+    presets: ``paper``, ``default`` and ``quick`` at least.
+    """
+
+    card: MethodCard
+    presets: Mapping[str, Recipe]
+
+    def unfit(self, character: Character) -> str:
+        """Why a character cannot be trained on, as a sentence; "" where it can."""
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        """A training clip at the recipe's rate as arrays ``(frames, ...)`` float32, run in a worker."""
+
+    def learner(self, material: Material, recipe: Recipe) -> Learner:
+        """A new learner; random numbers come from torch's generator, which the loop has seeded.
+
+        Raises NotSupported where the material is not enough (no two characters, a missing structure)."""
+
+    def facts(self) -> Mapping[str, str | int | float | bool]:
+        """The parameters that weights depend on: another value needs other weights."""
+
+
+__all__ = ["Batch", "Learner", "Phase", "Terms", "Trainable"]
