@@ -1,0 +1,87 @@
+"""A file of named arrays and the card beside it: safetensors and JSON, never pickle.
+
+The card holds the hash of the arrays. So a file that was damaged or exchanged is noticed, and a card alone
+says what its arrays are, without their being read.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.errors import FileError
+from retarget_bench.files import atomic
+
+Arrays = Mapping[str, np.ndarray]
+
+
+def arrays_hash(arrays: Arrays) -> str:
+    """Sixteen hex digits of names, types and numbers."""
+    total = hashlib.sha256()
+    for name in sorted(arrays):
+        array = np.asarray(arrays[name], order="C")
+        total.update(f"{name} {array.dtype.str} {array.shape}\n".encode() + array.tobytes())
+    return total.hexdigest()[:16]
+
+
+def pair(path: Path) -> tuple[Path, Path]:
+    """Arrays and card of either of the two, or of their common name."""
+    stem = path.with_suffix("") if path.suffix in (".safetensors", ".json") else path
+    return stem.with_name(f"{stem.name}.safetensors"), stem.with_name(f"{stem.name}.json")
+
+
+def write(path: Path, arrays: Arrays, card: Mapping[str, Any], schema: int) -> dict[str, Any]:
+    """Both files, each atomically, the card last; the card as it was written.
+
+    Raises FileError where they cannot be written: what was there before is then intact.
+    """
+    from safetensors.numpy import save
+
+    file, facts = pair(path)
+    whole = {"schema": schema, "hash": arrays_hash(arrays), **card}
+    text = json.dumps(whole, indent=1, ensure_ascii=False) + "\n"
+    # both are complete before either is renamed; the inner one, the arrays, is renamed first
+    with atomic(facts) as new_facts, atomic(file) as new_file:
+        # not save_file, which makes files that nobody else may read
+        new_file.write_bytes(save({name: np.asarray(each, order="C") for name, each in arrays.items()}))
+        new_facts.write_text(text, encoding="utf-8", newline="\n")
+    return whole
+
+
+def read_card(path: Path, schema: int, needed: tuple[str, ...], what: str) -> dict[str, Any]:
+    """A card; ``what`` says whose it should be (``a feature network``), ``needed`` what it must tell.
+
+    Raises FileError where it is none, or from a newer version.
+    """
+    _, facts = pair(path)
+    try:
+        card = json.loads(facts.read_text(encoding="utf-8"))
+        found = card["schema"]
+        missing = [key for key in ("hash", *needed) if key not in card]
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError(facts, f"is not the card of {what} ({error})") from error
+    if not isinstance(found, int) or found > schema:
+        raise FileError(facts, f"has schema {found}; this version reads up to {schema}")
+    if missing:
+        raise FileError(facts, f"is not the card of {what} (it does not tell {', '.join(missing)})")
+    return dict(card)
+
+
+def read_arrays(path: Path, card: Mapping[str, Any]) -> dict[str, np.ndarray]:
+    """The arrays that a card describes. Raises FileError where they are damaged or others."""
+    from safetensors import SafetensorError
+    from safetensors.numpy import load_file
+
+    file, facts = pair(path)
+    try:
+        arrays = load_file(file)
+    except (OSError, SafetensorError) as error:
+        raise FileError(file, f"cannot be read ({error}); train it anew") from error
+    if arrays_hash(arrays) != card["hash"]:
+        raise FileError(file, f"is not what {facts.name} describes; train it anew")
+    return dict(arrays)

@@ -1,0 +1,177 @@
+"""Weights as files: ``NAME.safetensors`` and the card ``NAME.json``, which says where they come from.
+
+Matrices are kept in half precision, vectors and scalars (biases, statistics) as they are. A card holds
+beside ``schema`` and ``hash``, which ``write`` adds, the following; only the first three are needed to load:
+
+    method, version, facts   what the weights fit: ``Trainable.facts()`` and the version of the method
+    data                     what they were trained on: ``spec``, ``label``, ``content``, ``hours``
+    recipe, preset, command  how
+    seed, steps, seconds, hardware, torch, processes
+    init                     hash of the weights that training began with, or null
+    losses                   term -> mean over the last steps
+    validation               a list of ``{"step": 500, "seconds": 61.0, "scores": {...}}``
+    scores                   those of the weights kept
+    training_manifest        ``characters``, ``structures``, ``kinds`` and/or ``clips`` that training had
+    notes                    sentences
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from retarget_bench import tensors as files
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.spec import Scalar, Spec
+
+if TYPE_CHECKING:
+    from torch import Tensor, nn
+
+SCHEMA = 1
+LARGEST = 13_000_000
+"""Bytes that a shipped file may have."""
+BEST = "weights"
+"""What ``bench train`` calls the best weights in its folder."""
+NEEDED = ("method", "version", "facts")
+_WHAT = "weights of a method"
+
+
+@dataclass(frozen=True, eq=False)
+class Bundle:
+    """tensors: name -> tensor on the CPU, floats in single precision. card: see above."""
+
+    tensors: Mapping[str, Tensor]
+    card: Mapping[str, Any]
+
+    @property
+    def hash(self) -> str:
+        """Sixteen hex digits of the tensors as the file has them: what results know weights by."""
+        return str(self.card["hash"])
+
+
+def write(
+    folder: Path,
+    name: str,
+    tensors: Mapping[str, Tensor],
+    card: Mapping[str, Any],
+    exact: Collection[str] = (),
+) -> Bundle:
+    """Both files; the bundle as reading gives it (rounded to half precision).
+
+    exact: names of matrices that are kept in single precision.
+    Raises BenchError for tensors that are not finite, FileError where the files cannot be written.
+    """
+    arrays = {key: _stored(key, tensor, key in exact) for key, tensor in tensors.items()}
+    whole = files.write(folder / name, arrays, {key: card[key] for key in NEEDED} | dict(card), SCHEMA)
+    return Bundle({key: _tensor(array) for key, array in arrays.items()}, whole)
+
+
+def locate(path: str | Path) -> Path:
+    """The card of weights given by card, by file of tensors, or by a folder of ``bench train``.
+
+    Raises FileError where there is none.
+    """
+    path = Path(path).expanduser()
+    file, card = files.pair(path / BEST if path.is_dir() else path)
+    if not card.exists():
+        why = f"lies without its card {card.name}" if file.exists() else "there are no weights of this name"
+        raise FileError(file, why)
+    return card
+
+
+def read_card(path: str | Path) -> Mapping[str, Any]:
+    """The card alone, which is quick. Raises FileError."""
+    return files.read_card(locate(path), SCHEMA, NEEDED, _WHAT)
+
+
+def read(
+    path: str | Path,
+    *,
+    method: str = "",
+    version: str = "",
+    facts: Mapping[str, Scalar] | None = None,
+) -> Bundle:
+    """Weights, verified; for a method, its version and its parameters where these are given.
+
+    Raises FileError where the files are damaged or do not belong together, BenchError where the weights
+    are another method's, another version's, or made with other parameters.
+    """
+    card = read_card(path)
+    check(path, card, method=method, version=version, facts=facts)
+    arrays = files.read_arrays(locate(path), card)
+    return Bundle({key: _tensor(array) for key, array in arrays.items()}, card)
+
+
+def check(
+    path: str | Path,
+    card: Mapping[str, Any],
+    *,
+    method: str = "",
+    version: str = "",
+    facts: Mapping[str, Scalar] | None = None,
+) -> None:
+    """Whether weights fit what is asked; raises BenchError that says what would."""
+    if method and card["method"] != method:
+        raise BenchError(f"{path}: these are weights of {card['method']}, not of {method}")
+    if version and card["version"] != version:
+        raise BenchError(
+            f"{path}: these weights were trained with version {card['version']} of {card['method']}, and "
+            f"this is version {version}; train them anew"
+        )
+    if facts is None or facts == card["facts"]:
+        return
+    made: Mapping[str, Scalar] = card["facts"]
+    if unknown := sorted(set(facts) ^ set(made)):
+        raise BenchError(
+            f"{path}: these weights are of another make of {card['method']}: one of the two does not know "
+            f"{', '.join(unknown)}; train them anew"
+        )
+    other = Spec(str(card["method"]), {key: made[key] for key in made if made[key] != facts[key]})
+    inside = str(other).partition("[")[2].removesuffix("]")
+    raise BenchError(
+        f"{path}: these weights were trained as {other}; write {inside} in the brackets of "
+        f"{card['method']}, or train others"
+    )
+
+
+def fill(module: nn.Module, tensors: Mapping[str, Tensor], where: str = "weights") -> None:
+    """Put tensors into the parameters and buffers of the same names.
+
+    Raises BenchError unless names and shapes are all the same; the module is then as it was.
+    """
+    wanted = module.state_dict()
+    if odd := sorted(set(wanted) ^ set(tensors)):
+        lacking = odd[0] in wanted
+        raise BenchError(
+            f"{where}: {len(odd)} tensors are not those of the network: {odd[0]} is "
+            f"{'missing' if lacking else 'not known to it'}; they are of another structure"
+        )
+    for name, tensor in tensors.items():
+        if tensor.shape != wanted[name].shape:
+            raise BenchError(
+                f"{where}: {name} has shape {tuple(tensor.shape)}, the network's has "
+                f"{tuple(wanted[name].shape)}; they are of another structure"
+            )
+    module.load_state_dict(dict(tensors))
+
+
+def _stored(name: str, tensor: Tensor, exact: bool) -> np.ndarray:
+    array = tensor.detach().cpu().numpy()
+    if not np.issubdtype(array.dtype, np.floating):
+        return np.asarray(array)
+    array = array.astype(np.float32)
+    if not np.isfinite(array).all():
+        raise BenchError(f"{name} is not finite: these weights are not written; training has diverged")
+    halves = not exact and array.ndim > 1 and bool((np.abs(array) <= np.finfo(np.float16).max).all())
+    return array.astype(np.float16) if halves else array
+
+
+def _tensor(array: np.ndarray) -> Tensor:
+    import torch
+
+    floating = np.issubdtype(array.dtype, np.floating)
+    return torch.from_numpy(np.array(array, dtype=np.float32 if floating else array.dtype))
