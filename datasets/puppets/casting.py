@@ -18,6 +18,7 @@ from .build import unlikeness
 from .clips import SIZES, Clip, clips
 from .exclusions import unable
 from .families import Family, families
+from .held_out import ASIDE
 from .parts import Part, bodies
 
 Chosen = tuple[Clip, str, str]
@@ -74,6 +75,10 @@ def _offers(size: str, part: Part, seed: int, split: str) -> Mapping[Clip, tuple
     """Clip -> its possible pairs, of clips that have some."""
     troupes = _troupes(size, part, seed)
     found = {clip: _pairs(clip.family, names, split) for clip, names in troupes.items()}
+    if part == "validation":
+        found = {
+            clip: tuple(p for p in pairs if not set(p).isdisjoint(ASIDE)) for clip, pairs in found.items()
+        }
     return {clip: offered for clip, offered in found.items() if offered}
 
 
@@ -112,14 +117,18 @@ def _troupes(size: str, part: Part, seed: int) -> Mapping[Clip, tuple[str, ...]]
     for clip in clips(size, seed, part):
         asked = bodies(clip.family, part)
         names = [name for name in asked if name not in unable(clip, asked)]
-        chosen = _troupe(clip, names, SIZES[size].troupe, used)
+        sure = ASIDE if part == "validation" else ()
+        chosen = _troupe(clip, names, SIZES[size].troupe, used, sure)
         used.update(chosen)
         found[clip] = chosen
     return found
 
 
-def _troupe(clip: Clip, names: Sequence[str], most: int, used: Counter[str]) -> tuple[str, ...]:
-    """Out of every structure its share, and at least two: those who performed least so far."""
+def _troupe(
+    clip: Clip, names: Sequence[str], most: int, used: Counter[str], sure: Sequence[str]
+) -> tuple[str, ...]:
+    """Out of every structure its share, and at least two: those who are sure to be asked, then those who
+    performed least so far."""
     if not most or len(names) <= most:
         return tuple(names)
     by_structure: dict[str, list[str]] = {}
@@ -128,7 +137,9 @@ def _troupe(clip: Clip, names: Sequence[str], most: int, used: Counter[str]) -> 
     chosen = []
     for mine in by_structure.values():
         share = max(most * len(mine) // len(names), 2)
-        chosen += sorted(mine, key=lambda name: (used[name], _hash(clip.name, name)))[:share]
+        chosen += sorted(mine, key=lambda name: (name not in sure, used[name], _hash(clip.name, name)))[
+            :share
+        ]
     return tuple(name for name in names if name in chosen)
 
 

@@ -112,7 +112,7 @@ def training_clips(size: str, body: str, seed: int) -> tuple[Clip, ...]:
     make = SIZES[size]
     (family,) = (each for each in families() if body in each.bodies)
     offered = kinds(family, "train")
-    start = 7 * bodies(family, "train").index(body)
+    start = 7 * bodies(family, "validation").index(body)
     found = []
     for number in range(make.training):
         kind = offered[(start + number) % len(offered)]

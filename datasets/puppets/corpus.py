@@ -27,7 +27,8 @@ class Puppets:
 
     size: ``tiny`` (150 cases at most), ``default`` (106 test clips, about 2,000 cases) or ``large`` (tested
     like default, with tens of hours to train on). part: the cases of ``test`` or of ``validation``, which
-    has no held-out body or kind. seed: of the performances.
+    has no held-out body or kind and in every case a body that training goes without. seed: of the
+    performances.
     """
 
     card = DatasetCard(
@@ -39,7 +40,8 @@ class Puppets:
         parameters={
             "size": "tiny (clips of 2-4 s, at most 150 cases), default (106 clips of 3-8 s and of 60 s, "
             "about 2,000 cases) or large (the cases of default, tens of hours of training motion)",
-            "part": "test, or validation: other clips, without the bodies and kinds that only the test has",
+            "part": "test, or validation: other clips without the bodies and kinds that only the test has, "
+            "each from or to one of four bodies that training goes without",
             "seed": "another number gives another corpus of the same make; published numbers use 0",
         },
     )
@@ -165,6 +167,10 @@ class Puppets:
             "validation": Puppets(self.size, "validation", self.seed),
         }
 
+    def validation(self) -> Puppets:
+        """What training is steered by: in each of its cases is a body that ``training`` does not have."""
+        return self.parts()["validation"]
+
     def training(self) -> training.Training:
         """Structure -> character -> its clips: unpaired, since no two characters perform the same clip."""
         return training.training(self._studio, self.size, self.seed)
@@ -175,7 +181,7 @@ class Puppets:
         return matched.matched(self._studio, self.size, self.seed, part)
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
-        """Characters, structures and kinds that training has; weights made from it carry this."""
+        """Characters, structures and kinds that training and its validation have: what weights carry."""
         return parts.training_manifest()
 
     def performers(self) -> Mapping[str, tuple[str, ...]]:

@@ -20,7 +20,9 @@ def held_out(body: Body) -> bool:
 
 def bodies(family: Family, part: Part) -> tuple[str, ...]:
     """Names of the bodies of a family in a part, in their order."""
-    return tuple(name for name, body in family.bodies.items() if part == "test" or not held_out(body))
+    aside = keep.ASIDE if part == "train" else ()
+    found = tuple(name for name, body in family.bodies.items() if part == "test" or not held_out(body))
+    return tuple(name for name in found if name not in aside)
 
 
 def kinds(family: Family, part: Part) -> tuple[str, ...]:
@@ -30,10 +32,12 @@ def kinds(family: Family, part: Part) -> tuple[str, ...]:
 
 @cache
 def training_manifest() -> dict[str, Sequence[str]]:
-    """What whoever trains on the puppets has seen: characters, structures and kinds."""
-    seen = [family.bodies[name] for family in families() for name in bodies(family, "train")]
+    """What whoever trains on the puppets has seen: characters, structures and kinds. ``validation``: those
+    of the characters that only steered the training."""
+    seen = [family.bodies[name] for family in families() for name in bodies(family, "validation")]
     return {
         "characters": [body.name for body in seen],
+        "validation": list(keep.ASIDE),
         "structures": list(dict.fromkeys(body.structure.name for body in seen)),
         "kinds": [kind for family in families() for kind in kinds(family, "train")],
     }

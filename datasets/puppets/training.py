@@ -50,7 +50,7 @@ class Clips(Sequence[Motion]):
 
 def training(studio: Studio, size: str, seed: int) -> Training:
     """Every training character with what it is able to do; held-out bodies, structures and kinds are
-    absent."""
+    absent, and so are the bodies of ``held_out.ASIDE``."""
     found: dict[str, dict[str, Clips]] = {}
     for family in families():
         for name in bodies(family, "train"):

@@ -46,11 +46,13 @@ def test_cases_are_fixed_balanced_and_in_the_right_split(size: str, part: str, m
 
 @pytest.mark.parametrize(("size", "part", "most"), CORPORA)
 def test_every_character_and_kind_is_in_every_split(size: str, part: str, most: int) -> None:
-    """As source and as target, about equally often within a family; dogs are one structure: no cross."""
+    """As source and as target, about equally often within a family; dogs are one structure: no cross.
+    In validation every case has one of those whom training goes without, and these are all there."""
     del most
     data = Puppets(size=size, part=part)
     for family in families():
         names, kinds = parts.bodies(family, part), parts.kinds(family, part)
+        aside = {name for name in names if name in held_out.ASIDE and part == "validation"}
         structures = {family.bodies[name].structure.name for name in names}
         for split in SPLITS:
             mine = [info for info in data.cases("retarget", split) if info.kind in kinds]
@@ -60,8 +62,12 @@ def test_every_character_and_kind_is_in_every_split(size: str, part: str, most: 
             assert {info.kind for info in mine} == set(kinds)
             for side in ("source", "target"):
                 count = Counter(getattr(info, side) for info in mine)
-                assert set(count) == set(names)
-                assert max(count.values()) <= 2 + 1.6 * min(count.values())
+                assert set(count) >= (aside or set(names))
+                for equals in (aside, set(names) - aside):
+                    numbers = [count[name] for name in equals]
+                    assert max(numbers, default=0) <= 2 + 1.6 * min(numbers, default=0)
+            if aside:
+                assert all({info.source, info.target} & aside for info in mine)
 
 
 def test_sizes_are_what_they_say() -> None:
@@ -97,6 +103,7 @@ def test_training_is_unpaired_and_without_what_is_held_out() -> None:
         assert structure in seen["structures"]
         for name, own in mine.items():
             assert name in seen["characters"]
+            assert name not in seen["validation"]
             assert data.characters()[name].structure == structure
             assert len(own) == len(own.names) > 20
             names += own.names
@@ -107,6 +114,27 @@ def test_training_is_unpaired_and_without_what_is_held_out() -> None:
     one = next(iter(data.training()["body22"].values()))
     assert one[0].frames == one[:1].frames
     assert one[0].character.name == one.character
+
+
+@pytest.mark.parametrize("size", ["tiny", "default"])
+def test_training_is_steered_by_bodies_that_it_goes_without(size: str) -> None:
+    """One of each structure that is trained on; other clips than those of the test and of the training."""
+    data = Puppets(size=size)
+    validation = data.validation()
+    cast = data.characters()
+    trained = {name: c for mine in data.training().values() for name, c in mine.items()}
+    aside = set(data.training_manifest()["validation"])
+    assert Counter(cast[name].structure for name in aside) == Counter(list(data.training()))
+    assert set(data.training_manifest()["characters"]) == aside | set(trained)
+    for split in SPLITS:
+        targets = [info.target for info in validation.cases("retarget", split)]
+        assert sum(name in aside for name in targets) >= 0.4 * len(targets)
+    steering = {info.clip for info in every(validation)}
+    assert not steering & {info.clip for info in every(data)}
+    assert not steering & {clip for c in trained.values() for clip in c.names}
+    for info in every(validation):
+        assert {info.source, info.target} & aside
+        assert {info.source, info.target} <= aside | set(trained)
 
 
 def test_what_is_unseen_is_marked() -> None:

@@ -292,7 +292,7 @@ def test_a_shipped_network_is_small_whole_and_fits_its_structure(card, puppets):
     assert [shipped.unfit(body) for body in bodies] == [""] * len(bodies)
     assert facts["features"] == 256
     assert facts["loss"][-1]["validation"] < 0.6  # of 1, what predicting the mean would leave
-    assert set(facts["characters"]) <= set(puppets.training()[facts["trained_on"]])
+    assert set(facts["characters"]) <= set(puppets.training_manifest()["characters"])
     assert ("note" in facts) == (card.stem not in puppets.training())
 
 
