@@ -15,7 +15,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from . import listing, protocols
+from . import listing, protocols, training
 from .layout import Layout, find
 from .motions import METRES, Motions
 
@@ -43,6 +43,10 @@ CARD = DatasetCard(
             "(one fifth of the clips, the rest to train on)"
         ),
         "fold": "which of the five folds the cases come from (protocol=folds)",
+        "part": (
+            "test, or validation: clips of the next fold (protocol=san: a fifth of those not tested), "
+            "without the characters that are held out"
+        ),
         "unit": "unit of the files: cm as Mixamo has it, or m",
     },
 )
@@ -73,6 +77,7 @@ class Mixamo:
         protocol: Literal["all", "san", "folds"] = "all",
         fold: int = 0,
         unit: Literal["cm", "m"] = "cm",
+        part: Literal["test", "validation"] = "test",
     ) -> None:
         if not 1.0 <= fps <= 1000.0:
             raise BenchError(
@@ -89,8 +94,15 @@ class Mixamo:
                 "mixamo: protocol=san means fps=30 and structure=native, as SAN's code has it; "
                 "use protocol=all for other rates and joints"
             )
+        if part not in ("test", "validation"):
+            raise BenchError(f"mixamo: there is no part {part!r}; cases are of test or validation")
+        if part == "validation" and protocol == "all":
+            raise BenchError(
+                "mixamo: protocol=all tests every clip and leaves none to train on; "
+                "part=validation means something with protocol=folds or san"
+            )
         self._root, self._fps, self._structure = root, fps, structure
-        self._protocol, self._fold, self._unit = protocol, fold, unit
+        self._protocol, self._fold, self._unit, self._part = protocol, fold, unit, part
         if protocol == "folds":
             self.card = replace(CARD, summary=FOLDS_SUMMARY.format(CARD.summary))
 
@@ -101,6 +113,15 @@ class Mixamo:
 
     @cached_property
     def _selection(self) -> protocols.Selection:
+        return self._tested if self._part == "test" else self._steering
+
+    @cached_property
+    def _steering(self) -> protocols.Selection:
+        fold = (self._fold + 1) % protocols.FOLDS if self._protocol == "folds" else 0
+        return protocols.steering(self._layout, self._tested, self.held_out, fold)
+
+    @cached_property
+    def _tested(self) -> protocols.Selection:
         if self._protocol == "san":
             return protocols.san(self._layout)
         if self._protocol == "folds":
@@ -153,6 +174,8 @@ class Mixamo:
     @property
     def label(self) -> str:
         """What tables call it. Whatever is less than SAN's whole test set is called ``san-partial``."""
+        if self._part == "validation":
+            return f"{self._with(part='test').label}, validation"
         if self._protocol == "folds":
             return f"mixamo fold {self._fold} of {protocols.FOLDS}{self._variant}"
         if self._protocol == "all":
@@ -167,6 +190,8 @@ class Mixamo:
     @cached_property
     def notes(self) -> Sequence[str]:
         found = list(self._listing.notes)
+        if self._part == "validation":
+            return (f"{len(self._selection.clips)} clips that no test case shows", *found)
         if self._protocol == "san" and not self._whole_san:
             asked, cases = self._selection.asked, len(self._listing.infos)
             found.insert(
@@ -213,18 +238,36 @@ class Mixamo:
             raise FileError(path, entry.problem)
         return self._motions.motion(character, path, entry)
 
-    def training(self) -> dict[str, tuple[str, ...]]:
-        """Character -> clips that no case shows: those that may be trained on.
+    def training(self) -> training.Training:
+        """Structure -> character -> clips that no case of test or validation shows.
 
-        folds: every clip of the other folds, by the characters that this fold does not hold out.
-        san:   every clip that the test list does not name. all: nothing.
+        folds: every clip of the other three folds, by the characters that this fold does not hold out.
+        san:   every clip that the test list does not name but for the fifth that steers, by who is no
+               target. all: nothing.
         """
-        asked = set(self._selection.clips)
+        if self._protocol == "all":
+            return {}
+        shown = {*self._tested.clips, *self._steering.clips}
         free = (name for name in self._layout.characters if name not in self.held_out)
-        found = {
-            name: tuple(clip for clip in self._layout.clips[name] if clip not in asked) for name in free
+        files = {
+            name: {clip: path for clip, path in self._layout.clips[name].items() if clip not in shown}
+            for name in free
         }
-        return {name: clips for name, clips in found.items() if clips}
+        return training.training(self._motions, files, {**self._others, **self._entries})
+
+    def validation(self) -> Mixamo:
+        """What training is steered by: clips of the next fold. Raises BenchError with protocol=all."""
+        return self._with(part="validation")
+
+    def training_manifest(self) -> Mapping[str, Sequence[str]]:
+        """Characters, structures and clips that training and its validation have: what weights carry."""
+        cast = self.training()
+        clips = {clip for mine in cast.values() for each in mine.values() for clip in each.names}
+        return {
+            "characters": sorted(name for mine in cast.values() for name in mine),
+            "structures": sorted(cast),
+            "clips": sorted(clips | set(self._steering.clips)),
+        }
 
     @property
     def held_out(self) -> tuple[str, ...]:
@@ -232,7 +275,13 @@ class Mixamo:
         names = self._layout.characters
         if self._protocol == "folds":
             return tuple(name for name in names if protocols.fold_of(name) == self._fold)
-        return self._targets if self._protocol == "san" else ()
+        targets = {target for _, target in self._tested.pairs}
+        return tuple(name for name in names if name in targets) if self._protocol == "san" else ()
+
+    def _with(self, part: Literal["test", "validation"]) -> Mixamo:
+        """The same data, its other part."""
+        same = (self._root, self._fps, self._structure, self._protocol, self._fold, self._unit)
+        return Mixamo(*same, part)
 
     @property
     def _targets(self) -> tuple[str, ...]:

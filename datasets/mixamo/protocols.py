@@ -76,6 +76,14 @@ def one_fold(layout: Layout, fold: int) -> Selection:
     return _all_pairs(layout, tuple(name for name in layout.names if fold_of(name) == fold))
 
 
+def steering(layout: Layout, tested: Selection, held_out: tuple[str, ...], fold: int) -> Selection:
+    """What training is steered by: untested clips of one fold, all ordered pairs of who is not held out."""
+    characters = [name for name in layout.characters if name not in held_out]
+    clips = tuple(name for name in layout.names if name not in tested.clips and fold_of(name) == fold)
+    pairs = tuple((source, target) for source in characters for target in characters)
+    return Selection(clips, pairs, Asked(len(clips), len(characters), len(pairs)), multiple=tested.multiple)
+
+
 def fold_of(name: str) -> int:
     """The fold that holds a clip or a character out: a function of its name alone, so that adding files
     moves nothing."""

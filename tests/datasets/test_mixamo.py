@@ -249,7 +249,9 @@ def test_san_follows_the_test_list(mini):
     (root / "test_list.txt").write_text("Wave.bvh\r\nWalk.bvh\r\nSit (1).bvh\r\n")
     dataset = Mixamo(str(root), protocol="san")
     assert {info.clip for info in every_case(dataset)} == {"Walk", "Wave"}
-    assert dataset.training() == {"BigVegas": ("Run",)}
+    ((structure, cast),) = dataset.training().items()
+    assert {name: clips.names for name, clips in cast.items()} == {"BigVegas": ("Run",)}
+    assert cast["BigVegas"][0].character.structure == structure
     assert dataset.motion("BigVegas", "Run").frames == 8
     with pytest.raises(BenchError, match=r"holds no BigVegas/Fly\.bvh"):
         dataset.motion("BigVegas", "Fly")
@@ -295,10 +297,17 @@ def test_what_a_fold_trains_on_is_in_no_case_of_it(mini):
     for number in range(protocols.FOLDS):
         dataset = fold(root, number)
         shown = {info.clip for info in every_case(dataset)}
-        trained = dataset.training()
-        assert not shown & {clip for clips in trained.values() for clip in clips}
+        steering = {info.clip for info in every_case(dataset.validation())}
+        trained = {name: clips for mine in dataset.training().values() for name, clips in mine.items()}
+        learned = {clip for clips in trained.values() for clip in clips.names}
+        assert sorted([*shown, *steering, *learned]) == names
         assert not set(dataset.held_out) & set(trained)
-        assert {clip for clips in trained.values() for clip in clips} | shown == set(names)
+        for info in every_case(dataset.validation()):
+            assert {info.source, info.target} <= set(trained)
+        seen = dataset.training_manifest()
+        assert set(seen["characters"]) == set(trained)
+        assert set(seen["clips"]) == learned | steering
+        assert dataset.validation().label == f"mixamo fold {number} of 5, validation"
         assert "papers' own test clips" in dataset.card.summary
         assert dataset.label == f"mixamo fold {number} of 5"
     assert "folds" not in Mixamo.card.summary

@@ -1,0 +1,72 @@
+"""What a protocol leaves to train on: structure, character, clips."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import overload
+
+from retarget_bench.catalogue import Entry
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.motion import Motion
+
+from .motions import Motions
+
+Training = Mapping[str, Mapping[str, "Clips"]]
+"""Structure -> character -> its clips."""
+
+
+class Clips(Sequence[Motion]):
+    """Motions of one character, each read when it is asked for."""
+
+    def __init__(
+        self, motions: Motions, character: str, files: Mapping[str, Path], entries: Mapping[Path, Entry]
+    ) -> None:
+        self._motions, self._files, self._entries = motions, files, entries
+        self.character, self.names = character, tuple(files)
+
+    def __len__(self) -> int:
+        return len(self.names)
+
+    @overload
+    def __getitem__(self, index: int) -> Motion: ...
+    @overload
+    def __getitem__(self, index: slice) -> Clips: ...
+    def __getitem__(self, index: int | slice) -> Motion | Clips:
+        if isinstance(index, slice):
+            files = {name: self._files[name] for name in self.names[index]}
+            return Clips(self._motions, self.character, files, self._entries)
+        path = self._files[self.names[index]]
+        return self._motions.motion(self.character, path, self._entries[path])
+
+    def __iter__(self) -> Iterator[Motion]:
+        return (self[index] for index in range(len(self)))
+
+
+def training(
+    motions: Motions, files: Mapping[str, Mapping[str, Path]], entries: Mapping[Path, Entry]
+) -> Training:
+    """Every character with its readable files, under the structure that most of them have."""
+    found: dict[str, dict[str, Clips]] = {}
+    for name, mine in files.items():
+        structures = {
+            clip: each
+            for clip, path in mine.items()
+            if (each := _structure(motions, name, path, entries[path]))
+        }
+        if structures:
+            usual = Counter(structures.values()).most_common(1)[0][0]
+            kept = {clip: mine[clip] for clip, each in structures.items() if each == usual}
+            found.setdefault(usual, {})[name] = Clips(motions, name, kept, entries)
+    return found
+
+
+def _structure(motions: Motions, name: str, path: Path, entry: Entry) -> str:
+    """Of the body in a file; "" where it cannot be used."""
+    if entry.problem:
+        return ""
+    try:
+        return motions.rig(name, path, entry).character.structure
+    except BenchError:
+        return ""
