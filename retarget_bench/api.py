@@ -169,6 +169,31 @@ class Dataset(Protocol):
     def load(self, info: CaseInfo) -> Case: ...
 
 
+class TrainingClips(Protocol):
+    """What one character performs for training: a sequence of motions, each made when it is asked for."""
+
+    @property
+    def names(self) -> Sequence[str]: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> Motion: ...
+
+
+class TrainingDataset(Dataset, Protocol):
+    """A data set that can be trained on. Optional: without these methods it is for tests alone."""
+
+    def training(self) -> Mapping[str, Mapping[str, TrainingClips]]:
+        """Structure -> character -> its clips, whichever part the cases are of; none of them is in a case
+        of the test or of ``validation()``. Empty where there is nothing to train on."""
+
+    def validation(self) -> Dataset:
+        """What training is steered by: cases that share no clip with the test and none with
+        ``training()``, best with characters that ``training()`` does not have."""
+
+    def training_manifest(self) -> Mapping[str, Sequence[str]]:
+        """``characters``, ``structures``, and ``kinds`` or ``clips``: all that training and its validation
+        have. Weights carry it, so that tables can part what is new to them from what is not."""
+
+
 # -------------------------------------------------------------------------------------------- methods
 @dataclass(frozen=True)
 class MethodCard:
