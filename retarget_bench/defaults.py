@@ -2,3 +2,5 @@
 
 DATASET = "puppets[size=tiny]"
 METHOD = "ik"
+VALIDATION = ("position", ("mpjpe_h.world", "mpjpe_h.root"))
+"""The metric and its values that training is watched by; the first value decides which weights are kept."""

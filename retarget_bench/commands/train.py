@@ -1,0 +1,195 @@
+"""``bench train``: weights for a learned method."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from retarget_bench.commands import options
+from retarget_bench.spec import Spec
+
+if TYPE_CHECKING:
+    from retarget_bench.training.checkpoint import Checkpoint
+    from retarget_bench.training.loop import Moment
+    from retarget_bench.training.request import Request
+    from retarget_bench.training.train import Asked, Trained
+
+
+@click.command("train")
+@click.argument("method", required=False, shell_complete=options.plugin_names("methods"))
+@click.option(
+    "-d",
+    "--dataset",
+    metavar="DATASET",
+    shell_complete=options.plugin_names("datasets"),
+    help="What to train on, with its options in brackets.",
+)
+@options.root_option
+@click.option("--preset", metavar="NAME", help="The recipe: paper, default or quick. [default: default]")
+@click.option(
+    "--budget", metavar="BUDGET", help="Time (90s, 30m, 2h) or steps (20000it). [default: the preset's]"
+)
+@click.option(
+    "--out",
+    type=click.Path(file_okay=False, path_type=Path),
+    metavar="DIR",
+    help="The run's folder. [default: runs/train/METHOD]",
+)
+@click.option("--seed", type=click.IntRange(0), metavar="N", help="Of weights and batches. [default: 0]")
+@click.option(
+    "--device", type=click.Choice(("cpu", "cuda", "auto")), default="auto", show_default=True, help="Where."
+)
+@click.option("--resume", is_flag=True, help="Go on with the run that DIR holds, from its last checkpoint.")
+@click.option("--init", metavar="WEIGHTS", help="Begin with these weights: a card, or a folder of a run.")
+@options.jobs_option
+@options.plugin_option
+def command(
+    method: str | None,
+    dataset: str | None,
+    root: str | None,
+    preset: str | None,
+    budget: str | None,
+    out: Path | None,
+    seed: int | None,
+    device: str,
+    resume: bool,
+    init: str | None,
+    jobs: int,
+    plugins: tuple[str, ...],
+) -> int:
+    """Train METHOD on the training motion of a data set, and keep the weights that validate best.
+
+    The folder gets run.json, a checkpoint about every minute, log.csv, loss.png, and the weights with their
+    card. A run that was interrupted, even killed, goes on with --resume as if it had not been.
+
+    \b
+    bench train nkn -d puppets --budget 2h
+    bench train --resume --out runs/train/nkn
+    torchrun --nproc-per-node 4 --max-restarts 3 -m retarget_bench train nkn -d puppets
+    """
+    del plugins
+    if method is None and not resume:
+        raise click.UsageError("say which METHOD to train, or --resume --out DIR to go on with a run")
+    from retarget_bench.training.train import Asked, train
+
+    data = options.dataset_spec(dataset, root) if dataset else None
+    asked = Asked(
+        Spec.parse(method) if method else None, data, preset, budget, seed, init, out, resume, jobs, device
+    )
+    voice = Voice()
+    try:
+        done = train(asked, voice)
+    except KeyboardInterrupt:
+        voice.close()
+        click.echo(f"bench: interrupted. {_again(asked)} goes on from the last checkpoint.", err=True)
+        return 130
+    finally:
+        voice.close()
+    if _first():
+        click.echo(_ending(done))
+    return 0
+
+
+def _first() -> bool:
+    """Whether this process is the one that speaks (see ``training/parallel.py``)."""
+    return os.environ.get("RANK", "0") == "0"
+
+
+class Voice:
+    """A bar for gathering motion and one for training, and a line for every validation."""
+
+    def __init__(self) -> None:
+        self._bar: Any = None
+        self._timed = False
+
+    def say(self, text: str) -> None:
+        from tqdm import tqdm
+
+        tqdm.write(text)
+
+    def gathering(self, done: int, total: int) -> None:
+        from tqdm import tqdm
+
+        if self._bar is None:
+            self._bar = tqdm(total=total, desc="motion", unit="body", leave=False, disable=None)
+        self._bar.update(done - self._bar.n)
+
+    def began(self, asked: Request, at: Checkpoint) -> None:
+        from tqdm import tqdm
+
+        self.close()
+        limit = asked.limit
+        self._timed = bool(limit.seconds)
+        if at.step:
+            self.say(f"going on from step {at.step}")
+        self._bar = tqdm(
+            total=round(limit.seconds) if self._timed else limit.steps,
+            initial=round(at.seconds) if self._timed else at.step,
+            desc=asked.method,
+            unit="s" if self._timed else "step",
+            leave=False,
+            disable=None,
+        )
+
+    def show(self, moment: Moment) -> None:
+        self._bar.update((round(moment.seconds) if self._timed else moment.step) - self._bar.n)
+        losses = _losses(moment)
+        best = f"best {moment.best.score:.2f} at {moment.best.step}" if moment.best else ""
+        self._bar.set_postfix_str(f"step {moment.step}, {losses} {best}".strip(), refresh=False)
+        if moment.validation is not None:
+            mark = " (best so far)" if moment.best and moment.best.step == moment.step else ""
+            self.say(
+                f"step {moment.step}, {_time(moment.seconds)}: {losses}; "
+                f"validation {_scores(moment.validation)}{mark}"
+            )
+
+    def close(self) -> None:
+        if self._bar is not None:
+            self._bar.close()
+            self._bar = None
+
+
+def _losses(moment: Moment) -> str:
+    """The sum of each phase's terms."""
+    sums: dict[str, float] = {}
+    for name, value in moment.losses.items():
+        phase, _, term = name.partition(".")
+        if term != "norm":
+            sums[phase] = sums.get(phase, 0.0) + value
+    return ", ".join(f"{phase} {value:.4g}" for phase, value in sums.items())
+
+
+def _scores(scores: Any) -> str:
+    """``intra 8.1 / 5.2`` for each split: the errors in the world and of the pose."""
+    parts = []
+    for split, values in scores.items():
+        numbers = " / ".join(f"{value:.2f}" for name, value in values.items() if name != "n")
+        parts.append(f"{split} {numbers}")
+    return ", ".join(parts) + " % of height"
+
+
+def _time(seconds: float) -> str:
+    if seconds < 120:
+        return f"{seconds:.0f} s"
+    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
+
+
+def _again(asked: Asked) -> str:
+    where = f" --out {asked.out}" if asked.out else ""
+    method = f" '{asked.method}'" if asked.method else ""
+    return f"bench train{method} --resume{where}"
+
+
+def _ending(done: Trained) -> str:
+    from retarget_bench.training.request import without_places
+
+    method = Spec.parse(done.asked.method).with_parameters(weights=str(done.folder))
+    best = done.at.best
+    found = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
+    return (
+        f"{done.asked.method}: {done.at.step} steps in {_time(done.at.seconds)}; {found}.\n"
+        f"Use them: bench run '{method}' -d '{without_places(done.asked.dataset)}'"
+    )

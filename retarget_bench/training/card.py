@@ -1,0 +1,82 @@
+"""The card that goes with trained weights: everything that whoever uses or repeats them asks."""
+
+from __future__ import annotations
+
+import platform
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import torch
+
+from retarget_bench.api import Dataset
+from retarget_bench.spec import Spec
+from retarget_bench.training import curve, parallel
+from retarget_bench.training.checkpoint import Checkpoint
+from retarget_bench.training.material import Material
+from retarget_bench.training.request import Request, without_places
+
+POINTS = 40
+"""Of the loss curve on a card."""
+UNWATCHED = "the data set has no validation part: these are the weights of the last step"
+
+
+def card(
+    request: Request, data: Dataset, material: Material, at: Checkpoint, folder: Path, device: torch.device
+) -> dict[str, Any]:
+    """Plain data, as ``weights.py`` describes it."""
+    losses = curve.losses(folder, POINTS)
+    best = at.best
+    return {
+        "method": Spec.parse(request.method).name,
+        "version": request.version,
+        "facts": dict(request.facts),
+        "data": {
+            "spec": without_places(request.dataset),
+            "label": data.label,
+            "content": request.content,
+            "clips": sum(map(len, material.clips.values())),
+            "hours": round(material.frames / request.recipe.fps / 3600, 3),
+        },
+        "recipe": vars(request.recipe) | {},
+        "preset": request.preset,
+        "budget": request.budget,
+        "command": request.command,
+        "seed": request.seed,
+        "steps": at.step,
+        "step": best.step if best else at.step,
+        "seconds": round(at.seconds),
+        "hardware": hardware(device),
+        "torch": torch.__version__,
+        "processes": parallel.world(),
+        "init": request.init or None,
+        "losses": {name: value for name, value in losses[-1].items() if name != "step"} if losses else {},
+        "curve": losses,
+        "validation": list(at.validation),
+        "scores": dict(best.scores) if best else {},
+        "training_manifest": manifest(data, material),
+        "notes": [*material.notes, *([] if best else [UNWATCHED])],
+    }
+
+
+def manifest(data: Dataset, material: Material) -> dict[str, list[str]]:
+    """What the weights have seen; kinds of performance where the data set says them."""
+    told: Mapping[str, Any] = getattr(data, "training_manifest", dict)()
+    found = {"characters": sorted(material.clips), "structures": list(material.structures)}
+    return found | ({"kinds": list(told["kinds"])} if "kinds" in told else {})
+
+
+def hardware(device: torch.device) -> str:
+    """The GPU's name; or the processor's and how many threads torch uses on it."""
+    if device.type == "cuda":
+        return torch.cuda.get_device_name(device)
+    return f"{_processor()}, {torch.get_num_threads()} threads"
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        lines = []
+    named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
+    return next(named, platform.processor() or platform.machine())

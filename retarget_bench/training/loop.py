@@ -1,0 +1,232 @@
+"""The loop: steps of a learner's phases under a budget, with a log, validation and checkpoints.
+
+Before every step torch and NumPy are seeded from (seed, step, rank). So what step k does depends on nothing
+but the state before it, and a run that goes on from a checkpoint does what it would have done.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from retarget_bench.errors import BenchError
+from retarget_bench.training import checkpoint, log, parallel
+from retarget_bench.training.budget import Budget
+from retarget_bench.training.checkpoint import Best, Checkpoint
+from retarget_bench.training.contract import Learner
+from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.turns import moved, turns
+from retarget_bench.training.validate import Judge, Scores
+
+SAVED = 60.0
+"""Seconds between checkpoints, about; a validation makes one too."""
+LOOKED = 10
+"""Steps between looks at what a GPU measured: each look waits for it. On a CPU every step is looked at."""
+
+
+@dataclass(frozen=True)
+class Moment:
+    """What there is to show. share: of the budget. losses: ``phase.term`` -> mean of the last steps."""
+
+    step: int
+    seconds: float
+    share: float
+    losses: Mapping[str, float]
+    validation: Scores | None = None
+    best: Best | None = None
+
+
+Show = Callable[[Moment], None]
+
+
+class Loop:
+    """Training of one learner in one folder. The first process writes; ``judge`` is None in the others
+    and where the data set has nothing to validate on."""
+
+    def __init__(
+        self,
+        learner: Learner,
+        recipe: Recipe,
+        budget: Budget,
+        seed: int,
+        device: torch.device,
+        folder: Path,
+        judge: Judge | None,
+        show: Show,
+        saved: Callable[[Checkpoint, bool], None],
+    ) -> None:
+        """saved: called after every checkpoint, with whether its best weights are new."""
+        self.learner, self.recipe, self.budget, self.seed = learner, recipe, budget, seed
+        self.device, self.folder, self.judge, self.show, self.saved = device, folder, judge, show, saved
+        self.rows = _rows(recipe)
+        learner.modules.to(device)
+        parallel.share_state(learner.modules)
+        self.turns = turns(learner, recipe, device)
+        self.at = Checkpoint(0, 0.0, {})
+        self._pending: list[dict[str, Tensor]] = []
+
+    # ------------------------------------------------------------------------------------------- running
+    def run(self, start: Checkpoint | None = None) -> Checkpoint:
+        """Train to the end of the budget; the last checkpoint (of the first process).
+
+        Raises BenchError where a loss or gradient is not finite, FileError where nothing can be written.
+        """
+        if start is not None:
+            self._restore(start)
+        if parallel.first(lambda: self.at.step) != self.at.step:
+            raise BenchError(f"{self.folder}: not every process finds the same checkpoint there")
+        first = parallel.rank() == 0
+        self._log = log.Log(self.folder, self.at.step) if first else None
+        self._begun = time.perf_counter() - self.at.seconds
+        self._saved = time.perf_counter()
+        self._step = self.at.step
+        share = self._share()
+        while share < 1.0:
+            rate = self.recipe.rate_at(self._step, share)
+            self._pending.append(self._do(rate))
+            self._step += 1
+            share = self._share()
+            self._after(share, rate)
+        return self.at
+
+    def _share(self) -> float:
+        """Of the budget; by the first process's clock where several train together."""
+        share = self.budget.used(self._step, self._seconds)
+        return parallel.first(lambda: share) if self.budget.seconds else share
+
+    @property
+    def _seconds(self) -> float:
+        return time.perf_counter() - self._begun
+
+    def _do(self, rate: float) -> dict[str, Tensor]:
+        """One step: every phase once."""
+        numbers = _seeded(self.seed, self._step, parallel.rank())
+        batch = moved(self.learner.draw(numbers, self.rows), self.device)
+        memory: dict[str, Any] = {}
+        measured: dict[str, Tensor] = {}
+        for turn in self.turns:
+            measured |= turn(batch, memory, rate)
+        parallel.share_state(self.learner.modules, buffers_only=True)
+        return measured
+
+    def _after(self, share: float, rate: float) -> None:
+        """What follows a step: looking at losses, a row of the log, validation, a checkpoint."""
+        ended = share >= 1.0
+        due = ended or self._step % self.recipe.validate == 0
+        row = due or self._step % log.EVERY == 0
+        if row or self.device.type == "cpu" or len(self._pending) >= LOOKED:
+            self._look()
+        if self._log is None:
+            return
+        losses = self._log.means
+        scores = self._validate() if due and self.judge is not None else None
+        if row:
+            self._log.row(self._step, self._seconds, rate, _columns(scores))
+        if row and (due or time.perf_counter() - self._saved > SAVED):
+            self._save(scores)
+        self.show(Moment(self._step, self._seconds, share, losses, scores, self.at.best))
+
+    def _look(self) -> None:
+        """Take what steps measured off the device. Raises BenchError at what is not finite."""
+        steps = range(self._step - len(self._pending) + 1, self._step + 1)
+        for step, measured in zip(steps, self._pending, strict=True):
+            if not measured:
+                raise BenchError(f"step {step}: no phase gave a loss, so there is nothing to train")
+            values = parallel.mean(torch.stack(list(measured.values()))).tolist()
+            found = dict(zip(measured, values, strict=True))
+            for name, value in found.items():
+                if not math.isfinite(value):
+                    raise self._diverged(step, name)
+            if self._log is not None:
+                self._log.add(found)
+        self._pending = []
+
+    def _diverged(self, step: int, name: str) -> BenchError:
+        phase, _, term = name.partition(".")
+        what = "the gradient" if term == "norm" else f"the loss term {term}"
+        where = f"{self.folder} keeps step {self.at.step}" if self.at.step else "no checkpoint was made yet"
+        return BenchError(
+            f"training diverged: at step {step} {what} of phase {phase} is not finite; {where}. Try a "
+            "lower learning rate or gradient clipping in the method's preset, or another --seed"
+        )
+
+    # -------------------------------------------------------------------------- validation and checkpoints
+    def _validate(self) -> Scores:
+        assert self.judge is not None
+        return self.judge(self.learner.modules, self.learner.method())
+
+    def _save(self, scores: Scores | None) -> None:
+        before, best = self.at, self.at.best
+        history = before.validation
+        if scores is not None and self.judge is not None:
+            score = self.judge.decisive(scores)
+            seconds = round(self._seconds, 1)
+            history += ({"step": self._step, "seconds": seconds, "scores": scores},)
+            if best is None or score < best.score:
+                best = Best(self._step, score, scores)
+        new = best is not before.best
+        exported = self._exported() if new else before.exported
+        self.at = Checkpoint(self._step, self._seconds, {}, best, exported, history)
+        checkpoint.write(self.folder, replace(self.at, state=self._state()))
+        self.saved(self.at, new)
+        self._saved = time.perf_counter()
+
+    def _exported(self) -> dict[str, Tensor]:
+        return {name: each.detach().cpu().clone() for name, each in self.learner.export().items()}
+
+    def _state(self) -> dict[str, Tensor]:
+        modules = {f"modules/{name}": each for name, each in self.learner.modules.state_dict().items()}
+        for turn in self.turns:
+            modules |= {f"optimisers/{turn.phase.name}/{key}": each for key, each in turn.state().items()}
+        return modules
+
+    def _restore(self, start: Checkpoint) -> None:
+        """Raises BenchError where the checkpoint is of another network."""
+        mine = {key.removeprefix("modules/"): t for key, t in start.state.items() if key[:8] == "modules/"}
+        try:
+            self.learner.modules.load_state_dict(mine)
+            for turn in self.turns:
+                head = f"optimisers/{turn.phase.name}/"
+                turn.restore(
+                    {key.removeprefix(head): t for key, t in start.state.items() if key.startswith(head)}
+                )
+        except (RuntimeError, KeyError) as error:
+            raise BenchError(
+                f"{self.folder}: the checkpoint is of another network than this version of the method "
+                f"builds ({str(error).splitlines()[-1].strip()}); train anew in another folder"
+            ) from error
+        self.at = replace(start, state={})
+
+
+def _seeded(seed: int, step: int, rank: int) -> np.random.Generator:
+    """Seed torch for a step, and the generator that its batch is drawn with."""
+    sequence = np.random.SeedSequence([seed, step, rank])
+    torch.manual_seed(int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1)))
+    return np.random.default_rng(sequence)
+
+
+def _rows(recipe: Recipe) -> int:
+    world = parallel.world()
+    if recipe.batch % world:
+        raise BenchError(
+            f"a batch of {recipe.batch} cannot be shared evenly by {world} processes; start a number that "
+            "divides it"
+        )
+    return recipe.batch // world
+
+
+def _columns(scores: Scores | None) -> dict[str, float]:
+    """``validation SPLIT VALUE`` -> value."""
+    return {
+        f"{log.VALIDATION} {split} {name}": value
+        for split, values in (scores or {}).items()
+        for name, value in values.items()
+    }

@@ -1,0 +1,118 @@
+"""Several processes that train one network, as ``torchrun`` starts them; one process needs nothing of it.
+
+What learners may count on: parameters and buffers are the same in every process. Gradients are averaged by
+torch's DistributedDataParallel, and after every step the first process's buffers become everybody's.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from datetime import timedelta
+from typing import TypeVar
+
+import torch
+import torch.distributed as dist
+from torch import Tensor, nn
+
+from retarget_bench.errors import BenchError
+
+T = TypeVar("T")
+
+PATIENCE = timedelta(hours=6)
+"""How long processes wait for one that makes data or validates; one that dies is noticed at once."""
+
+
+def world() -> int:
+    """How many processes train together, from ``torchrun``'s environment."""
+    return int(os.environ.get("WORLD_SIZE", "1"))
+
+
+def rank() -> int:
+    """Which of them this is; the first, 0, alone writes."""
+    return int(os.environ.get("RANK", "0"))
+
+
+def restarted() -> bool:
+    """Whether ``torchrun`` started the processes anew because one had died."""
+    return int(os.environ.get("TORCHELASTIC_RESTART_COUNT", "0")) > 0
+
+
+def device(asked: str) -> torch.device:
+    """``cpu``, ``cuda`` or ``auto`` as the device of this process. Raises BenchError."""
+    if asked == "cpu" or (asked == "auto" and not torch.cuda.is_available()):
+        return torch.device("cpu")
+    if not torch.cuda.is_available():
+        raise BenchError("torch finds no CUDA device here; train with --device cpu")
+    number = int(os.environ.get("LOCAL_RANK", "0"))
+    if number >= torch.cuda.device_count():
+        raise BenchError(
+            f"there are {torch.cuda.device_count()} CUDA devices and more processes on this machine; "
+            "start one process per device"
+        )
+    return torch.device("cuda", number)
+
+
+def join(where: torch.device) -> None:
+    """Meet the other processes, where there are any. Plain data travel by gloo, gradients as they are."""
+    if world() == 1 or dist.is_initialized():
+        return
+    if where.type == "cuda":
+        torch.cuda.set_device(where)
+    backend = "cpu:gloo,cuda:nccl" if where.type == "cuda" else "gloo"
+    dist.init_process_group(backend, timeout=PATIENCE)
+
+
+def leave() -> None:
+    """The end of ``join``."""
+    if dist.is_available() and dist.is_initialized():
+        dist.destroy_process_group()
+
+
+def _together() -> bool:
+    return dist.is_available() and dist.is_initialized()
+
+
+def mean(tensor: Tensor) -> Tensor:
+    """The mean over all processes of a tensor that each has; the tensor itself with one process."""
+    if not _together():
+        return tensor
+    total = tensor.detach().clone()
+    dist.all_reduce(total)
+    return total / dist.get_world_size()
+
+
+def first(call: Callable[[], T]) -> T:
+    """What the first process's call gives, for all of them; a BenchError of it is raised in all."""
+    if not _together():
+        return call()
+    box: list[T | BenchError] = [None]  # type: ignore[list-item]
+    if dist.get_rank() == 0:
+        try:
+            box = [call()]
+        except BenchError as error:
+            box = [error]
+    dist.broadcast_object_list(box, src=0, device=torch.device("cpu"))
+    if isinstance(box[0], BenchError):
+        raise box[0]
+    return box[0]
+
+
+def in_turn(call: Callable[[], T]) -> T:
+    """Called by the first process, then by the others: they find in caches what it has made."""
+    if not _together():
+        return call()
+    mine: list[T] = []
+    first(lambda: mine.append(call()))
+    return mine[0] if mine else call()
+
+
+def share_state(module: nn.Module, *, buffers_only: bool = False) -> None:
+    """Make the first process's parameters and buffers everybody's."""
+    if not _together():
+        return
+    tensors = list(module.buffers())
+    if not buffers_only:
+        tensors += [parameter.data for parameter in module.parameters()]
+    for tensor in tensors:
+        dist.broadcast(tensor, src=0)

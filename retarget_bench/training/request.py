@@ -1,0 +1,109 @@
+"""What a training run was asked for and how that was understood: ``run.json`` in its folder."""
+
+from __future__ import annotations
+
+import dataclasses
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
+
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.files import write_text
+from retarget_bench.plan import without_location
+from retarget_bench.spec import Spec
+from retarget_bench.training.budget import Budget
+from retarget_bench.training.recipe import Recipe
+
+SCHEMA = 1
+NAME = "run.json"
+PRESET = "default"
+
+
+@dataclass(frozen=True)
+class Request:
+    """One run.
+
+    method, dataset: canonical specs. content: of the data. recipe: the preset's, with the budget's steps.
+    version, facts:  of the method, which its checkpoints depend on. processes: that train together.
+    init:            hash of the weights that training began with; "": none.
+    """
+
+    method: str
+    dataset: str
+    preset: str
+    budget: str
+    seed: int
+    recipe: Recipe
+    version: str
+    facts: Mapping[str, Any]
+    label: str
+    content: str
+    init: str = ""
+    init_path: str = ""
+    processes: int = 1
+    versions: Mapping[str, str] = dataclasses.field(default_factory=dict)
+
+    @property
+    def limit(self) -> Budget:
+        return Budget.parse(self.budget) if self.budget else Budget(steps=self.recipe.steps)
+
+    @property
+    def command(self) -> str:
+        """The command that asks for this, without places of files."""
+        data = without_places(self.dataset)
+        parts = ["bench train", _quoted(self.method), "-d", _quoted(data), "--preset", self.preset]
+        parts += ["--budget", self.budget] if self.budget else []
+        parts += ["--init", f"WEIGHTS-{self.init}"] if self.init else []
+        return " ".join([*parts, "--seed", str(self.seed)])
+
+
+def without_places(dataset: str) -> str:
+    """A data set's spec without where its files lie."""
+    spec = Spec.parse(dataset)
+    return str(Spec(spec.name, without_location(spec)))
+
+
+def _quoted(text: str) -> str:
+    return f"'{text}'" if "[" in text else text
+
+
+def write(folder: Path, request: Request) -> None:
+    """Raises FileError."""
+    facts = {"schema": SCHEMA, "command": request.command, **asdict(request)}
+    write_text(folder / NAME, json.dumps(facts, indent=1, ensure_ascii=False) + "\n")
+
+
+def read(folder: Path) -> Request | None:
+    """The run that a folder holds; None: it holds none. Raises FileError."""
+    path = folder / NAME
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        if facts.pop("schema") != SCHEMA:
+            raise FileError(path, f"is of a format that this version does not read (it reads {SCHEMA})")
+        facts.pop("command")
+        return Request(**(facts | {"recipe": Recipe(**facts["recipe"])}))
+    except FileNotFoundError:
+        return None
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError(path, f"does not describe a training run ({error})") from error
+
+
+def contradicted(kept: Request, asked: Mapping[str, object]) -> None:
+    """Raises BenchError where an option that was given (is not None) says other than the run began with."""
+    for name, value in asked.items():
+        before = getattr(kept, name)
+        if value is not None and value != before:
+            said = f"{name} {before}" if before != "" else f"no {name}"
+            raise BenchError(
+                f"this run began with {said}, not {value}; leave the option out to go on with it, or give "
+                "another --out to begin another run"
+            )
+
+
+def preset(method: str, presets: Mapping[str, Recipe], name: str) -> Recipe:
+    """A preset by name. Raises BenchError with those that there are."""
+    if name not in presets:
+        raise BenchError(f"{method} has no preset {name!r}; there are {', '.join(presets)}")
+    return presets[name]

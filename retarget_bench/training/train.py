@@ -1,0 +1,230 @@
+"""``bench train`` from a request to weights: what is asked is settled, motion gathered, the loop run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, Protocol
+
+import torch
+
+from retarget_bench import plan, registry
+from retarget_bench.errors import BenchError
+from retarget_bench.header import versions
+from retarget_bench.spec import Spec
+from retarget_bench.training import checkpoint, curve, parallel, request, weights
+from retarget_bench.training.budget import Budget
+from retarget_bench.training.card import UNWATCHED, card
+from retarget_bench.training.checkpoint import Checkpoint
+from retarget_bench.training.loop import Loop, Moment
+from retarget_bench.training.material import Material, gather
+from retarget_bench.training.request import Request
+from retarget_bench.training.turns import explicit
+from retarget_bench.training.validate import Judge, held_out
+
+FOLDER = Path("runs/train")
+
+
+@dataclass(frozen=True)
+class Asked:
+    """The options as they were given; None: not given."""
+
+    method: Spec | None
+    dataset: Spec | None
+    preset: str | None = None
+    budget: str | None = None
+    seed: int | None = None
+    init: str | None = None
+    out: Path | None = None
+    resume: bool = False
+    jobs: int = 1
+    device: str = "auto"
+
+
+class Voice(Protocol):
+    """How a run tells of itself."""
+
+    def say(self, text: str) -> None: ...
+    def gathering(self, done: int, total: int) -> None: ...
+    def began(self, asked: Request, at: Checkpoint) -> None: ...
+    def show(self, moment: Moment) -> None: ...
+
+
+@dataclass(frozen=True)
+class Trained:
+    """folder: with the weights. at: the last checkpoint. asked: what was trained."""
+
+    folder: Path
+    at: Checkpoint
+    asked: Request
+
+
+def train(asked: Asked, voice: Voice) -> Trained:
+    """Train a method, or go on with it. Raises BenchError for whatever stands in the way."""
+    device = parallel.device(asked.device)
+    explicit(device)
+    parallel.join(device)
+    try:
+        return _train(asked, voice, device)
+    finally:
+        parallel.leave()
+
+
+def _train(asked: Asked, voice: Voice, device: torch.device) -> Trained:
+    folder, wanted = parallel.first(lambda: _settled(asked))
+    spec, data_spec = Spec.parse(wanted.method), Spec.parse(wanted.dataset)
+    data, recipe = plan.dataset(data_spec), wanted.recipe
+    material = parallel.in_turn(
+        lambda: gather(data_spec, spec, recipe.fps, asked.jobs, _first_only(voice.gathering))
+    )
+    torch.manual_seed(wanted.seed)
+    learner = plan.method(spec).learner(material, recipe)  # type: ignore[attr-defined]
+    start = checkpoint.read(folder)
+    if wanted.init and start is None:
+        learner.load(_bundle(wanted.init_path, spec, wanted.facts, wanted.init).tensors)
+    learner.modules.to(device)
+    judge = _judge(data, learner, recipe.cases, device, voice)
+    keeper = _Keeper(folder, wanted, material, device)
+    loop = Loop(
+        learner, recipe, wanted.limit, wanted.seed, device, folder, judge, _first_only(voice.show), keeper
+    )
+    if parallel.rank() == 0:
+        request.write(folder, wanted)
+        for note in material.notes:
+            voice.say(note)
+        voice.began(wanted, start or Checkpoint(0, 0.0, {}))
+    at = loop.run(start)
+    if parallel.rank() == 0:
+        keeper.finish(at, learner.export())
+    return Trained(folder, at, wanted)
+
+
+def _first_only(call: Callable[..., Any]) -> Callable[..., Any]:
+    """The call in the first process, nothing in the others."""
+    return call if parallel.rank() == 0 else lambda *_: None
+
+
+def _judge(data: Any, learner: Any, cases: int, device: torch.device, voice: Voice) -> Judge | None:
+    """What validates, in the first process; None where there is nothing to validate on."""
+    if parallel.rank() > 0:
+        return None
+    aside = held_out(data)
+    judge = Judge(aside, learner.method(), cases, device) if aside is not None else None
+    if not judge:
+        voice.say(f"no validation: {UNWATCHED}")
+    return judge or None
+
+
+# -------------------------------------------------------------------------------------- what is asked
+def _settled(asked: Asked) -> tuple[Path, Request]:
+    """The folder, and the run that it holds or will hold. Raises BenchError."""
+    method = registry.canonical("methods", asked.method) if asked.method else None
+    if asked.out is None and method is None:
+        raise BenchError("say which METHOD to train, or which run to go on with: --resume --out DIR")
+    folder = asked.out or FOLDER / (method.slug if method else "")
+    kept = request.read(folder)
+    if kept is not None and not asked.resume and not parallel.restarted():
+        raise BenchError(
+            f"{folder} already holds a run ({kept.command}); go on with it by --resume, or give "
+            "another --out"
+        )
+    if kept is not None:
+        _same(kept, asked, method)
+        return folder, kept
+    if method is None:
+        raise BenchError(f"{folder} holds no run to go on with; bench train METHOD begins one")
+    return folder, _new(asked, method)
+
+
+def _same(kept: Request, asked: Asked, method: Spec | None) -> None:
+    """Raises BenchError where a run cannot go on as it began."""
+    data = registry.canonical("datasets", asked.dataset) if asked.dataset else None
+    given = {"method": method and str(method), "preset": asked.preset, "seed": asked.seed}
+    request.contradicted(kept, {**given, "dataset": data and str(data), "budget": asked.budget})
+    if asked.init is not None and weights.read_card(asked.init)["hash"] != kept.init:
+        request.contradicted(kept, {"init": asked.init})
+    _Trainee(Spec.parse(kept.method)).same(kept)
+    if plan.dataset(Spec.parse(kept.dataset)).content != kept.content:
+        raise BenchError(f"{kept.dataset} is no longer the data that this run began with; train anew")
+
+
+def _new(asked: Asked, method: Spec) -> Request:
+    if asked.dataset is None:
+        raise BenchError("say what to train on: -d DATASET")
+    data = registry.canonical("datasets", asked.dataset)
+    trainee = _Trainee(method)
+    name = asked.preset or request.PRESET
+    recipe = request.preset(method.name, trainee.presets, name)
+    if asked.budget and (limit := Budget.parse(asked.budget)).steps:
+        recipe = replace(recipe, steps=limit.steps)
+    init = _bundle(asked.init, method, trainee.facts).hash if asked.init else ""
+    return Request(
+        method=str(method),
+        dataset=str(data),
+        preset=name,
+        budget=asked.budget or "",
+        seed=asked.seed or 0,
+        recipe=recipe,
+        version=trainee.version,
+        facts=trainee.facts,
+        label=plan.dataset(data).label,
+        content=plan.dataset(data).content,
+        init=init,
+        init_path=asked.init or "",
+        processes=parallel.world(),
+        versions=versions(),
+    )
+
+
+class _Trainee:
+    """What a method says of itself. Raises BenchError where it cannot be trained."""
+
+    def __init__(self, spec: Spec) -> None:
+        built: Any = plan.method(spec)
+        if not all(hasattr(built, name) for name in ("presets", "prepare", "learner")):
+            raise BenchError(f"{spec.name} has nothing to train; bench info {spec.name} says what it is")
+        self.presets, self.version = built.presets, str(built.card.version)
+        self.facts: Mapping[str, Any] = dict(built.facts())
+
+    def same(self, kept: Request) -> None:
+        if (self.version, self.facts) != (kept.version, dict(kept.facts)):
+            raise BenchError(
+                f"{kept.method} is another version than this run began with ({kept.version}, now "
+                f"{self.version}, or other parameters); train anew in another folder"
+            )
+
+
+def _bundle(path: str, method: Spec, facts: Mapping[str, Any], wanted: str = "") -> weights.Bundle:
+    """Weights to begin with. wanted: their hash, when a run goes on that began with them."""
+    found = weights.read(path, method=method.name, facts=facts)
+    if wanted and found.hash != wanted:
+        raise BenchError(f"{path}: these are no longer the weights that this run began with")
+    return found
+
+
+# -------------------------------------------------------------------------------------- what is kept
+class _Keeper:
+    """Writes weights with their card, and the picture of the curves."""
+
+    def __init__(self, folder: Path, asked: Request, material: Material, device: torch.device) -> None:
+        self._folder, self._asked, self._material, self._device = folder, asked, material, device
+        self._data = plan.dataset(Spec.parse(asked.dataset))
+
+    def __call__(self, at: Checkpoint, better: bool) -> None:
+        """After a checkpoint: the best weights where they are new. Raises FileError."""
+        if better:
+            self._write(at, at.exported)
+            self._draw()
+
+    def finish(self, at: Checkpoint, last: Mapping[str, torch.Tensor]) -> None:
+        """The best weights with the whole curve on their card; without validation the last ones."""
+        self._write(at, at.exported if at.best else last)
+        self._draw()
+
+    def _write(self, at: Checkpoint, tensors: Mapping[str, torch.Tensor]) -> None:
+        facts = card(self._asked, self._data, self._material, at, self._folder, self._device)
+        weights.write(self._folder, weights.BEST, tensors, facts)
+
+    def _draw(self) -> None:
+        curve.draw(self._folder, f"{self._asked.method} on {self._data.label.strip()}")

@@ -1,0 +1,114 @@
+"""Validation while training: held-out cases, put to the method and scored as ``bench run`` does it."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import Any
+
+import torch
+from torch import nn
+
+from retarget_bench import defaults, plan, predict, records, score
+from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method
+from retarget_bench.errors import BenchError
+from retarget_bench.files import digest
+
+TASK = "retarget"
+Scores = Mapping[str, Mapping[str, float]]
+"""Split -> value id -> mean over its cases, and ``n`` -> how many gave an answer."""
+
+
+class Judge:
+    """A fixed choice of cases. What it finds depends on the weights alone."""
+
+    def __init__(self, data: Dataset, method: Method, cases: int, device: torch.device) -> None:
+        """Load up to ``cases`` cases of each split that the method supports; ``len`` says how many."""
+        name, self.values = defaults.VALIDATION
+        self._metrics = plan.metrics((name,))
+        self._context = Context(device=str(device))
+        cast = data.characters()
+        self._cases: dict[str, list[Case]] = {}
+        for split in data.card.splits:
+            offered = [info for info in data.cases(TASK, split) if _supported(method, info, cast)]
+            if chosen := choose(offered, cases):
+                self._cases[split] = [data.load(info) for info in chosen]
+
+    def __len__(self) -> int:
+        return sum(map(len, self._cases.values()))
+
+    def __call__(self, learner_modules: nn.Module, method: Method) -> Scores:
+        """Scores by split. Raises BenchError where no case gets an answer, with the reason of one."""
+        problem = ""
+        found: dict[str, dict[str, float]] = {}
+        with _evaluating(learner_modules):
+            for split, cases in self._cases.items():
+                rows = []
+                for case in cases:
+                    outcome = predict.predict(method, case, self._context_of(case))
+                    if outcome.prediction is None:
+                        problem = f"{case.info.id}: {outcome.status}: {outcome.message}"
+                    else:
+                        rows.append(score.score(self._metrics, case, predict.as_scored(outcome.prediction)))
+                if rows:
+                    found[split] = self._means(rows)
+        if not found:
+            raise BenchError(f"no validation case got an answer ({problem})")
+        return found
+
+    def decisive(self, scores: Scores) -> float:
+        """What is to be small: the mean over splits of the first value."""
+        each = [values[self.values[0]] for values in scores.values() if self.values[0] in values]
+        return sum(each) / len(each) if each else float("inf")
+
+    def _means(self, rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
+        means: dict[str, float] = {}
+        for value in self.values:
+            if known := [float(row[value]) for row in rows if value in row]:
+                means[value] = sum(known) / len(known)
+        return means | {"n": len(rows)}
+
+    def _context_of(self, case: Case) -> Context:
+        return Context(seed=records.case_seed(0, "validation", case.info.id), device=self._context.device)
+
+
+def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:
+    """Always the same cases, spread over kinds of performance and pairs of characters."""
+    waiting = sorted(infos, key=lambda info: digest(info.id, 16))
+    kinds: Counter[str] = Counter()
+    pairs: Counter[str] = Counter()
+    chosen: list[CaseInfo] = []
+    while waiting and len(chosen) < most:
+        best = min(range(len(waiting)), key=lambda k: (kinds[waiting[k].kind] + pairs[waiting[k].pair], k))
+        info = waiting.pop(best)
+        kinds[info.kind] += 1
+        pairs[info.pair] += 1
+        chosen.append(info)
+    return chosen
+
+
+def held_out(data: Dataset) -> Dataset | None:
+    """The data set's own validation part: cases of characters that training does not have."""
+    found: Dataset | None = getattr(data, "validation", lambda: None)()
+    return found
+
+
+def _supported(method: Method, info: CaseInfo, cast: Mapping[str, Any]) -> bool:
+    if info.source not in cast or info.target not in cast:
+        return True  # asked when it is loaded
+    return method.supports(cast[info.source], cast[info.target]) is None
+
+
+@contextmanager
+def _evaluating(modules: nn.Module) -> Iterator[None]:
+    """Evaluation mode and no gradients; the training mode of every part and all random states come back."""
+    before = [(part, part.training) for part in modules.modules()]
+    devices = [torch.cuda.current_device()] if torch.cuda.is_available() else []
+    modules.eval()
+    try:
+        with torch.random.fork_rng(devices=devices), torch.no_grad():
+            yield
+    finally:
+        for part, training in before:
+            part.training = training

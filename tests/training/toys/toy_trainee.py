@@ -1,0 +1,121 @@
+"""A linear map of root paths, trained to change nothing, with a discriminator that trains in odd steps.
+
+does: ``nan``: a loss is not a number in step 13; ``kill``: the process of rank 1 dies in step 23, unless it
+was started again; ``pick``: takes ``tall`` alone. pause: seconds that every step sleeps.
+Its batches, dropout, a history in a buffer and a running score make every step depend on all before it.
+"""
+
+import math
+import os
+import signal
+import time
+
+import torch
+from torch import nn
+
+from retarget_bench.api import MethodCard
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.training import parallel
+from retarget_bench.training.contract import Phase
+from retarget_bench.training.learned import Learned
+from retarget_bench.training.recipe import Recipe
+
+
+class ToyLearner:
+    phases = (
+        Phase("generator", ("map",), clip=1.0),
+        Phase("critic", ("critic",), rate=0.5, betas=(0.5, 0.999)),
+    )
+
+    def __init__(self, trainee, material, recipe):
+        self.trainee, self.material, self.recipe = trainee, material, recipe
+        critic = nn.Linear(3, 1)
+        critic.register_buffer("history", torch.zeros(8, 3))
+        critic.register_buffer("score", torch.zeros(()))
+        critic.register_buffer("steps", torch.zeros((), dtype=torch.int64))
+        self.modules = nn.ModuleDict({"map": nn.Linear(3, 3), "critic": critic, "noise": nn.Dropout(0.1)})
+
+    def draw(self, numbers, rows):
+        cut = self.material.draw(numbers, self.material.cast(numbers, rows), self.recipe.window)
+        return {"root": cut.arrays["root"], "more": {"lengths": cut.lengths}}
+
+    def losses(self, phase, batch, memory):
+        return getattr(self, f"_{phase}")(batch["root"], memory)
+
+    def _generator(self, root, memory):
+        critic = self.modules["critic"]
+        critic.steps += 1
+        self._misbehave(int(critic.steps))
+        made = self.modules["map"](self.modules["noise"](root))
+        memory["made"] = made.detach()
+        fooled = 0.01 * (critic(made) - critic.score).square().mean()
+        wrong = (made - root).square().mean()
+        return {"rebuilt": wrong * (math.nan if self._is("nan", 13) else 1.0), "fooled": fooled}
+
+    def _critic(self, root, memory):
+        critic = self.modules["critic"]
+        if int(critic.steps) % 2:
+            return {}
+        critic.history.copy_(torch.cat([critic.history[1:], memory["made"].mean(dim=(0, 1))[None]]))
+        critic.score.copy_(parallel.mean(critic(root).detach().mean()))
+        return {"told": (critic(root) - 1).square().mean() + critic(critic.history).square().mean()}
+
+    def _is(self, what, step):
+        return self.trainee.does == what and int(self.modules["critic"].steps) == step
+
+    def _misbehave(self, step):
+        time.sleep(self.trainee.pause)
+        if self._is("kill", 23) and parallel.rank() == 1 and not parallel.restarted():
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    def method(self):
+        return ToyTrainee().using(self.export())
+
+    def export(self):
+        return self.modules["map"].state_dict()
+
+    def load(self, tensors):
+        try:
+            self.modules["map"].load_state_dict(dict(tensors))
+        except RuntimeError as error:
+            raise BenchError(f"these weights do not fit: {error}") from error
+
+
+class ToyTrainee(Learned):
+    card = MethodCard(name="toy_trainee", summary="toy", version="1", default=False)
+    presets = {  # noqa: RUF012
+        "default": Recipe(
+            steps=40, batch=8, window=16, rate=0.05, schedule="cosine", warm_up=5, validate=15, cases=3
+        ),
+        "quick": Recipe(steps=10, batch=4, window=8, rate=0.05, validate=5, cases=2),
+        "wild": Recipe(steps=10, batch=3, window=8, rate=0.05),
+    }
+
+    def __init__(self, does: str = "", pause: float = 0.0, weights: str = "none") -> None:
+        super().__init__(weights)
+        self.does, self.pause = does, pause
+
+    def facts(self):
+        return {"kind": "linear"}
+
+    def unfit(self, character):
+        return f"{character.name} is not tall" if self.does == "pick" and character.name != "tall" else ""
+
+    def prepare(self, motion):
+        return {"root": motion.root}
+
+    def learner(self, material, recipe):
+        if len(material.clips) < 2:
+            raise NotSupported("toy_trainee needs motion of two characters")
+        return ToyLearner(self, material, recipe)
+
+    def supports(self, source, target):
+        return "not to myself" if source.name == target.name else None
+
+    def retarget(self, source, target, *, context):
+        root = torch.from_numpy(source.root).float()
+        moved = nn.functional.linear(root, self.tensors["weight"], self.tensors["bias"])
+        return target.motion(source.rotations, moved.double().numpy(), source.fps)
+
+
+plugin = ToyTrainee
