@@ -258,6 +258,21 @@ class Method(Protocol):
         ``target.positions(...)``."""
 
 
+class BatchMethod(Method, Protocol):
+    """A method that answers many cases faster together than one by one. Optional: for speed alone."""
+
+    def retarget_batch(
+        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> Sequence[Prediction]:
+        """Answer k is what ``retarget(sources[k], targets[k], context=contexts[k])`` gives, to rounding
+        (1e-5 of the height), whatever else is in the batch and in whichever order.
+
+        Only what ``supports`` does not refuse is asked. Lengths, rates and bodies may differ; the engine
+        asks for one pair of structures and for similar lengths at a time (``batches.py``). Where this
+        raises, or an answer is not valid, every case of the batch is asked on its own.
+        """
+
+
 # -------------------------------------------------------------------------------------------- metrics
 PROTOCOL: Mapping[str, str] = {
     "error": "what is averaged: distance, squared distance, or squared coordinate (a third of it)",

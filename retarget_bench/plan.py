@@ -11,9 +11,11 @@ from typing import Any, Literal
 
 from retarget_bench import records, registry
 from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, Value
+from retarget_bench.batches import RULE, batches
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.files import digest, slug
 from retarget_bench.motion.character import Character
+from retarget_bench.predict import takes_batches
 from retarget_bench.score import declared_values
 from retarget_bench.spec import Spec
 
@@ -105,7 +107,7 @@ class Cell:
     def prediction_facts(self) -> dict[str, Any]:
         """What predictions depend on; the case is added per case."""
         data = dataset(self.dataset)
-        return {
+        facts = {
             "method": self.method.name,
             "parameters": dict(self.method.parameters),
             "code": folder_hash(self.plan.external) if self.plan.external else method_code(self.method),
@@ -119,6 +121,19 @@ class Cell:
             "split": self.split,
             "seed": self.plan.seed,
         }
+        return facts | ({"batches": RULE} if self.in_batches else {})
+
+    @property
+    def in_batches(self) -> bool:
+        """Whether the method takes several cases at once."""
+        return self.plan.external is None and takes_batches(method(self.method))
+
+    @cached_property
+    def batches(self) -> Sequence[tuple[str, ...]]:
+        """The ids of all cases, in the batches that the method is asked them in; mostly one by one."""
+        if not self.in_batches or self.plan.stage == "score":
+            return [(info.id,) for info in self.infos]
+        return batches(self.infos, dataset(self.dataset).characters())
 
     @cached_property
     def keys(self) -> dict[str, str]:

@@ -6,7 +6,7 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import overload
+from typing import Any, overload
 from zipfile import BadZipFile
 
 import numpy as np
@@ -51,6 +51,53 @@ def predict(method: Method, case: Case, context: Context) -> Outcome:
         return Outcome("invalid", str(error))
     except (Exception, KeyboardInterrupt) as error:  # the method's own fault: it costs its row
         return Outcome("failed", _one_line(error))
+
+
+def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Context]) -> list[Outcome]:
+    """Ask a method for several cases, at once if it can (``retarget_batch``).
+
+    What it refuses is not part of the batch. Where the batch fails or an answer is not valid, all are
+    asked one by one, so that a fault costs its own row.
+    """
+    pairs = list(zip(cases, contexts, strict=True))
+    together = [number for number, case in enumerate(cases) if _takes(method, case)]
+    answers = _at_once(method, [pairs[number] for number in together])
+    found = dict(zip(together, answers, strict=False))
+    return [found.get(number) or predict(method, *pair) for number, pair in enumerate(pairs)]
+
+
+def _takes(method: Method, case: Case) -> bool:
+    try:
+        return not refusal(method, case)
+    except (Exception, KeyboardInterrupt):  # to be told of that case alone
+        return False
+
+
+def _at_once(method: Method, pairs: Sequence[tuple[Case, Context]]) -> list[Outcome]:
+    """The outcomes of a batch, all ok; none where there is no batch, or anything is wrong with it."""
+    if not takes_batches(method) or len(pairs) < 2:
+        return []
+    try:
+        answers = ask_batch(method, pairs)
+        each = zip(answers, pairs, strict=True)
+        return [Outcome("ok", prediction=verified(answer, case)) for answer, (case, _) in each]
+    except (Exception, KeyboardInterrupt):  # told of the case at fault, when it is asked alone
+        return []
+
+
+def takes_batches(method: Method) -> bool:
+    """Whether a method can be asked several cases at once."""
+    return callable(getattr(method, "retarget_batch", None))
+
+
+def ask_batch(method: Any, pairs: Sequence[tuple[Case, Context]]) -> Sequence[Any]:
+    """What a method's ``retarget_batch`` gives for cases that it does not refuse, as it gives it."""
+    sources = [case.source.copy() for case, _ in pairs]
+    targets = [case.target for case, _ in pairs]
+    answers: Sequence[Any] = method.retarget_batch(
+        sources, targets, contexts=[context for _, context in pairs]
+    )
+    return answers
 
 
 def declared(method: Method, name: str) -> tuple[str, ...]:

@@ -17,7 +17,7 @@ from retarget_bench.work import Stop
 WORK = "retarget_bench.work:work"
 SETS = "retarget_bench.sets.evaluate:evaluate"
 Progress = Callable[[int, int], None]
-"""Called with the number of jobs done and of all jobs."""
+"""Called with the number of cases done and of all that are to be asked."""
 
 
 def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> list[Place]:
@@ -107,45 +107,65 @@ def _begun(cell: Cell) -> dict[str, Entry]:
 def _jobs(
     todo: Mapping[Cell, Sequence[str]], done: Mapping[Cell, Mapping[str, Entry]]
 ) -> list[dict[str, Any]]:
-    """One job per case with all methods that lack it, so that a case is loaded once."""
-    jobs: dict[tuple[Any, str, str, int], dict[str, Any]] = {}
+    """One job per case with all methods that lack it, so that a case is loaded once; and one per batch of
+    a method that takes several at once, whole if it lacks any of it."""
+    jobs: dict[tuple[Any, ...], dict[str, Any]] = {}
     for cell, cases in todo.items():
-        for case_id in cases:
-            if case_id in done[cell]:
+        lacking = set(cases) - done[cell].keys()
+        for batch in cell.batches:
+            wanted = {case: cell.case_key(case) for case in batch if case in lacking}
+            if not wanted:
                 continue
+            alone = cell.method if cell.in_batches else None
             job = jobs.setdefault(
-                (cell.dataset, cell.split, case_id, cell.plan.seed),
+                (cell.dataset, cell.split, batch, cell.plan.seed, alone),
                 {
                     "plan": cell.plan,
                     "dataset": cell.dataset,
                     "split": cell.split,
-                    "case": case_id,
+                    "cases": batch,
                     "cells": [],
                 },
             )
-            job["cells"].append((cell.method, cell.place, cell.case_key(case_id)))
+            job["cells"].append((cell.method, cell.place, wanted))
     return list(jobs.values())
 
 
 def _answers(
     pool: Executor, jobs: Sequence[dict[str, Any]], progress: Progress
 ) -> Iterator[tuple[Place, Entry]]:
-    """Entries as they come. A job that killed its worker is tried again, one method at a time, so that
-    it costs the method that did it and no other."""
+    """Entries as they come. A job that killed its worker is tried again, one method and one case at a
+    time, so that it costs the method and the case that did it and no other."""
     again: list[dict[str, Any]] = []
-    progress(0, len(jobs))
-    for count, answer in enumerate(pool.run(WORK, jobs), 1):
+    count, total = 0, sum(map(_size, jobs))
+    progress(0, total)
+    for answer in pool.run(WORK, jobs):
+        job = jobs[answer.job]
         if answer.error:
-            job = jobs[answer.job]
-            again += [job | {"cells": [each]} for each in job["cells"]]
+            again += _apart(job)
         else:
             yield from _entries(answer.result)
-        progress(count, len(jobs) + len(again))
-    for count, answer in enumerate(pool.run(WORK, again), len(jobs) + 1):
-        ((_, place, _),) = again[answer.job]["cells"]
-        lost = Entry(again[answer.job]["case"], "failed", answer.error)
-        yield from [(place, lost)] if answer.error else _entries(answer.result)
-        progress(count, len(jobs) + len(again))
+        count += _size(job)
+        progress(count, total + len(again))
+    for number, answer in enumerate(pool.run(WORK, again), count + 1):
+        ((_, place, wanted),) = again[answer.job]["cells"]
+        lost = [(place, Entry(case, "failed", answer.error)) for case in wanted]
+        yield from lost if answer.error else _entries(answer.result)
+        progress(number, total + len(again))
+
+
+def _size(job: Mapping[str, Any]) -> int:
+    """How many cases a job is to answer."""
+    return len({case for _, _, wanted in job["cells"] for case in wanted})
+
+
+def _apart(job: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """A job as jobs of one method and one case."""
+    return [
+        {**job, "cases": (case,), "cells": [(spec, place, {case: key})]}
+        for spec, place, wanted in job["cells"]
+        for case, key in wanted.items()
+    ]
 
 
 def _entries(result: list[tuple[Place, Entry]] | Stop) -> list[tuple[Place, Entry]]:

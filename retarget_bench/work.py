@@ -1,9 +1,9 @@
-"""What a worker process does with one case: predict with every method that lacks it, and score."""
+"""What a worker process does with a case or a batch: predict with every method that lacks it, and score."""
 
 from __future__ import annotations
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
@@ -37,25 +37,40 @@ class Stop:
 
 
 def work(job: dict[str, Any]) -> list[tuple[Place, Entry]] | Stop:
-    """One job of ``run._jobs``: an entry per method."""
+    """One job of ``run._jobs``: an entry per method and case that it lacks."""
     plan: Plan = job["plan"]
     know(plan.plugin_files)
+    cases, lost = _loaded(job["dataset"], plan.task, job["split"], job["cases"])
+    found = [
+        (place, Entry(case, "failed", lost[case]))
+        for _, place, wanted in job["cells"]
+        for case in wanted
+        if case in lost
+    ]
     try:
-        info = _infos(job["dataset"], plan.task, job["split"])[job["case"]]
-        case = dataset(job["dataset"]).load(info)
-    except BenchError as error:
-        return [(place, Entry(job["case"], "failed", str(error))) for _, place, _ in job["cells"]]
-    try:
-        return [
-            (place, _entry(plan, job["dataset"], spec, place, key, case))
-            for spec, place, key in job["cells"]
-        ]
+        for spec, place, keys in job["cells"]:
+            outcomes = _outcomes(plan, job["dataset"], spec, place, keys, cases)
+            found += [(place, _entry(plan, place, cases[case], outcomes[case])) for case in outcomes]
     except CannotStore as error:
         return Stop(str(error))
+    return found
 
 
-def _entry(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Entry:
-    outcome = _outcome(plan, data, spec, place, key, case)
+def _loaded(
+    data: Spec, task: str, split: str, ids: Sequence[str]
+) -> tuple[dict[str, Case], dict[str, str]]:
+    """The cases that can be loaded, and why the others cannot."""
+    cases: dict[str, Case] = {}
+    lost: dict[str, str] = {}
+    for each in ids:
+        try:
+            cases[each] = dataset(data).load(_infos(data, task, split)[each])
+        except BenchError as error:
+            lost[each] = str(error)
+    return cases, lost
+
+
+def _entry(plan: Plan, place: Place, case: Case, outcome: Outcome) -> Entry:
     if outcome.prediction is None or plan.stage == "predict":
         return Entry(case.info.id, outcome.status, outcome.message)
     scored = stage_one.as_scored(outcome.prediction)
@@ -73,25 +88,37 @@ def _keep_features(plan: Plan, place: Place, case: Case, scored: Prediction) -> 
             raise CannotStore(str(error)) from error
 
 
-def _outcome(plan: Plan, data: Spec, spec: Spec, place: Place, key: str, case: Case) -> Outcome:
-    """A prediction that is there, or a new one, which is then stored."""
+def _outcomes(
+    plan: Plan, data: Spec, spec: Spec, place: Place, keys: Mapping[str, str], cases: Mapping[str, Case]
+) -> dict[str, Outcome]:
+    """What came of every case that has a key: a prediction that is there, or a new one, which is then
+    stored. All ``cases`` are asked where any is new."""
+    found = {case: _kept(plan, place, keys[case], cases[case]) for case in keys if case in cases}
+    new = [case for case, outcome in found.items() if outcome is None]
+    made = _predicted(plan, data, spec, cases) if new else {}
+    for case in new:
+        _store(place, keys[case], cases[case], made[case])
+    return {case: outcome or made[case] for case, outcome in found.items()}
+
+
+def _kept(plan: Plan, place: Place, key: str, case: Case) -> Outcome | None:
+    """What need not be asked, or must not; None where the method is to be asked."""
     if plan.external is not None:
         return elsewhere(plan.external, case)
     stored = None if plan.redo == "always" else _stored(place, key, case)
     retry = plan.redo == "failed" and stored is not None and stored.status in ("failed", "invalid")
     if stored is not None and not retry:
         return stored
-    if plan.stage == "score":
-        return MISSING
-    outcome = _predicted(plan, data, spec, case)
-    _store(place, key, case, outcome)
-    return outcome
+    return MISSING if plan.stage == "score" else None
 
 
-def _predicted(plan: Plan, data: Spec, spec: Spec, case: Case) -> Outcome:
-    asked = method(spec)
-    seed = records.case_seed(plan.seed, str(spec), case.info.id)
-    return stage_one.predict(asked, case, stage_one.context_for(asked, dataset(data), case, seed))
+def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) -> dict[str, Outcome]:
+    asked, source = method(spec), dataset(data)
+    contexts = [
+        stage_one.context_for(asked, source, case, records.case_seed(plan.seed, str(spec), case.info.id))
+        for case in cases.values()
+    ]
+    return dict(zip(cases, stage_one.predict_all(asked, list(cases.values()), contexts), strict=True))
 
 
 # ------------------------------------------------------------------------------------- stored outcomes

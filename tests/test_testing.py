@@ -57,6 +57,20 @@ def failures(kind: registry.Kind, name: str, data: str) -> dict[str, str]:
 
 
 ANSWER = "return target.motion(copied.rotations, root, source.fps)"
+REASON = "return transfer.reason(source, target)"
+BATCH = f"""{REASON}
+
+    def retarget_batch(self, sources, targets, *, contexts):
+        each = zip(sources, targets, contexts, strict=True)
+        found = [self.retarget(source, target, context=context) for source, target, context in each]
+"""
+
+
+def in_batches(line: str) -> dict[str, str]:
+    """The template with a batch that ends in this line."""
+    return {REASON: f"{BATCH}        {line}"}
+
+
 METHOD_FAULTS = {
     "card without a line for a parameter": (
         {'parameters={"stride":': 'parameters={"width":'},
@@ -131,7 +145,30 @@ METHOD_FAULTS = {
         "privileged inputs",
         "card's needs does not name",
     ),
+    "batch of another length": (in_batches("return found[1:]"), "asked in a batch", "answers to"),
+    "batch that looks at its first case": (
+        in_batches("return [replace(one, root=one.root + 1e-4 * found[0].root[0]) for one in found]")
+        | {"from __future__ import annotations": "from dataclasses import replace"},
+        "asked in a batch",
+        "joints are off by up to",
+    ),
+    "batch of one length": (
+        in_batches("assert len({one.frames for one in found}) == 1, 'uneven'"),
+        "asked in a batch",
+        "uneven",
+    ),
+    "batch that is not a motion": (
+        in_batches("return [None for _ in found]"),
+        "asked in a batch",
+        "NoneType",
+    ),
 }
+
+
+def test_a_batch_that_answers_as_its_cases_alone_passes(tmp_path, bows):
+    fine = in_batches("return [replace(one, root=one.root + 1e-6) for one in found]")
+    fine |= {"from __future__ import annotations": "from dataclasses import replace"}
+    assert failures("methods", plant(tmp_path, "method", fine), bows) == {}
 
 
 @pytest.mark.parametrize("fault", METHOD_FAULTS)

@@ -17,6 +17,10 @@ from retarget_bench.testing.check import Check, Checks, changed, difference, res
 
 PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips")
 KINDS_OF_SOURCE = ("motion", "positions")
+BATCH_FRAMES = (40, 25, 1)
+"""Lengths of the cases that are asked in one batch."""
+BATCH_TOLERANCE = 1e-5
+"""By how much of the height an answer may differ from that to the case alone."""
 
 
 def check_method(spec: Spec, data: Dataset) -> Iterator[Check]:
@@ -35,6 +39,7 @@ def check_method(spec: Spec, data: Dataset) -> Iterator[Check]:
                 "same case and seed, same answer, whatever ran before": trial.deterministic,
                 "the seed matters only if the card says stochastic": trial.seed,
                 "privileged inputs are used only if the card needs them": trial.privileged,
+                "asked in a batch, if it takes any, it answers as alone": trial.batch,
             }
         )
     )
@@ -121,6 +126,29 @@ class _Trial:
             ]
             if difference(*answers) > 0:
                 return "the answer depends on an input of the context that the card's needs does not name"
+        return None
+
+    def batch(self) -> str | None:
+        if not predict.takes_batches(self.method):
+            return None
+        cases = [resized(case, frames) for frames in BATCH_FRAMES for case in self.cases]
+        alone = [(case, self._ask(case)) for case in cases]
+        known = [(case, outcome.prediction) for case, outcome in alone if outcome.prediction]
+        return next(filter(None, map(self._batch_problem, (known, known[::-1], known[::2]))), None)
+
+    def _batch_problem(self, known: Sequence[tuple[Case, Prediction]]) -> str | None:
+        """What is wrong with the answers to a batch, beside those to its cases alone."""
+        pairs = [(case, self._context(case)) for case, _ in known]
+        answers = predict.ask_batch(self.method, pairs)
+        if len(answers) != len(pairs):
+            return f"gave {len(answers)} answers to {len(pairs)} cases"
+        for (case, wanted), answer in zip(known, answers, strict=True):
+            given = predict.verified(answer, case)
+            off = float(np.abs(given.positions - wanted.positions).max(initial=0.0)) / case.target.height
+            if off > BATCH_TOLERANCE:
+                return (
+                    f"{case.info.id}: in a batch of {len(pairs)} joints are off by up to {off:.3g} heights"
+                )
         return None
 
     def _ask(self, case: Case, seed: int = 0) -> predict.Outcome:

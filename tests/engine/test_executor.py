@@ -40,6 +40,12 @@ def test_trouble_costs_its_own_job():
     assert done[5].result == "1"
 
 
+def test_torch_has_one_thread_in_a_worker(monkeypatch):
+    monkeypatch.setenv("OMP_NUM_THREADS", "7")
+    (done,) = LocalPool(1).run("jobs:trouble", ["torch"])
+    assert done.result == (1, 400)
+
+
 def test_the_parents_environment_is_left_alone(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
     list(LocalPool(1).run("jobs:square", [1]))

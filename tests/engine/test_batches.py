@@ -1,0 +1,216 @@
+"""Methods that take several cases at once: what is asked together, and what becomes of a fault."""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+from itertools import pairwise
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from retarget_bench import batches, plan, records, registry, run
+from retarget_bench.api import CaseInfo
+from retarget_bench.plan import Plan
+from retarget_bench.records import STATUSES
+from retarget_bench.spec import Spec
+
+HERE = Path(__file__).parent
+TOYS = (
+    HERE / "toys" / "toy_cases.py",
+    HERE / "toys" / "toy_method.py",
+    HERE / "batch_toys" / "toy_batches.py",
+)
+HEIGHTS = {"small": 1.0, "tall": 1.5}
+BONES = 0.3 + 0.4 + (0.1**2 + 0.05**2) ** 0.5 + 0.8  # of toy_cases' bodies of height 1
+SHIFT = 0.01  # as in toys/toy_cases.py
+MICROMETRE = 1e-6
+FRAMES = 12  # of every case of toy_cases
+
+
+@pytest.fixture(autouse=True)
+def _toys():
+    for file in TOYS:
+        registry.add_file(file)
+
+
+def asked(root: Path, *methods: str, clips: int = 3, **changes) -> Plan:
+    return Plan(
+        methods=tuple(map(Spec.parse, methods)),
+        datasets=(Spec.parse(f"toy_cases[clips={clips}]"),),
+        splits=("intra",),
+        metrics=("position",),
+        root=root,
+        **changes,
+    )
+
+
+def carry_out(wanted: Plan) -> list[records.Results]:
+    return [records.read_results(place) for place in run.run(wanted, lambda done, total: None)]
+
+
+def mates(results: records.Results, case: str) -> float:
+    """With how many cases a case was asked, itself included, told from its error (0: alone)."""
+    entry = next(entry for entry in results.entries if entry.case == case)
+    target = results.cases[case].target
+    metres = entry.values["mpjpe_h.world"] / 100 * HEIGHTS[target] * BONES
+    return round((SHIFT - metres) / MICROMETRE / FRAMES, 2)
+
+
+# ------------------------------------------------------------------------------------- what is together
+def listed(*cases: tuple[str, str, int]) -> list[CaseInfo]:
+    return [
+        CaseInfo(f"case {number}", "retarget", "cross", source, target, "clip", frames=frames)
+        for number, (source, target, frames) in enumerate(cases)
+    ]
+
+
+CAST = {name: SimpleNamespace(structure=name[0]) for name in ("a1", "a2", "b1", "b2")}
+LENGTHS = st.one_of(st.integers(0, 240), st.integers(0, 2 * batches.FRAMES))
+LISTS = st.lists(
+    st.tuples(st.sampled_from(sorted(CAST)), st.sampled_from(sorted(CAST)), LENGTHS), max_size=60
+)
+
+
+@given(LISTS)
+def test_batches_hold_every_case_once_and_no_more_than_fits(cases):
+    infos = {info.id: info for info in listed(*cases)}
+    found = batches.batches(list(infos.values()), CAST)
+    assert sorted(case for batch in found for case in batch) == sorted(infos)
+    for batch in found:
+        longest = max(infos[case].frames for case in batch)
+        assert len(batch) <= batches.CASES
+        assert len(batch) == 1 or len(batch) * longest <= batches.FRAMES
+        assert len({(infos[case].source[0], infos[case].target[0]) for case in batch}) == 1
+
+
+@given(LISTS)
+def test_no_batch_could_have_taken_one_more(cases):
+    infos = {info.id: info for info in listed(*cases)}
+
+    def kind(batch):
+        return infos[batch[0]].source[0], infos[batch[0]].target[0]
+
+    for batch, following in pairwise(batches.batches(list(infos.values()), CAST)):
+        if kind(batch) == kind(following):
+            frames = [infos[case].frames for case in (*batch, following[0])]
+            assert frames == sorted(frames)
+            assert len(frames) > batches.CASES or len(frames) * max(frames) > batches.FRAMES
+
+
+def test_sixteen_clips_of_a_minute_fit():
+    cases = listed(*[("a1", "a2", 1800)] * 16, *[("a1", "a2", 30)] * 3)
+    assert [len(batch) for batch in batches.batches(cases, CAST)] == [16, 3]
+    assert [len(batch) for batch in batches.batches(cases[:16], CAST)] == [16]
+
+
+# ----------------------------------------------------------------------------------------------- in runs
+def test_cases_are_asked_together_and_the_refused_are_left_out(tmp_path):
+    mix, picky = carry_out(asked(tmp_path, "toy_batches", "toy_batches[does=picky]"))
+    assert {mates(mix, entry.case) for entry in mix.entries} == {6}
+    assert picky.header["counts"]["unsupported"] == 3
+    assert {mates(picky, entry.case) for entry in picky.entries if entry.status == "ok"} == {3}
+
+
+@pytest.mark.parametrize(
+    ("does", "status", "words"),
+    [
+        ("raise", "failed", "RuntimeError: no idea"),
+        ("nan", "invalid", "not finite"),
+        ("few", "failed", "IndexError"),
+        ("die", "failed", "signal SIGKILL"),
+    ],
+)
+def test_a_fault_in_a_batch_costs_its_own_row(tmp_path, does, status, words):
+    _, bad, plain = carry_out(asked(tmp_path, "toy_batches", f"toy_batches[does={does}]", "toy_method"))
+    lost = {entry.case: entry for entry in bad.entries if entry.status != "ok"}
+    assert {bad.cases[case].clip for case in lost} == {"clip 1"}
+    assert len(lost) == 2
+    assert all(entry.status == status and words in entry.message for entry in lost.values())
+    assert {mates(bad, entry.case) for entry in bad.entries if entry.case not in lost} == {0}
+    assert {entry.status for entry in plain.entries} == {"ok"}
+
+
+def test_what_dies_beside_a_batch_does_not_move_it(tmp_path):
+    (alone,) = carry_out(asked(tmp_path / "a", "toy_batches"))
+    _, beside = carry_out(asked(tmp_path / "b", "toy_batches[does=die]", "toy_batches"))
+    assert beside.place.rows.read_bytes() == alone.place.rows.read_bytes()
+
+
+def test_progress_counts_cases(tmp_path):
+    seen = []
+    run.run(asked(tmp_path, "toy_batches", clips=10), lambda done, total: seen.append((done, total)))
+    assert seen == [(0, 20), (16, 20), (20, 20)]
+
+
+def test_what_is_missing_of_a_batch_is_made_by_the_whole_batch_and_stored_alone(tmp_path):
+    (first,) = carry_out(asked(tmp_path, "toy_batches"))
+    wanted = first.place.rows.read_bytes()
+    files = sorted((first.place.folder / "toy_batches").glob("*.npz"))
+    before = {file: file.stat().st_mtime_ns for file in files[1:]}
+    content = files[0].read_bytes()
+    files[0].unlink()
+    first.place.header.unlink()
+    (again,) = carry_out(asked(tmp_path, "toy_batches"))
+    assert again.place.rows.read_bytes() == wanted
+    assert files[0].read_bytes() == content
+    assert {file: file.stat().st_mtime_ns for file in files[1:]} == before
+
+
+def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
+    (first,) = carry_out(asked(tmp_path, "toy_batches"))
+    wanted = first.place.rows.read_bytes()
+    first.place.header.unlink()
+    for file in (first.place.folder / "toy_batches").glob("*.npz"):
+        file.unlink()
+    records.open_journal(first.place, first.header["keys"])
+    for entry in first.entries[:2]:
+        records.append_journal(first.place, entry)
+    (again,) = carry_out(asked(tmp_path, "toy_batches"))
+    assert again.place.rows.read_bytes() == wanted
+    assert len(list((first.place.folder / "toy_batches").glob("*.npz"))) == 4
+
+
+def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
+    (both,) = carry_out(asked(tmp_path / "a", "toy_batches", clips=20))
+    run.run(
+        asked(tmp_path / "b", "toy_batches", clips=20, stage="predict", jobs=2), lambda done, total: None
+    )
+    (apart,) = carry_out(asked(tmp_path / "b", "toy_batches", clips=20, stage="score"))
+    assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
+    assert {name: both.header["counts"][name] for name in STATUSES} == {
+        **dict.fromkeys(STATUSES, 0),
+        "ok": 40,
+    }
+
+
+def test_killed_at_any_moment_gives_the_same_bytes(tmp_path):
+    """SIGKILL as soon as some more predictions are there, again and again, then one run to the end."""
+    toys = [f"--plugin={file}" for file in TOYS]
+    line = [sys.executable, "-m", "retarget_bench", "run", "toy_batches[does=wait]", "--metric", "position"]
+    line += ["-d", "toy_cases[clips=20]", "-s", "intra", *toys, "--out", str(tmp_path)]
+    environment = os.environ | {"PYTHONPATH": str(HERE.parents[1])}
+    (whole,) = carry_out(asked(tmp_path / "whole", "toy_batches[does=wait]", clips=20))
+    folder = tmp_path / whole.place.folder.relative_to(tmp_path / "whole")
+    for predictions in (1, 9, 21):
+        process = subprocess.Popen(line, env=environment, start_new_session=True, stderr=subprocess.DEVNULL)
+        while process.poll() is None and len(list(folder.rglob("*.npz"))) < predictions:
+            time.sleep(0.002)
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        for header in folder.glob("*.json"):
+            header.unlink()
+    subprocess.run(line, env=environment, check=True, capture_output=True)
+    made = folder / whole.place.rows.name
+    assert made.read_bytes() == whole.place.rows.read_bytes()
+
+
+def test_only_methods_that_take_batches_are_known_by_them(tmp_path):
+    mix, plain = plan.cells(asked(tmp_path, "toy_batches", "toy_method"))
+    assert mix.prediction_facts["batches"] == {"cases": 16, "frames": 28_800}
+    assert "batches" not in plain.prediction_facts
+    assert [len(batch) for batch in plain.batches] == [1] * 6
