@@ -8,7 +8,7 @@ Places, not roles, since what a role names (the head, the upper spine) lies else
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -16,13 +16,12 @@ import numpy as np
 
 from retarget_bench.api import Dataset
 from retarget_bench.errors import NotSupported
-from retarget_bench.executor import LocalPool
 from retarget_bench.features import windows
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character
 from retarget_bench.plan import dataset
-from retarget_bench.registry import files as plugin_files
 from retarget_bench.spec import Spec
+from retarget_bench.training.clips import Cast, Progress, by_character, training_clips
 from retarget_bench.work import know
 
 NEAR = 0.06
@@ -54,7 +53,7 @@ def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
 
     Raises NotSupported where the data set has no training motion, or none for a structure asked for.
     """
-    moving = _training(data)
+    moving = training_clips(data)
     cast: dict[str, list[Character]] = {}
     for character in data.characters().values():
         if not windows.unseeable(character):
@@ -72,29 +71,19 @@ def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
     return [each for each in found if each is not None]
 
 
-def gather(
-    spec: Spec, source: Source, jobs: int, progress: Callable[[int, int], None]
-) -> dict[str, np.ndarray]:
+def gather(spec: Spec, source: Source, jobs: int, progress: Progress) -> dict[str, np.ndarray]:
     """The clips of all training characters, in a fixed order, as channels."""
-    names = sorted(_training(dataset(spec))[source.lender])
-    payloads = [
-        {"dataset": spec, "source": source, "character": name, "plugins": plugin_files()} for name in names
-    ]
-    parts: dict[int, Clips] = {}
-    progress(0, len(payloads))
-    for done in LocalPool(jobs).run("retarget_bench.features.material:clips_of", payloads):
-        if done.error:
-            raise NotSupported(f"{names[done.job]}: its training motion cannot be had: {done.error}")
-        parts[done.job] = done.result
-        progress(len(parts), len(payloads))
-    return {name: clip for job in sorted(parts) for name, clip in parts[job].items()}
+    names = sorted(training_clips(dataset(spec))[source.lender])
+    common = {"dataset": spec, "source": source}
+    found = by_character("retarget_bench.features.material:clips_of", names, common, jobs, progress)
+    return {name: clip for clips in found.values() for name, clip in clips.items()}
 
 
 def clips_of(job: Mapping[str, Any]) -> Clips:
     """The clips of one character that are long enough, as channels; what a worker process does."""
     know(job["plugins"])
     source, character = job["source"], job["character"]
-    clips = _training(dataset(job["dataset"]))[source.lender][character]
+    clips = training_clips(dataset(job["dataset"]))[source.lender][character]
     found = {}
     for number in range(len(clips)):
         seen = windows.channels(clips[number], source.joints)
@@ -103,20 +92,7 @@ def clips_of(job: Mapping[str, Any]) -> Clips:
     return found
 
 
-def _training(data: Dataset) -> Mapping[str, Mapping[str, Any]]:
-    """Structure -> character -> clips with names."""
-    found: Mapping[str, Any] = getattr(data, "training", dict)()
-    usable = {name: mine for name, mine in found.items() if isinstance(mine, Mapping)}
-    if not usable:
-        raise NotSupported(
-            f"{data.label.strip()} has no training motion; see training() in datasets/puppets"
-        )
-    return usable
-
-
-def _source(
-    structure: str, cast: Mapping[str, Sequence[Character]], moving: Mapping[str, Any]
-) -> Source | None:
+def _source(structure: str, cast: Mapping[str, Sequence[Character]], moving: Cast) -> Source | None:
     roles = _roles(cast[structure][0])
     if structure in moving:
         return Source(structure, structure, tuple(windows.joints_of(cast[structure][0]).tolist()), roles)

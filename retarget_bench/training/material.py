@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -10,12 +10,11 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import Dataset
-from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.executor import LocalPool
+from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.plan import dataset, method
-from retarget_bench.registry import files as plugin_files
 from retarget_bench.spec import Spec
+from retarget_bench.training.clips import Progress, by_character, training_clips
 from retarget_bench.work import know
 
 Arrays = Mapping[str, np.ndarray]
@@ -125,65 +124,62 @@ class Material:
         return {}
 
 
-def gather(
-    data: Spec, trainee: Spec, fps: float, jobs: int, progress: Callable[[int, int], None]
-) -> Material:
+def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress) -> Material:
     """Every training clip that the method can take, in a fixed order.
 
-    progress: called with the number of characters done and their total.
-    Raises NotSupported where nothing is left to train on, BenchError where a clip cannot be had.
+    Raises NotSupported where nothing is left to train on or a clip cannot be had.
     """
-    listed = _training(dataset(data))
+    listed = training_clips(dataset(data))
     asked: Any = method(trainee)
     cast = {name: clips for mine in listed.values() for name, clips in mine.items()}
     bodies = _bodies(dataset(data), cast)
     unfit = {name: why for name in sorted(cast) if (why := asked.unfit(bodies[name]))}
     fit = [name for name in sorted(cast) if name not in unfit]
-    payloads = [
-        {"dataset": data, "method": trainee, "character": name, "fps": fps, "plugins": plugin_files()}
-        for name in fit
-    ]
-    clips: dict[str, list[Clip]] = {}
-    progress(0, len(payloads))
-    for done in LocalPool(jobs).run("retarget_bench.training.material:clips_of", payloads):
-        if done.error:
-            raise BenchError(f"{fit[done.job]}: its training motion cannot be had: {done.error}")
-        clips[fit[done.job]] = done.result
-        progress(len(clips), len(payloads))
-    kept = {name: clips[name] for name in fit if clips[name]}
+    common = {"dataset": data, "method": trainee, "fps": fps}
+    found = by_character("retarget_bench.training.material:clips_of", fit, common, jobs, progress)
+    kept = {name: clips for name, (clips, _) in found.items() if clips}
     if not kept:
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
-    notes = tuple(f"not trained on {name}: {why}" for name, why in unfit.items())
-    return Material({name: bodies[name] for name in kept}, kept, notes)
+    notes = [f"not trained on {name}: {why}" for name, why in unfit.items()]
+    notes += [
+        f"not trained on {number} clips of {name}, in which the body is another one"
+        for name, (_, number) in found.items()
+        if number
+    ]
+    return Material({name: bodies[name] for name in kept}, kept, tuple(notes))
 
 
-def clips_of(job: Mapping[str, Any]) -> list[Clip]:
-    """The clips of one character as arrays; what a worker process does."""
+def clips_of(job: Mapping[str, Any]) -> tuple[list[Clip], int]:
+    """The clips of one character as arrays, and the number of those left out since their body is another
+    one; what a worker process does."""
     know(job["plugins"])
-    name, asked = job["character"], method(job["method"])
-    listed = _training(dataset(job["dataset"]))
-    (clips,) = (mine[name] for mine in listed.values() if name in mine)
-    found = []
+    name, asked, data = job["character"], method(job["method"]), dataset(job["dataset"])
+    (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
+    body = _bodies(data, {name: clips})[name]
+    found: list[Clip] = []
+    others = 0
     for number in range(len(clips)):
         motion = clips[number].resample(job["fps"])
-        if motion.frames > 1:
+        if not _alike(body, motion.character):
+            others += 1
+        elif motion.frames > 1:
             arrays = asked.prepare(motion)  # type: ignore[attr-defined]
             found.append(
                 Clip(name, clips.names[number], {k: np.asarray(a, np.float32) for k, a in arrays.items()})
             )
-    return found
+    return found, others
 
 
-def _training(data: Dataset) -> Mapping[str, Mapping[str, Any]]:
-    """Structure -> character -> clips: a sequence of motions with ``names``."""
-    found: Mapping[str, Mapping[str, Any]] = getattr(data, "training", dict)()
-    usable = {name: mine for name, mine in found.items() if mine}
-    if not usable:
-        raise NotSupported(
-            f"{data.label.strip()} has no training motion; see training() in datasets/puppets"
-        )
-    return usable
+def _alike(body: Character, other: Character) -> bool:
+    """The same joints, and bones of the same lengths to a thousandth of the height."""
+    if body is other:
+        return True
+    ours, theirs = body.skeleton, other.skeleton
+    if ours.names != theirs.names or ours.parents.tolist() != theirs.parents.tolist():
+        return False
+    lengths = (np.linalg.norm(each.offsets[1:], axis=-1) for each in (ours, theirs))
+    return bool(np.abs(np.subtract(*lengths)).max(initial=0.0) <= 1e-3 * body.height)
 
 
 def _bodies(data: Dataset, cast: Mapping[str, Any]) -> dict[str, Character]:
