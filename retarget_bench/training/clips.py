@@ -1,0 +1,46 @@
+"""The training clips of a data set, worked on by processes, a character at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from retarget_bench.api import Dataset, TrainingClips
+from retarget_bench.errors import NotSupported
+from retarget_bench.executor import LocalPool
+from retarget_bench.registry import files as plugin_files
+
+Cast = Mapping[str, Mapping[str, TrainingClips]]
+"""Structure -> character -> its clips."""
+Progress = Callable[[int, int], None]
+"""Called with the number of characters done and their total."""
+
+
+def training_clips(data: Dataset) -> Cast:
+    """What a data set has to train on. Raises NotSupported where that is nothing."""
+    found: Cast = getattr(data, "training", dict)()
+    usable = {structure: mine for structure, mine in found.items() if mine}
+    if not usable:
+        raise NotSupported(
+            f"{data.label.strip()} has no training motion; see TrainingDataset in retarget_bench/api.py"
+        )
+    return usable
+
+
+def by_character(
+    task: str, names: Sequence[str], common: Mapping[str, Any], jobs: int, progress: Progress
+) -> dict[str, Any]:
+    """Character -> what a task makes of it, in the order of the names.
+
+    task: ``module:function``; it gets ``common``, the name under ``character``, and ``plugins``.
+    Raises NotSupported where it fails.
+    """
+    payloads = [{**common, "character": name, "plugins": plugin_files()} for name in names]
+    found: dict[str, Any] = {}
+    progress(0, len(names))
+    for done in LocalPool(jobs).run(task, payloads):
+        if done.error:
+            raise NotSupported(f"{names[done.job]}: its training motion cannot be had: {done.error}")
+        found[names[done.job]] = done.result
+        progress(len(found), len(names))
+    return {name: found[name] for name in names}
