@@ -7,8 +7,6 @@ mean 0 and standard deviation 1 over the training windows, is the window's featu
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -17,10 +15,11 @@ from typing import Any
 
 import numpy as np
 
+from retarget_bench import tensors as files
 from retarget_bench.api import Prediction
 from retarget_bench.errors import FileError
 from retarget_bench.features import windows
-from retarget_bench.files import atomic, cache_folder, slug, write_text
+from retarget_bench.files import cache_folder, slug
 from retarget_bench.motion.character import Character
 
 SCHEMA = 1
@@ -122,29 +121,12 @@ def own_folder() -> Path:
 
 def paths(folder: Path, structure: str) -> tuple[Path, Path]:
     """Weights and card of a structure's network in a folder."""
-    return folder / f"{slug(structure)}.safetensors", folder / f"{slug(structure)}.json"
-
-
-def tensors_hash(tensors: Mapping[str, np.ndarray]) -> str:
-    """Sixteen hex digits of names, types and numbers."""
-    total = hashlib.sha256()
-    for name in sorted(tensors):
-        array = np.ascontiguousarray(tensors[name])
-        total.update(f"{name} {array.dtype.str} {array.shape}\n".encode() + array.tobytes())
-    return total.hexdigest()[:16]
+    return files.pair(folder / slug(structure))
 
 
 def write(folder: Path, tensors: Mapping[str, np.ndarray], card: Mapping[str, Any]) -> Network:
     """Weights, then the card (whose presence says that all is there), each atomically."""
-    from safetensors.numpy import save
-
-    weights, facts = paths(folder, card["structure"])
-    whole = {"schema": SCHEMA, "hash": tensors_hash(tensors), **card}
-    with atomic(weights) as temporary:
-        # not save_file, which makes files that nobody else may read
-        temporary.write_bytes(save({name: np.ascontiguousarray(each) for name, each in tensors.items()}))
-    write_text(facts, json.dumps(whole, indent=1, ensure_ascii=False) + "\n")
-    return Network(dict(tensors), whole)
+    return Network(dict(tensors), files.write(paths(folder, card["structure"])[0], tensors, card, SCHEMA))
 
 
 def find(folder: Path, structure: str) -> Network | None:
@@ -153,25 +135,13 @@ def find(folder: Path, structure: str) -> Network | None:
     Raises FileError when it is damaged, its files do not belong together, or it is from a newer version.
     """
     weights, facts = paths(folder, structure)
-    return _read(weights, facts, facts.stat().st_mtime_ns) if facts.exists() else None
+    return _read(weights, facts.stat().st_mtime_ns) if facts.exists() else None
 
 
 @lru_cache(maxsize=16)
-def _read(weights: Path, facts: Path, _stamp: int) -> Network:
-    from safetensors import SafetensorError
-    from safetensors.numpy import load_file
-
-    try:
-        card = json.loads(facts.read_text(encoding="utf-8"))
-        schema, expected, _, _ = card["schema"], card["hash"], card["structure"], card["roles"]
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise FileError(facts, f"is not the card of a feature network ({error})") from error
-    if not isinstance(schema, int) or schema > SCHEMA:
-        raise FileError(facts, f"has schema {schema}; this version reads up to {SCHEMA}")
-    try:
-        tensors = load_file(weights)
-    except (OSError, SafetensorError) as error:
-        raise FileError(weights, f"cannot be read ({error}); train it anew") from error
-    if set(tensors) != set(TENSORS) or tensors_hash(tensors) != expected:
-        raise FileError(weights, f"is not what {facts.name} describes; train it anew")
+def _read(weights: Path, _stamp: int) -> Network:
+    card = files.read_card(weights, SCHEMA, ("structure", "roles"), "a feature network")
+    tensors = files.read_arrays(weights, card)
+    if set(tensors) != set(TENSORS):
+        raise FileError(weights, "holds other tensors than a feature network; train it anew")
     return Network(tensors, card)
