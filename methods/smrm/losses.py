@@ -1,0 +1,43 @@
+"""The terms of eq. 2. Every mean is over real frames; what stands behind a row's length never counts."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+
+def frames(lengths: Tensor, size: int) -> Tensor:
+    """``(rows, size)`` bool: the real frames of rows of these lengths."""
+    return torch.arange(size, device=lengths.device) < lengths.unsqueeze(1)
+
+
+def mean(values: Tensor, real: Tensor) -> Tensor:
+    """The mean of values ``(rows, frames, ...)`` over real frames ``(rows, frames)``; 0 where none is."""
+    each = values.flatten(2).mean(2)
+    return torch.where(real, each, each.new_zeros(())).sum() / real.sum().clamp(min=1)
+
+
+def squares(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
+    """Mean squared difference of ``(rows, frames, ...)``."""
+    return mean((a - b).square(), real)
+
+
+def rotations(found: Tensor, wanted: Tensor, real: Tensor) -> Tensor:
+    """Mean squared difference of quaternions ``(rows, frames, joints, 4)``, each ``wanted`` with the sign
+    that brings it nearer: q and -q are one rotation."""
+    near = torch.where((found * wanted).sum(-1, keepdim=True) < 0, -wanted, wanted)
+    return squares(found, near, real)
+
+
+def acceleration(path: Tensor, real: Tensor) -> Tensor:
+    """Mean length of the second difference of places ``(rows, frames, 3)``, per frame squared."""
+    if path.shape[1] < 3:
+        return path.sum() * 0.0
+    bend = path.diff(n=2, dim=1)
+    return mean(torch.linalg.vector_norm(bend, dim=-1, keepdim=True), real[:, 2:])
+
+
+def judged(logits: Tensor, real: bool) -> Tensor:
+    """Binary cross-entropy of logits ``(rows,)`` against one answer."""
+    return functional.binary_cross_entropy_with_logits(logits, torch.full_like(logits, float(real)))

@@ -1,0 +1,116 @@
+"""SMRM's networks: two recurrent ones and forward kinematics, as Table 6 of the paper lists them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.kinematics_torch import Tree
+from retarget_bench.motion.kinematics_torch import forward as kinematics
+
+from .form import JOINTS, SKELETON
+
+MOVES = 3
+SMALLEST = 1e-2
+"""Units: what varies less between frames or bodies is not blown up."""
+
+
+class Answer(NamedTuple):
+    """For ``(rows, frames)``. positions: ``(22, 3)`` units, relative to the hips. rotations: ``(22, 4)``,
+    unit, in aligned form. moves: ``(3,)``, see ``Form.moves``."""
+
+    positions: Tensor
+    rotations: Tensor
+    moves: Tensor
+
+
+class Scale(nn.Module):
+    """Means and deviations of places, of moves and of bodies; 0 and 1 until they are found."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        for name, size in (("positions", 3 * JOINTS), ("moves", MOVES), ("resting", 3 * JOINTS)):
+            self.register_buffer(f"{name}_mean", torch.zeros(size))
+            self.register_buffer(f"{name}_deviation", torch.ones(size))
+
+    def find(self, name: str, values: Tensor) -> None:
+        """Take mean and deviation of ``(samples, ...)`` values."""
+        flat = values.double().flatten(1)
+        getattr(self, f"{name}_mean").copy_(flat.mean(0))
+        smallest = 0.1 * SMALLEST if name == "moves" else SMALLEST
+        getattr(self, f"{name}_deviation").copy_(flat.std(0, unbiased=False).clamp(min=smallest))
+
+    def normal(self, name: str, values: Tensor) -> Tensor:
+        """``(..., size)`` without mean, in deviations."""
+        result: Tensor = (values - getattr(self, f"{name}_mean")) / getattr(self, f"{name}_deviation")
+        return result
+
+    def plain(self, name: str, values: Tensor) -> Tensor:
+        """The inverse of ``normal``."""
+        result: Tensor = values * getattr(self, f"{name}_deviation") + getattr(self, f"{name}_mean")
+        return result
+
+
+class Generator(nn.Module):
+    """Encoder and decoder: two-layer GRUs, each going through time once; the answer is not fed back.
+
+    With 512 hidden numbers it has 5,771,355 parameters. The dropout is torch's: between the two layers.
+    """
+
+    def __init__(self, hidden: int = 512, dropout: float = 0.2) -> None:
+        super().__init__()
+        self.scale = Scale()
+        self.encoder = nn.GRU(3 * JOINTS + MOVES, hidden, 2, batch_first=True, dropout=dropout)
+        self.decoder = nn.GRU(3 * JOINTS + hidden, hidden, 2, batch_first=True, dropout=dropout)
+        self.turns = nn.Linear(hidden, 4 * JOINTS)
+        self.moves = nn.Linear(hidden, MOVES)
+        with torch.no_grad():
+            self.turns.bias.copy_(torch.tensor([1.0, 0.0, 0.0, 0.0]).repeat(JOINTS))
+        self.tree = Tree.of(SKELETON)
+
+    def encode(
+        self, positions: Tensor, moves: Tensor, state: Tensor | None = None
+    ) -> tuple[Tensor, Tensor]:
+        """Codes ``(rows, frames, hidden)`` and the encoder's state after them.
+
+        positions: ``(rows, frames, 22, 3)`` and moves: ``(rows, frames, 3)`` of the source, in its units.
+        """
+        places = self.scale.normal("positions", positions.flatten(-2))
+        seen = torch.cat([places, self.scale.normal("moves", moves)], -1)
+        codes, after = self.encoder(seen, state)
+        return codes, after
+
+    def decode(
+        self, codes: Tensor, offsets: Tensor, resting: Tensor, state: Tensor | None = None
+    ) -> tuple[Answer, Tensor]:
+        """The answer in the target's units, and the decoder's state after it.
+
+        offsets, resting: ``(rows, 22, 3)`` of the target, see ``Body``.
+        """
+        body = self.scale.normal("resting", resting.flatten(-2)).unsqueeze(1)
+        hidden, after = self.decoder(torch.cat([body.expand(-1, codes.shape[1], -1), codes], -1), state)
+        rotations = functional.normalize(self.turns(hidden).float().unflatten(-1, (JOINTS, 4)), dim=-1)
+        moves = self.scale.plain("moves", self.moves(hidden).float())
+        tree = self._tree(rotations.device)
+        positions, _ = kinematics(tree, offsets, rotations, torch.zeros_like(moves))
+        return Answer(positions, rotations, moves), after
+
+    def take(self, tensors: Mapping[str, Tensor]) -> None:
+        """Take over exported tensors. Raises BenchError where they are another network's."""
+        own = {name: tensor.shape for name, tensor in self.state_dict().items()}
+        if own != {name: tensor.shape for name, tensor in tensors.items()}:
+            raise BenchError(
+                f"these weights are not of an smrm with {self.turns.in_features} hidden numbers; train it "
+                "anew, or give the parameters that they were trained with"
+            )
+        self.load_state_dict(dict(tensors))
+
+    def _tree(self, device: torch.device) -> Tree:
+        if self.tree.mask.device != device:
+            self.tree = self.tree.to(device)
+        return self.tree
