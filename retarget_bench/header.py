@@ -66,9 +66,9 @@ def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
 def _method(cell: Cell) -> dict[str, Any]:
     common = {
         "name": cell.method.name,
-        "label": str(cell.method),
+        "label": str(cell.known_as),
         "summary": "" if cell.plan.external else str(getattr(method(cell.method).card, "summary", "")),
-        "parameters": dict(cell.method.parameters),
+        "parameters": dict(cell.known_as.parameters),
     }
     if cell.plan.external:
         return common | {

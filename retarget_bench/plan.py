@@ -98,9 +98,14 @@ class Cell:
     def infos(self) -> Sequence[CaseInfo]:
         return dataset(self.dataset).cases(self.plan.task, self.split)
 
+    @property
+    def known_as(self) -> Spec:
+        """The method as results know it."""
+        return self.method if self.plan.external else known_as(self.method)
+
     @cached_property
     def place(self) -> records.Place:
-        name = self.method.slug + (f".seed-{self.draw}" if self.draw else "")
+        name = self.known_as.slug + (f".seed-{self.draw}" if self.draw else "")
         return records.Place(self.plan.root, dataset_slug(self.dataset), self.plan.task, self.split, name)
 
     @cached_property
@@ -109,7 +114,7 @@ class Cell:
         data = dataset(self.dataset)
         facts = {
             "method": self.method.name,
-            "parameters": dict(self.method.parameters),
+            "parameters": dict(self.known_as.parameters),
             "code": folder_hash(self.plan.external) if self.plan.external else method_code(self.method),
             "weights": str(getattr(method(self.method), "weights_hash", ""))
             if not self.plan.external
@@ -165,7 +170,7 @@ def cells(plan: Plan) -> list[Cell]:
     """Every cell of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
     if unknown := [split for split in plan.splits if split not in SPLITS]:
         raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
-    methods = plan.methods if plan.external else [registry.canonical("methods", m) for m in plan.methods]
+    methods = plan.methods if plan.external else _distinct(plan.methods)
     found = []
     for spec in dict.fromkeys(registry.canonical("datasets", data) for data in plan.datasets):
         offered = dataset(spec).card.splits
@@ -183,6 +188,22 @@ def _draws(plan: Plan, spec: Spec) -> int:
     """With how many seeds a method runs."""
     stochastic = not plan.external and getattr(method(spec).card, "stochastic", False)
     return plan.seeds if stochastic else 1
+
+
+def _distinct(methods: Sequence[Spec]) -> list[Spec]:
+    """In canonical form, each once, also where its weights are given by several paths."""
+    found = (registry.canonical("methods", each) for each in methods)
+    return list({known_as(each): each for each in found}.values())
+
+
+@cache
+def known_as(spec: Spec) -> Spec:
+    """A method with local weights goes by their hash: where they lie does not matter, what they hold does.
+
+    Raises BenchError where there are no such weights.
+    """
+    label = getattr(method(spec), "weights_label", "") if "weights" in spec.parameters else ""
+    return spec.with_parameters(weights=label) if label else spec
 
 
 def _network(metric: SetMetric, target: Character) -> str:

@@ -14,7 +14,7 @@ from retarget_bench import records, registry
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import write_text
-from retarget_bench.plan import Plan, dataset, method, metrics, set_metrics
+from retarget_bench.plan import Plan, dataset, known_as, method, metrics, set_metrics
 from retarget_bench.predict import Invalid, Outcome
 from retarget_bench.records import Entry, Place
 from retarget_bench.score import score
@@ -115,7 +115,7 @@ def _kept(plan: Plan, place: Place, key: str, case: Case) -> Outcome | None:
 def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) -> dict[str, Outcome]:
     asked, source = method(spec), dataset(data)
     contexts = [
-        stage_one.context_for(asked, source, case, records.case_seed(plan.seed, str(spec), case.info.id))
+        stage_one.context_for(asked, source, case, records.case_seed(plan.seed, str(known_as(spec)), case.info.id))
         for case in cases.values()
     ]
     return dict(zip(cases, stage_one.predict_all(asked, list(cases.values()), contexts), strict=True))
