@@ -113,9 +113,9 @@ def _kept(plan: Plan, place: Place, key: str, case: Case) -> Outcome | None:
 
 
 def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) -> dict[str, Outcome]:
-    asked, source = method(spec), dataset(data)
+    asked, source, name = method(spec), dataset(data), str(known_as(spec))
     contexts = [
-        stage_one.context_for(asked, source, case, records.case_seed(plan.seed, str(known_as(spec)), case.info.id))
+        stage_one.context_for(asked, source, case, records.case_seed(plan.seed, name, case.info.id))
         for case in cases.values()
     ]
     return dict(zip(cases, stage_one.predict_all(asked, list(cases.values()), contexts), strict=True))
