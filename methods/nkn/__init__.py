@@ -1,0 +1,110 @@
+"""NKN: a recurrent network that sees the source's joints and turns the target's, trained without pairs."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Literal
+
+from retarget_bench.api import MethodCard
+from retarget_bench.errors import SkeletonError
+from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.structures import BODY22, reduce
+from retarget_bench.training.recipe import Recipe
+
+from .retargeter import Retargeter, Terms, Yaw, common_reasons
+
+PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
+"""Of the 22 joints, as the published code has them."""
+STRUCTURE = "body22"
+
+PARAMETERS = {
+    "cell": "the GRU: tf (one bias per gate, reset before the product) or torch",
+    "hidden": "width of the GRU layers",
+    "losses": "training terms: autoencoder, cycle or adversarial (all)",
+    "same": "share of training rows whose target is the source itself",
+    "facing": "frames over which the direction that a body faces is averaged",
+    "yaw": "where the target turns: predicted, or as the source",
+    "clean": "movements take the source's sign, and nothing rises where the source does not",
+    "weights": "name of shipped weights, or a path to others",
+}
+
+
+class Nkn(Retargeter):
+    """Neural kinematic networks for unsupervised motion retargetting (Villegas et al., CVPR 2018).
+
+    An encoder reads the places of 22 joints as seen from where the body faces; a decoder, told the bones of
+    the target and what it answered the frame before, says how its joints turn and how it moves; forward
+    kinematics makes places of that. It learns from unpaired clips: there and back again must give the
+    source, and a discriminator watches how the answer moves.
+
+    cell: the GRU. ``tf`` is that of the published code and its parameter counts. hidden: its width.
+    losses: ``adversarial`` is the paper's method, ``cycle`` and ``autoencoder`` its ablations.
+    same: share of training rows whose target is the source itself. facing: frames over which the direction
+    a body faces is averaged; the answer therefore depends on three times as many frames to come.
+    yaw: ``predicted`` integrates the decoder's turns, as the paper does; ``source`` takes the source's own.
+    clean: movements take the source's sign, and nothing rises where the source does not.
+    """
+
+    presets: Mapping[str, Recipe] = {
+        "paper": Recipe(steps=50_000, batch=16, window=60, rate=1e-4),
+        "default": Recipe(steps=6_000, batch=32, window=60, rate=5e-4, schedule="cosine", warm_up=200),
+        "quick": Recipe(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
+    }
+
+    def __init__(
+        self,
+        cell: Literal["tf", "torch"] = "tf",
+        hidden: int = 512,
+        losses: Terms = "adversarial",
+        same: float = 0.2,
+        facing: float = 20.0,
+        yaw: Yaw = "predicted",
+        clean: bool = False,
+        weights: str = "puppets",
+    ) -> None:
+        super().__init__(
+            weights,
+            cell=cell,
+            hidden=hidden,
+            losses=losses,
+            same=same,
+            facing=facing,
+            yaw=yaw,
+            clean=clean,
+        )
+        self.card = MethodCard(
+            name="nkn",
+            summary="Recurrent encoder and decoder on 22 joints, trained without pairs",
+            version="1",
+            paper="Villegas, Yang, Ceylan, Lee: Neural Kinematic Networks for Unsupervised Motion "
+            "Retargetting, CVPR 2018",
+            accepts=("motion", "positions"),
+            default=False,
+            parameters=PARAMETERS,
+        )
+
+    def unfit(self, character: Character) -> str:
+        if character.four_legged:
+            return f"{character.name} stands on four legs, and nkn knows bodies of two"
+        try:
+            body = self.body(character)
+        except SkeletonError as error:
+            return str(error)
+        if missing := [role for role in BODY22 if role not in body.roles]:
+            return f"{character.name} has no {', '.join(missing)} of the 22 joints that nkn sees"
+        if tuple(body.skeleton.parents.tolist()) != PARENTS:
+            return f"the 22 joints of {character.name} do not hang together as those that nkn sees"
+        return common_reasons(character)
+
+    def body(self, character: Character) -> Aligned:
+        return Aligned(character, reduce(character, "body22").joints)
+
+    def structure(self, character: Character) -> str:
+        return STRUCTURE
+
+    def another(self) -> Nkn:
+        return Nkn(self.cell, self.hidden, self.losses, self.same, self.facing, self.yaw, self.clean)
+
+
+plugin = Nkn

@@ -1,0 +1,150 @@
+"""Motions as the numbers that the networks see, and back.
+
+Sources: Villegas et al., CVPR 2018, and the published code. Joints are seen from where the body faces, so
+that the same walk in another direction is the same walk; where it faces, and the path, are integrated again
+from what the decoder says of every frame. A source may be known by positions only.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from retarget_bench.api import Prediction
+from retarget_bench.motion import facing, kinematics, rotation
+from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.motion import Motion
+
+FPS = 30.0
+CENTIMETRES = 100.0
+"""The unit that the losses' weights and the discriminator were made for."""
+STILL = 0.01
+"""Centimetres per frame: below this the published clean-up takes a source not to rise or fall."""
+
+
+@dataclass(frozen=True, eq=False)
+class Sight:
+    """A motion as the networks see it, at 30 frames per second.
+
+    poses: ``(frames, 3 joints + 4)`` float32; see ``pose.py``. The movement of a frame is that since the
+           frame before; the first frame is given that of the second.
+    turn:  ``(frames,)`` unit complex numbers, where the body faces. hips: ``(frames, 3)`` metres.
+    """
+
+    poses: np.ndarray
+    turn: np.ndarray
+    hips: np.ndarray
+
+
+def see(source: Prediction, body: Aligned, smoothing: float) -> Sight:
+    """smoothing: frames over which the direction is averaged (``facing.facing``)."""
+    places = _at_rate(source.positions, source.fps)
+    turn = facing.facing(places, source.character, smoothing)
+    hips = places[:, body.joints[0]]
+    local = facing.seen(places[:, list(body.joints)] - hips[:, None], turn[:, None])
+    local[:, 0, 1] = hips[:, 1] - hips[0, 1]
+    steps = facing.seen(np.diff(hips, axis=0, prepend=hips[:1]), turn)
+    turns = np.angle(turn * np.concatenate([turn[:1], turn[:-1]]).conj())
+    moves = np.concatenate([steps * CENTIMETRES, turns[:, None]], axis=1)
+    moves[:1] = moves[1:2] if len(moves) > 1 else moves[:1]
+    flat = local.reshape(len(local), -1) * CENTIMETRES
+    return Sight(np.concatenate([flat, moves], axis=1).astype(np.float32), turn, hips)
+
+
+def begin(poses: np.ndarray) -> np.ndarray:
+    """Windows ``(rows, frames, channels)`` whose hips rise from the window's own first frame."""
+    poses = np.array(poses)
+    poses[..., 1] -= poses[:, :1, 1]
+    return poses
+
+
+def bones(body: Aligned) -> np.ndarray:
+    """``(joints, 3)`` centimetres, float32."""
+    return np.asarray(body.offsets * CENTIMETRES, dtype=np.float32)
+
+
+@dataclass
+class Path:
+    """Where the bodies of a batch are and where they face; goes on from chunk to chunk.
+
+    place: ``(rows, 3)`` metres. turn: ``(rows,)`` unit complex numbers. first: nothing came before.
+    """
+
+    place: np.ndarray
+    turn: np.ndarray
+    first: bool = True
+
+    def follow(self, moves: np.ndarray, turn: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
+        """Directions ``(frames, rows)`` and hips ``(frames, rows, 3)`` metres after these movements
+        ``(frames, rows, 4)``; turn: the directions, where they are known."""
+        moves = np.array(moves, dtype=np.float64)
+        if self.first:
+            moves[0] = 0.0
+        if turn is None:
+            turn = self.turn * np.exp(1j * np.cumsum(moves[..., 3], axis=0))
+        hips = self.place + np.cumsum(facing.placed(moves[..., :3] / CENTIMETRES, turn), axis=0)
+        self.place, self.turn, self.first = hips[-1], turn[-1], False
+        return turn, hips
+
+
+def cleaned(moves: np.ndarray, source: np.ndarray) -> np.ndarray:
+    """Movements ``(..., 4)`` with the signs of the source's and no rise where the source has none: what
+    the published code does to the motions that it writes as BVH files."""
+    moves = np.abs(moves) * np.sign(source)
+    moves[..., 1] *= np.abs(source[..., 1]) > STILL
+    return moves
+
+
+def answer(
+    body: Aligned, turns: np.ndarray, turn: np.ndarray, hips: np.ndarray, frames: int, fps: float
+) -> Motion:
+    """The body's motion: ``frames`` at ``fps``, from quaternions ``(frames', joints, 4)`` seen from where
+    it faces, ``turn`` ``(frames',)`` and ``hips`` ``(frames', 3)`` metres, at 30 frames per second."""
+    turns = rotation.normalise(np.asarray(turns, dtype=np.float64))
+    turns[:, 0] = rotation.multiply(facing.rotation(turn), turns[:, 0])
+    turns = rotation.continuous(turns)
+    low, share = _between(frames, fps, FPS, len(turns))
+    if share.any():
+        high = np.minimum(low + 1, len(turns) - 1)
+        turned = rotation.slerp(turns[low], turns[high], share[:, None])
+        hips = hips[low] + share[:, None] * (hips[high] - hips[low])
+    else:
+        turned, hips = turns[low], hips[low]
+    return body.motion(turned, hips, fps)
+
+
+def rest(body: Aligned) -> np.ndarray:
+    """``(joints, 3)`` metres: the joints in the reference pose, relative to the hips."""
+    still = rotation.identity(1, len(body.joints))
+    return kinematics.forward(body.skeleton, still, np.zeros((1, 3)))[0][0]
+
+
+def _at_rate(places: np.ndarray, fps: float) -> np.ndarray:
+    """Places at 30 frames per second, linear in between, up to the last frame or just beyond it."""
+    if len(places) < 2:
+        return places
+    ratio = _ratio(FPS, fps)
+    low, share = _between(int(np.ceil((len(places) - 1) * ratio - 1e-6)) + 1, FPS, fps, len(places))
+    if not share.any():
+        return places[low]
+    high = np.minimum(low + 1, len(places) - 1)
+    found: np.ndarray = places[low] + share[:, None, None] * (places[high] - places[low])
+    return found
+
+
+def _between(frames: int, fps: float, of: float, known: int) -> tuple[np.ndarray, np.ndarray]:
+    """For every frame at rate ``fps``: the last of the ``known`` frames at rate ``of`` that is not after
+    it, and the share of the way to the next."""
+    at = np.minimum(np.arange(frames) * _ratio(of, fps), known - 1)
+    low = np.floor(at + 1e-9).astype(int)
+    share = at - low
+    return low, np.where(share > 1e-9, share, 0.0)
+
+
+def _ratio(a: float, b: float) -> float:
+    """a / b; rates in files are rounded, so whole ratios within 0.1 % are taken to be whole."""
+    for ratio in (a / b, b / a):
+        if abs(ratio - round(ratio)) < 1e-3 * round(ratio):
+            return float(round(ratio)) if ratio == a / b else 1.0 / round(ratio)
+    return a / b

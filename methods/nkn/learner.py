@@ -1,0 +1,293 @@
+"""NKN while it is trained: one encoder-decoder and one discriminator per structure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from retarget_bench.api import Method
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.kinematics_torch import Tree
+from retarget_bench.training import parallel
+from retarget_bench.training.contract import Batch, Phase, Terms
+from retarget_bench.training.material import Material, Windows
+from retarget_bench.training.recipe import Recipe
+
+from . import losses
+from .cells import Kind
+from .discriminator import Discriminator
+from .form import begin, bones
+from .generator import Generator
+from .pose import MOVES, Bodies, quaternions
+
+Losses = Literal["autoencoder", "cycle", "adversarial"]
+SMALL = 1e-3
+"""Centimetres or radians: what deviates less than this is taken to be constant."""
+BEATEN, MEMORY = 0.3, 0.99
+"""The discriminator learns while its running score of fakes is above the first; the second is the share
+of that score that is kept from step to step."""
+OWN = 0.5
+"""Of several structures, how often a group's target is of the source's own."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """cell, hidden: of the networks. losses: which terms. same: how often the target is the source."""
+
+    cell: Kind
+    hidden: int
+    losses: Losses
+    same: float
+
+
+class Learner:
+    """Rows go in groups of one source and one target structure; NKN itself knows one structure only.
+
+    material: the clips, with ``poses`` as ``form.see`` gives them. casts: structure -> its characters.
+    bodies: character -> its joints. build: a method with the tensors that it is given.
+    """
+
+    def __init__(
+        self,
+        material: Material,
+        casts: Mapping[str, Sequence[str]],
+        bodies: Mapping[str, Aligned],
+        choices: Choices,
+        recipe: Recipe,
+        build: Callable[[Mapping[str, Tensor]], Method],
+    ) -> None:
+        self._material, self._choices, self._window, self._build = material, choices, recipe.window, build
+        self._names = sorted(casts)
+        self._casts = {name: sorted(casts[name]) for name in self._names}
+        self._bones = {name: bones(body) for name, body in bodies.items()}
+        self._trees = {name: Tree.of(bodies[mine[0]].skeleton) for name, mine in self._casts.items()}
+        self._generators: dict[str, Generator] = {}
+        self._discriminators: dict[str, Discriminator] = {}
+        for name, mine in self._casts.items():
+            joints = len(bodies[mine[0]].joints)
+            self._generators[name] = Generator(joints, choices.hidden, choices.cell)
+            self._discriminators[name] = Discriminator(3 * joints + MOVES, 3 * (joints - 1))
+            self._measure(self._generators[name], mine)
+        self._scores = _Scores(len(self._names))
+        self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
+        self.phases = _phases("generator")
+        if choices.losses == "adversarial":
+            self.modules["discriminator"] = nn.ModuleDict(self._discriminators)
+            self.modules["scores"] = self._scores
+            self.phases = _phases("generator", "discriminator")
+
+    # ------------------------------------------------------------------------------------- batches
+    def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
+        """Groups of rows; each with the numbers of its two structures, windows, bones, and clips of the
+        targets for the discriminator."""
+        groups = min(rows, 2 if len(self._names) > 1 else 1)
+        sizes = [rows // groups + (number < rows % groups) for number in range(groups)]
+        return {"groups": [self._group(numbers, size) for size in sizes]}
+
+    def _group(self, numbers: np.random.Generator, rows: int) -> dict[str, Any]:
+        source = int(numbers.integers(len(self._names)))
+        others = [number for number in range(len(self._names)) if number != source]
+        alone = self._choices.losses == "autoencoder"
+        own = not others or alone or numbers.random() < OWN
+        target = source if own else int(numbers.choice(others))
+        cast = self._material.cast(numbers, rows, self._casts[self._names[source]])
+        share = self._choices.same / (OWN if others else 1.0)
+        same = (numbers.random(rows) < share) & own | alone
+        names = [
+            name if itself else self._another(numbers, name, self._casts[self._names[target]])
+            for name, itself in zip(cast, same, strict=True)
+        ]
+        windows = self._material.draw(numbers, cast, self._window)
+        group = self._windows(windows) | {
+            "structures": np.array([source, target]),
+            "same": np.array([a == b for a, b in zip(cast, names, strict=True)]),
+            "bones": np.stack([self._bones[name] for name in cast]),
+            "target_bones": np.stack([self._bones[name] for name in names]),
+        }
+        if self._choices.losses == "adversarial":
+            group["real"] = self._windows(self._material.draw(numbers, names, self._window))
+        return group
+
+    def _another(self, numbers: np.random.Generator, name: str, cast: Sequence[str]) -> str:
+        others = [other for other in cast if other != name]
+        return others[int(numbers.integers(len(others)))] if others else name
+
+    def _windows(self, windows: Windows) -> dict[str, Any]:
+        poses = begin(windows.arrays["poses"]) * windows.mask[..., None]
+        return {"poses": poses.astype(np.float32), "lengths": windows.lengths}
+
+    # -------------------------------------------------------------------------------------- losses
+    def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
+        if phase == "generator":
+            return self._generate(batch["groups"], memory)
+        return self._discriminate(memory["fakes"])
+
+    def _generate(self, groups: Sequence[Mapping[str, Any]], memory: dict[str, Any]) -> Terms:
+        frames = torch.stack([group["lengths"].sum() for group in groups]).sum()
+        found: dict[str, list[Tensor]] = {}
+        fakes: list[_Fake] = []
+        memory["fakes"] = fakes
+        for group in groups:
+            for name, term in self._terms(group, fakes).items():
+                found.setdefault(name, []).append(term)
+        terms = {name: torch.stack(each).sum() / frames for name, each in found.items()}
+        if fakes:
+            rows = sum(len(fake.bones) for fake in fakes)
+            judged = torch.stack([fake.loss for fake in fakes]).sum() / rows
+            terms["adversarial"] = losses.ADVERSARIAL * judged
+        return terms
+
+    def _terms(self, group: Mapping[str, Any], fakes: list[_Fake]) -> dict[str, Tensor]:
+        """Sums over a group's real frames."""
+        names = [self._names[number] for number in group["structures"].tolist()]
+        source, target = (self._generators[name] for name in names)
+        body, other = (
+            Bodies(self._tree(name, group[key]), group[key], self._generators[name].scale)
+            for name, key in zip(names, ("bones", "target_bones"), strict=True)
+        )
+        poses = source.scale.poses(group["poses"].transpose(0, 1))
+        real = losses.mask(len(poses), group["lengths"])
+        answers, raw = _through(source, target, poses, other)
+        outputs = [(answers, raw, target)]
+        terms = {}
+        if names[0] == names[1]:
+            kept = real * group["same"]
+            terms["same_places"], terms["same_moves"] = losses.apart(answers, poses, kept)
+        if self._choices.losses != "autoencoder":
+            back, raw = _through(target, source, answers, body)
+            outputs.append((back, raw, source))
+            terms["cycle_places"], terms["cycle_moves"] = losses.apart(back, poses, real)
+        twists = [losses.twist(quaternions(raw[..., :-MOVES]), real) for _, raw, _ in outputs]
+        changes = [losses.smooth(through.scale.plain(seen), real) for seen, _, through in outputs]
+        terms["twist"] = losses.TWIST * torch.stack(twists).mean()
+        terms["smooth"] = losses.SMOOTH * torch.stack(changes).mean()
+        if self._choices.losses == "adversarial":
+            self._judge(group, names[1], target.scale.plain(answers), fakes)
+        return terms
+
+    def _judge(self, group: Mapping[str, Any], name: str, answers: Tensor, fakes: list[_Fake]) -> None:
+        """What the discriminator says of the rows whose source is another body."""
+        rows = ~group["same"]
+        if not bool(rows.any()):
+            return
+        real = group["real"]
+        beside = self._generators[name].scale.bones(group["target_bones"][rows])
+        motion, lengths = losses.differences(answers)[rows], group["lengths"][rows] - 1
+        logits = self._discriminators[name](motion, beside, lengths)
+        fake = _Fake(
+            structure=self._names.index(name),
+            bones=beside,
+            motion=motion.detach(),
+            lengths=lengths,
+            real=losses.differences(real["poses"].transpose(0, 1))[rows],
+            real_lengths=real["lengths"][rows] - 1,
+            loss=losses.real_enough(logits),
+            score=logits.detach().sigmoid().sum(),
+        )
+        fakes.append(fake)
+
+    def _discriminate(self, fakes: Sequence[_Fake]) -> Terms:
+        learns = self._scores.follow(fakes)
+        if not bool(learns.any()):
+            return {}
+        found = []
+        for fake in fakes:
+            if learns[fake.structure]:
+                judge = self._discriminators[self._names[fake.structure]]
+                real = judge(fake.real, fake.bones, fake.real_lengths, learns=True)
+                found.append(
+                    losses.told_apart(real, judge(fake.motion, fake.bones, fake.lengths, learns=True))
+                    / (2 * len(real))
+                )
+        if not found:  # another process has rows of what learns, and waits for this one's gradients
+            found = [0.0 * each.sum() for each in self.modules["discriminator"].parameters()]
+        return {"told_apart": torch.stack(found).sum()}
+
+    def _tree(self, name: str, like: Tensor) -> Tree:
+        if self._trees[name].mask.device != like.device:
+            self._trees[name] = self._trees[name].to(like.device)
+        return self._trees[name]
+
+    def _measure(self, generator: Generator, cast: Sequence[str]) -> None:
+        """Means and deviations of the training clips and the bones of the reference poses."""
+        poses = self._material.stacked("poses", cast).astype(np.float64)
+        rest = np.stack([self._bones[name].reshape(-1) for name in cast])
+        places, moves = np.concatenate([poses[:, :-MOVES], rest]), poses[:, -MOVES:]
+        for name, values in (("places", places), ("moves", moves)):
+            deviation = values.std(axis=0)
+            for key, value in (
+                ("mean", values.mean(axis=0)),
+                ("deviation", np.where(deviation < SMALL, 1.0, deviation)),
+            ):
+                getattr(generator.scale, f"{name}_{key}").copy_(torch.from_numpy(value))
+
+    # ----------------------------------------------------------------------------------- the outcome
+    def method(self) -> Method:
+        return self._build({name: value.clone() for name, value in self.export().items()})
+
+    def export(self) -> Mapping[str, Tensor]:
+        return {name: each.detach().cpu() for name, each in self.modules["generator"].state_dict().items()}
+
+    def load(self, tensors: Mapping[str, Tensor]) -> None:
+        try:
+            self.modules["generator"].load_state_dict(
+                {name: each.float() for name, each in tensors.items()}
+            )
+        except RuntimeError as error:
+            raise BenchError(f"the weights do not fit this network: {error}") from None
+
+
+@dataclass(eq=False)
+class _Fake:
+    """Answers of one group on other bodies, and real clips of these bodies.
+
+    motion, real: ``(rows, frames, channels)`` as the discriminator sees them. bones: ``(rows, ...)``.
+    loss, score: sums over rows, of the generator's loss and of the probability to be real.
+    """
+
+    structure: int
+    bones: Tensor
+    motion: Tensor
+    lengths: Tensor
+    real: Tensor
+    real_lengths: Tensor
+    loss: Tensor
+    score: Tensor
+
+
+class _Scores(nn.Module):
+    """Per structure how real its discriminator takes fakes to be, averaged over the last steps."""
+
+    running: Tensor
+
+    def __init__(self, structures: int) -> None:
+        super().__init__()
+        self.register_buffer("running", torch.full((structures,), 0.5))
+
+    def follow(self, fakes: Sequence[_Fake]) -> Tensor:
+        """``(structures,)`` bool: whose discriminator learns now. The same on every process."""
+        sums = self.running.new_zeros(len(self.running), 2)
+        for fake in fakes:
+            sums[fake.structure] += torch.stack([fake.score, fake.score.new_tensor(float(len(fake.bones)))])
+        total, rows = parallel.mean(sums).unbind(1)
+        seen = rows > 0
+        new = MEMORY * self.running + (1.0 - MEMORY) * total / rows.clamp(min=1e-6)
+        self.running.copy_(torch.where(seen, new, self.running))
+        return seen & (self.running > BEATEN)
+
+
+def _phases(*names: str) -> tuple[Phase, ...]:
+    return tuple(Phase(name, (name,), betas=(0.5, 0.999), clip=25.0) for name in names)
+
+
+def _through(source: Generator, target: Generator, poses: Tensor, bodies: Bodies) -> tuple[Tensor, Tensor]:
+    """Poses and raw outputs of the target bodies, from normalised poses of the source's structure."""
+    _, codes = source.encoder(poses)
+    answers, raw, _ = target.decoder(codes, bodies)
+    return answers, raw

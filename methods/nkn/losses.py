@@ -1,0 +1,66 @@
+"""What NKN minimises. Time comes first: ``(frames, rows, ...)``.
+
+Weights and terms of Villegas et al., CVPR 2018, as the published code has them: sums over the numbers of a
+frame, means over the real frames of a batch, in normalised units but for smoothness.
+"""
+
+from __future__ import annotations
+
+from math import radians
+
+import torch
+from torch import Tensor
+from torch.nn import functional
+
+from .pose import MOVES
+
+TWIST, SMOOTH, ADVERSARIAL = 10.0, 0.01, 0.001
+LIMIT = radians(100.0)
+"""Beyond this angle about its vertical axis a joint counts as twisted."""
+
+
+def mask(frames: int, lengths: Tensor) -> Tensor:
+    """``(frames, rows)``: 1 at real frames, 0 at padding."""
+    return (torch.arange(frames, device=lengths.device)[:, None] < lengths).float()
+
+
+def apart(a: Tensor, b: Tensor, real: Tensor) -> tuple[Tensor, Tensor]:
+    """Sums over real frames of squared differences of poses ``(frames, rows, channels)``: those of places,
+    and those of movements. real: ``(frames, rows)``."""
+    squares = (a - b).square() * real.unsqueeze(-1)
+    return squares[..., :-MOVES].sum(), squares[..., -MOVES:].sum()
+
+
+def twist(turns: Tensor, real: Tensor) -> Tensor:
+    """The mean over joints, summed over real frames, of the squared angle beyond the limit, radians.
+
+    turns: ``(frames, rows, joints, 4)`` unit. The angle is the first of the order YZX: q = q_y q_z q_x.
+    """
+    w, x, y, z = turns.unbind(-1)
+    sine, cosine = 2.0 * (w * y - x * z), w * w + x * x - y * y - z * z
+    locked = sine.square() + cosine.square() < 1e-12
+    angle = torch.atan2(sine, torch.where(locked, torch.ones_like(cosine), cosine))
+    return (functional.relu(angle.abs() - LIMIT).square().mean(-1) * real).sum()
+
+
+def smooth(poses: Tensor, real: Tensor) -> Tensor:
+    """The sum over real frames of squared changes of movements. poses: in centimetres and radians."""
+    moves = poses[..., -MOVES:]
+    return ((moves[1:] - moves[:-1]).square().sum(-1) * real[1:]).sum()
+
+
+def differences(poses: Tensor) -> Tensor:
+    """``(rows, frames - 1, channels)``, rows first: what the discriminator sees of poses
+    ``(frames, rows, channels)`` in centimetres: changes of places, and movements."""
+    places = poses[1:, :, :-MOVES] - poses[:-1, :, :-MOVES]
+    return torch.cat([places, poses[1:, :, -MOVES:]], -1).transpose(0, 1)
+
+
+def real_enough(logits: Tensor) -> Tensor:
+    """Sum of the generator's non-saturating loss over rows."""
+    return functional.softplus(-logits).sum()
+
+
+def told_apart(real: Tensor, fake: Tensor) -> Tensor:
+    """The discriminator's binary cross entropy: the sum over pairs of rows."""
+    return functional.softplus(-real).sum() + functional.softplus(fake).sum()

@@ -1,0 +1,215 @@
+"""What NKN and its cross-structural variant share: a learned method that goes through motions in chunks."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from retarget_bench.api import Context, Prediction
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion import facing, root_rules, transfer
+from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.spec import Scalar
+from retarget_bench.training.learned import Learned
+
+from . import form
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from retarget_bench.training.material import Material
+    from retarget_bench.training.recipe import Recipe
+
+    from .generator import Generator
+    from .learner import Learner
+    from .stream import Stream
+
+ROOT_RULE = "hip_height"
+"""What the first place of the hips is scaled by."""
+CHUNK = 256
+"""Frames that go through the networks at a time."""
+Yaw = Literal["predicted", "source"]
+Terms = Literal["autoencoder", "cycle", "adversarial"]
+
+
+class Retargeter(Learned):
+    """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
+
+    def __init__(
+        self,
+        weights: str,
+        *,
+        cell: Literal["tf", "torch"],
+        hidden: int,
+        losses: Terms,
+        same: float,
+        facing: float,
+        yaw: Yaw,
+        clean: bool,
+    ) -> None:
+        super().__init__(weights)
+        if hidden < 1 or not 0.0 <= same <= 1.0 or facing < 0.0:
+            raise BenchError("hidden has to be at least 1, same between 0 and 1, facing not negative")
+        self.cell, self.hidden, self.losses, self.same = cell, hidden, losses, same
+        self.facing, self.yaw, self.clean = facing, yaw, clean
+
+    def facts(self) -> Mapping[str, Scalar]:
+        return {
+            "cell": self.cell,
+            "hidden": self.hidden,
+            "losses": self.losses,
+            "same": self.same,
+            "facing": self.facing,
+        }
+
+    # ---------------------------------------------------------------------------- bodies and networks
+    @abstractmethod
+    def body(self, character: Character) -> Aligned:
+        """The joints that the networks see. Raises SkeletonError where there are none."""
+
+    @abstractmethod
+    def structure(self, character: Character) -> str:
+        """Whose networks a character that fits is put through."""
+
+    @abstractmethod
+    def unfit(self, character: Character) -> str:
+        """Why a character can be neither source nor target nor trained on, as a sentence; "" if it can."""
+
+    @cached_property
+    def networks(self) -> Mapping[str, Generator]:
+        """Structure -> ``Generator``, ready for inference. Raises BenchError where there are no weights."""
+        from .generator import Generator
+        from .pose import MOVES
+
+        found: dict[str, Generator] = {}
+        for name in sorted({name.partition(".")[0] for name in self.tensors}):
+            mine = {
+                key.removeprefix(f"{name}."): each.float()
+                for key, each in self.tensors.items()
+                if key.startswith(f"{name}.")
+            }
+            channels = len(mine["encoder.lower.kernel"])
+            found[name] = Generator((channels - MOVES) // 3, self.hidden, self.cell).eval()
+            found[name].load_state_dict(mine)
+        return found
+
+    # ------------------------------------------------------------------------------------ retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        for each in (source, target):
+            if why := self.unfit(each):
+                return why
+        return root_rules.reason(ROOT_RULE, source, target) or self.untrained or None
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
+        return self.retarget_batch([source], [target], contexts=[context])[0]
+
+    def retarget_batch(
+        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> list[Motion]:
+        """The motions of the targets, those of the same structures together, in chunks of frames."""
+        groups: dict[tuple[str, str], list[int]] = {}
+        for number, (source, target) in enumerate(zip(sources, targets, strict=True)):
+            if why := self.unfit(source.character) or self.unfit(target):
+                raise NotSupported(why)
+            key = (self.structure(source.character), self.structure(target))
+            groups.setdefault(key, []).append(number)
+        found: dict[int, Motion] = {}
+        for key, rows in groups.items():
+            motions = self._together(key, [sources[row] for row in rows], [targets[row] for row in rows])
+            found |= dict(zip(rows, motions, strict=True))
+        return [found[number] for number in range(len(sources))]
+
+    def stream(
+        self,
+        sources: Sequence[Character],
+        targets: Sequence[Character],
+        place: np.ndarray,
+        turn: np.ndarray,
+    ) -> Stream:
+        """A batch of targets at ``place`` ``(rows, 3)`` metres, facing ``turn`` ``(rows,)``, to be moved on
+        by chunks of what ``form.see`` gives for the sources; all of one pair of structures."""
+        import torch
+
+        from retarget_bench.motion.kinematics_torch import Tree
+
+        from .pose import Bodies
+        from .stream import Stream
+
+        source, target = (self.networks[self.structure(mine[0])] for mine in (sources, targets))
+        seen = [self.body(each) for each in targets]
+        offsets = torch.from_numpy(np.stack([form.bones(each) for each in seen]))
+        bodies = Bodies(Tree.of(seen[0].skeleton), offsets, target.scale)
+        return Stream(source.encoder, source.scale, target.decoder, bodies, form.Path(place, turn))
+
+    def _together(
+        self, key: tuple[str, str], sources: Sequence[Prediction], targets: Sequence[Character]
+    ) -> list[Motion]:
+        """Of one pair of structures; shorter motions are followed by zeros, which nothing real sees."""
+        actors = [source.character for source in sources]
+        seen = [form.see(source, self.body(source.character), self.facing) for source in sources]
+        ratio = [root_rules.ratio(ROOT_RULE, *pair) for pair in zip(actors, targets, strict=True)]
+        place = np.stack([sight.hips[0] * by for sight, by in zip(seen, ratio, strict=True)])
+        stream = self.stream(actors, targets, place, np.array([sight.turn[0] for sight in seen]))
+        poses, turn = _padded([sight.poses for sight in seen]), _padded([sight.turn for sight in seen])
+        parts = []
+        for first in range(0, len(poses), CHUNK):
+            chunk = slice(first, first + CHUNK)
+            known = turn[chunk] if self.yaw == "source" else None
+            parts.append(stream.advance(poses[chunk], known, self.clean))
+        turns, faced, hips = (np.concatenate(each) for each in zip(*parts, strict=True))
+        found = []
+        for row, (source, target, sight) in enumerate(zip(sources, targets, seen, strict=True)):
+            own = slice(len(sight.poses)), row
+            body, frames, fps = self.body(target), len(source.positions), source.fps
+            found.append(form.answer(body, turns[own], faced[own], hips[own], frames, fps))
+        return found
+
+    # --------------------------------------------------------------------------------------- training
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        """``poses`` ``(frames, channels)``: see ``pose.py``."""
+        return {"poses": form.see(motion, self.body(motion.character), self.facing).poses}
+
+    @abstractmethod
+    def another(self) -> Retargeter:
+        """This method once more, without weights."""
+
+    def learner(self, material: Material, recipe: Recipe) -> Learner:
+        from .learner import Choices, Learner
+
+        casts: dict[str, list[str]] = {}
+        for name in sorted(material.clips):
+            casts.setdefault(self.structure(material.characters[name]), []).append(name)
+        if len(material.clips) < 2 and self.losses != "autoencoder":
+            raise NotSupported(f"{self.card.name} needs two characters to train on, and there is one")
+        bodies = {name: self.body(material.characters[name]) for name in sorted(material.clips)}
+        choices = Choices(self.cell, self.hidden, self.losses, self.same)
+
+        def build(tensors: Mapping[str, Tensor]) -> Retargeter:
+            return self.another().using(tensors)
+
+        return Learner(material, casts, bodies, choices, recipe, build)
+
+
+def common_reasons(character: Character) -> str:
+    """What keeps a body of any structure from being seen by these networks; "" if nothing does."""
+    return (
+        facing.unknown(character)
+        or transfer.reason(character, character)
+        or root_rules.reason(ROOT_RULE, character, character)
+        or ""
+    )
+
+
+def _padded(arrays: Sequence[np.ndarray]) -> np.ndarray:
+    """``(frames, rows, ...)`` from rows ``(frames', ...)``, zeros behind the shorter ones."""
+    frames = max(len(each) for each in arrays)
+    out = np.zeros((frames, len(arrays), *arrays[0].shape[1:]), arrays[0].dtype)
+    for row, each in enumerate(arrays):
+        out[: len(each), row] = each
+    return out
