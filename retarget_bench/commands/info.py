@@ -1,4 +1,4 @@
-"""``bench info``: the card of a plug-in, or the page of all protocols."""
+"""``bench info``: the card of a plug-in and of its weights, or the page of all protocols."""
 
 from __future__ import annotations
 
@@ -31,7 +31,11 @@ FACTS = (
 @click.option("--protocols", is_flag=True, help="Every value of every metric, as a page in Markdown.")
 @plugin_option
 def command(name: str | None, protocols: bool, plugins: tuple[str, ...]) -> None:
-    """Show what a method, metric or data set is, which parameters it takes, how values are defined."""
+    """Show what a method, metric or data set is, which parameters it takes, how values are defined.
+
+    Of a learned method the cards of its shipped weights are shown too: data, recipe, time, scores. With
+    NAME[weights=PATH] those of a file, or of a folder that bench train wrote.
+    """
     del plugins
     if protocols:
         from retarget_bench import protocols as page
@@ -68,6 +72,26 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
         lines += [line for value in card.values for line in _value(value)]
     if text := (factory.__doc__ or "").strip():
         lines += ["", *textwrap.dedent(f"    {text}").splitlines()]
+    if hasattr(factory, "shipped"):
+        lines += _weights(factory, spec)
+    return lines
+
+
+def _weights(factory: Any, spec: Spec) -> list[str]:
+    """The cards of shipped weights; of a spec that names weights, theirs alone."""
+    from retarget_bench.training import weights
+    from retarget_bench.training.described import described
+
+    if asked := spec.parameters.get("weights"):
+        places = {str(asked): factory.shipped().get(str(asked)) or weights.locate(str(asked))}
+    else:
+        places = factory.shipped()
+    if not places:
+        return ["", f"Weights: none are shipped; bench train {spec.name} makes some"]
+    lines = []
+    for name, place in places.items():
+        lines += ["", f"Weights {name}"]
+        lines += [x for fact in described(weights.read_card(place)) for x in _wrapped(fact, "  ")]
     return lines
 
 

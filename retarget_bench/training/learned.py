@@ -100,8 +100,8 @@ class Learned:
         return bundles.read(self._at, **self._wanted).tensors
 
     def using(self, tensors: Mapping[str, Tensor]) -> Self:
-        """This method with other tensors, in place of what its weights are: for training."""
-        self.__dict__["tensors"] = tensors
+        """This method with these tensors, whatever its weights are: for training."""
+        self.__dict__.update(tensors=tensors, _at=None, _card=None)
         return self
 
     @property
