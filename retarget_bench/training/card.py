@@ -60,10 +60,18 @@ def card(
 
 
 def manifest(data: Dataset, material: Material) -> dict[str, list[str]]:
-    """What the weights have seen; kinds of performance where the data set says them."""
+    """What the weights have seen: ``characters`` that were trained on and those of ``validation``, by which
+    the weights were chosen; kinds of performance, or clips, where the data set says them."""
     told: Mapping[str, Any] = getattr(data, "training_manifest", dict)()
-    found = {"characters": sorted(material.clips), "structures": list(material.structures)}
-    return found | ({"kinds": list(told["kinds"])} if "kinds" in told else {})
+    cast = data.characters()
+    aside = [name for name in told.get("validation", ()) if cast[name].structure in material.structures]
+    found = {
+        "characters": sorted({*material.clips, *aside}),
+        "validation": aside,
+        "structures": list(material.structures),
+        **{key: list(told[key]) for key in ("kinds", "clips") if key in told},
+    }
+    return {key: names for key, names in found.items() if names}
 
 
 def hardware(device: torch.device) -> str:
