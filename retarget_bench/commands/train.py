@@ -145,6 +145,8 @@ class Voice:
                 f"step {moment.step}, {_time(moment.seconds)}: {losses}; "
                 f"validation {_scores(moment.validation)}{mark}"
             )
+            if moment.problem:
+                self.say(f"not every validation case got an answer: {moment.problem}")
 
     def close(self) -> None:
         if self._bar is not None:

@@ -18,7 +18,8 @@ from retarget_bench.training.request import Request, without_places
 
 POINTS = 40
 """Of the loss curve on a card."""
-UNWATCHED = "the data set has no validation part: these are the weights of the last step"
+UNPARTED = "the data set has no validation part"
+UNWATCHED = "no weights were chosen by validation, these are the last ones"
 
 
 def card(

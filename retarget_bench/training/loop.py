@@ -34,13 +34,18 @@ LOOKED = 10
 
 @dataclass(frozen=True)
 class Moment:
-    """What there is to show. share: of the budget. losses: ``phase.term`` -> mean of the last steps."""
+    """What there is to show.
+
+    share: of the budget. losses: ``phase.term`` -> mean of the last steps. validation: where there was one;
+    problem: what went wrong with some of its cases.
+    """
 
     step: int
     seconds: float
     share: float
     losses: Mapping[str, float]
     validation: Scores | None = None
+    problem: str = ""
     best: Best | None = None
 
 
@@ -132,7 +137,8 @@ class Loop:
             self._log.row(self._step, self._seconds, rate, _columns(scores))
         if row and (due or time.perf_counter() - self._saved > SAVED):
             self._save(scores)
-        self.show(Moment(self._step, self._seconds, share, losses, scores, self.at.best))
+        problem = self.judge.problem if scores is not None and self.judge is not None else ""
+        self.show(Moment(self._step, self._seconds, share, losses, scores, problem, self.at.best))
 
     def _look(self) -> None:
         """Take what steps measured off the device. Raises BenchError at what is not finite."""
@@ -170,7 +176,7 @@ class Loop:
             score = self.judge.decisive(scores)
             seconds = round(self._seconds, 1)
             history += ({"step": self._step, "seconds": seconds, "scores": scores},)
-            if best is None or score < best.score:
+            if score < (best.score if best else math.inf):
                 best = Best(self._step, score, scores)
         new = best is not before.best
         exported = self._exported() if new else before.exported

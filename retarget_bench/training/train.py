@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -15,7 +16,7 @@ from retarget_bench.header import versions
 from retarget_bench.spec import Spec
 from retarget_bench.training import checkpoint, curve, parallel, request, weights
 from retarget_bench.training.budget import Budget
-from retarget_bench.training.card import UNWATCHED, card
+from retarget_bench.training.card import UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.loop import Loop, Moment
 from retarget_bench.training.material import Material, gather
@@ -24,6 +25,8 @@ from retarget_bench.training.turns import explicit
 from retarget_bench.training.validate import Judge, held_out
 
 FOLDER = Path("runs/train")
+DRAWN = 120.0
+"""Seconds between pictures of the curves."""
 
 
 @dataclass(frozen=True)
@@ -112,7 +115,8 @@ def _judge(data: Any, learner: Any, cases: int, device: torch.device, voice: Voi
     aside = held_out(data)
     judge = Judge(aside, learner.method(), cases, device) if aside is not None else None
     if not judge:
-        voice.say(f"no validation: {UNWATCHED}")
+        why = UNPARTED if aside is None else "the method supports none of its validation cases"
+        voice.say(f"{why}: {UNWATCHED}")
     return judge or None
 
 
@@ -210,11 +214,13 @@ class _Keeper:
     def __init__(self, folder: Path, asked: Request, material: Material, device: torch.device) -> None:
         self._folder, self._asked, self._material, self._device = folder, asked, material, device
         self._data = plan.dataset(Spec.parse(asked.dataset))
+        self._drawn = time.perf_counter()
 
     def __call__(self, at: Checkpoint, better: bool) -> None:
         """After a checkpoint: the best weights where they are new. Raises FileError."""
         if better:
             self._write(at, at.exported)
+        if time.perf_counter() - self._drawn > DRAWN:
             self._draw()
 
     def finish(self, at: Checkpoint, last: Mapping[str, torch.Tensor]) -> None:
@@ -228,3 +234,4 @@ class _Keeper:
 
     def _draw(self) -> None:
         curve.draw(self._folder, f"{self._asked.method} on {self._data.label.strip()}")
+        self._drawn = time.perf_counter()

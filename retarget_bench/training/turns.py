@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import os
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import Any, cast
 
@@ -102,7 +104,11 @@ class _Losses(nn.Module):
 def _parallel(losses: _Losses) -> nn.Module:
     """The same, with gradients averaged over all processes. Inputs stay the very objects that they are,
     so that a phase can leave something in ``memory``: hence no ``device_ids``."""
-    return nn.parallel.DistributedDataParallel(losses, broadcast_buffers=False, find_unused_parameters=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # the option's new name is not known to torch 2.4
+        return nn.parallel.DistributedDataParallel(
+            losses, broadcast_buffers=False, find_unused_parameters=True
+        )
 
 
 def turns(learner: Learner, recipe: Recipe, device: torch.device) -> list[Turn]:
@@ -145,5 +151,6 @@ def explicit(device: torch.device) -> None:
     torch.backends.cuda.matmul.allow_tf32 = False
     torch.backends.cudnn.allow_tf32 = False
     if device.type == "cuda":
+        os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")  # or its sums change from run to run
         torch.backends.cudnn.benchmark = False
         torch.backends.cudnn.deterministic = True

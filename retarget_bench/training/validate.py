@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
@@ -12,6 +13,7 @@ from torch import nn
 
 from retarget_bench import defaults, plan, predict, records, score
 from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method
+from retarget_bench.batches import batches
 from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 
@@ -21,46 +23,59 @@ Scores = Mapping[str, Mapping[str, float]]
 
 
 class Judge:
-    """A fixed choice of cases. What it finds depends on the weights alone."""
+    """A fixed choice of cases. What it finds depends on the weights alone.
+
+    problem: what went wrong with a case the last time; "": nothing.
+    """
 
     def __init__(self, data: Dataset, method: Method, cases: int, device: torch.device) -> None:
         """Load up to ``cases`` cases of each split that the method supports; ``len`` says how many."""
         name, self.values = defaults.VALIDATION
+        self.problem = ""
         self._metrics = plan.metrics((name,))
-        self._context = Context(device=str(device))
+        self._device = str(device)
         cast = data.characters()
-        self._cases: dict[str, list[Case]] = {}
+        self._cases: dict[str, list[list[Case]]] = {}
         for split in data.card.splits:
             offered = [info for info in data.cases(TASK, split) if _supported(method, info, cast)]
-            if chosen := choose(offered, cases):
-                self._cases[split] = [data.load(info) for info in chosen]
+            infos = choose(offered, cases)
+            loaded = {info.id: data.load(info) for info in infos}
+            asked = {id_: case for id_, case in loaded.items() if not predict.refusal(method, case)}
+            if asked:
+                groups = batches([info for info in infos if info.id in asked], cast)
+                self._cases[split] = [[asked[id_] for id_ in group] for group in groups]
 
     def __len__(self) -> int:
-        return sum(map(len, self._cases.values()))
+        return sum(len(group) for groups in self._cases.values() for group in groups)
 
-    def __call__(self, learner_modules: nn.Module, method: Method) -> Scores:
+    def __call__(self, modules: nn.Module, method: Method) -> Scores:
         """Scores by split. Raises BenchError where no case gets an answer, with the reason of one."""
-        problem = ""
-        found: dict[str, dict[str, float]] = {}
-        with _evaluating(learner_modules):
-            for split, cases in self._cases.items():
-                rows = []
-                for case in cases:
-                    outcome = predict.predict(method, case, self._context_of(case))
-                    if outcome.prediction is None:
-                        problem = f"{case.info.id}: {outcome.status}: {outcome.message}"
-                    else:
-                        rows.append(score.score(self._metrics, case, predict.as_scored(outcome.prediction)))
-                if rows:
-                    found[split] = self._means(rows)
-        if not found:
-            raise BenchError(f"no validation case got an answer ({problem})")
-        return found
+        self.problem = ""
+        with _evaluating(modules):
+            rows = {split: self._rows(method, groups) for split, groups in self._cases.items()}
+        if not any(rows.values()):
+            raise BenchError(f"no validation case got an answer ({self.problem})")
+        return {split: self._means(each) for split, each in rows.items() if each}
 
     def decisive(self, scores: Scores) -> float:
-        """What is to be small: the mean over splits of the first value."""
-        each = [values[self.values[0]] for values in scores.values() if self.values[0] in values]
-        return sum(each) / len(each) if each else float("inf")
+        """What is to be small: the mean over splits of the first value; infinite unless every case has
+        an answer that it can be had of."""
+        each = [values.get(self.values[0], math.inf) for values in scores.values()]
+        whole = sum(values["n"] for values in scores.values()) == len(self)
+        return sum(each) / len(each) if each and whole else math.inf
+
+    def _rows(self, method: Method, groups: Sequence[Sequence[Case]]) -> list[Mapping[str, Any]]:
+        rows: list[Mapping[str, Any]] = []
+        for cases in groups:
+            contexts = [self._context_of(case) for case in cases]
+            for case, outcome in zip(cases, predict.predict_all(method, cases, contexts), strict=True):
+                if outcome.prediction is not None:
+                    rows.append(score.score(self._metrics, case, predict.as_scored(outcome.prediction)))
+                elif outcome.message.startswith("KeyboardInterrupt"):
+                    raise KeyboardInterrupt
+                else:
+                    self.problem = f"{case.info.id}: {outcome.status}: {outcome.message}"
+        return rows
 
     def _means(self, rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
         means: dict[str, float] = {}
@@ -70,7 +85,7 @@ class Judge:
         return means | {"n": len(rows)}
 
     def _context_of(self, case: Case) -> Context:
-        return Context(seed=records.case_seed(0, "validation", case.info.id), device=self._context.device)
+        return Context(seed=records.case_seed(0, "validation", case.info.id), device=self._device)
 
 
 def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:
