@@ -137,7 +137,7 @@ class Puppets:
         return labels.labels(self._studio.score(clip), self._studio.contacts(clip, info.target))
 
     def unseen(self, info: CaseInfo) -> frozenset[str]:
-        """Out of ``source``, ``target`` and ``kind``: what no training part has. Empty: all is seen."""
+        """Out of ``source``, ``target`` and ``kind``: what neither training nor validation has."""
         clip = self._clip(info)
         held = {name: parts.held_out(body) for name, body in clip.family.bodies.items()}
         marks = {
