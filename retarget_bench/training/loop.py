@@ -113,7 +113,7 @@ class Loop:
 
     def _do(self, rate: float) -> dict[str, Tensor]:
         """One step: every phase once."""
-        numbers = _seeded(self.seed, self._step, parallel.rank())
+        numbers = _seeded(self.seed, self._step, parallel.rank(), self.device)
         batch = moved(self.learner.draw(numbers, self.rows), self.device)
         memory: dict[str, Any] = {}
         measured: dict[str, Tensor] = {}
@@ -212,10 +212,14 @@ class Loop:
         self.at = replace(start, state={})
 
 
-def _seeded(seed: int, step: int, rank: int) -> np.random.Generator:
+def _seeded(seed: int, step: int, rank: int, device: torch.device) -> np.random.Generator:
     """Seed torch for a step, and the generator that its batch is drawn with."""
     sequence = np.random.SeedSequence([seed, step, rank])
-    torch.manual_seed(int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1)))
+    number = int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1))
+    if device.type == "cpu":  # the whole of torch takes a millisecond, to remember who asked
+        torch.default_generator.manual_seed(number)
+    else:
+        torch.manual_seed(number)
     return np.random.default_rng(sequence)
 
 

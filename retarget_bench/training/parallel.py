@@ -14,6 +14,7 @@ from typing import TypeVar
 import torch
 import torch.distributed as dist
 from torch import Tensor, nn
+from torch.distributed.rendezvous import rendezvous
 
 from retarget_bench.errors import BenchError
 
@@ -60,10 +61,10 @@ def join(where: torch.device) -> None:
     if where.type == "cuda":
         torch.cuda.set_device(where)
     backend = "cpu:gloo,cuda:nccl" if where.type == "cuda" else "gloo"
-    store, number, count = next(dist.rendezvous("env://", timeout=PATIENCE))
+    store, number, count = next(rendezvous("env://", timeout=PATIENCE))
     # a store that outlives a restart still has the addresses of processes that are gone
     attempt = os.environ.get("TORCHELASTIC_RESTART_COUNT", "0")
-    store = dist.PrefixStore(f"attempt {attempt}", store)
+    store = dist.PrefixStore(f"attempt {attempt}", store)  # type: ignore[attr-defined]
     dist.init_process_group(backend, store=store, rank=number, world_size=count, timeout=PATIENCE)
 
 
