@@ -12,6 +12,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.structures import BODY22, reduce
 from retarget_bench.training.recipe import Recipe
 
+from .form import Lengths
 from .retargeter import Retargeter, Terms, Yaw, common_reasons
 
 PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
@@ -26,6 +27,7 @@ PARAMETERS = {
     "facing": "frames over which the direction that a body faces is averaged",
     "yaw": "where the target turns: predicted, or as the source",
     "clean": "movements take the source's sign, and nothing rises where the source does not",
+    "lengths": "what lengths are counted in: world (centimetres) or body (its hips are 90 high)",
     "weights": "name of shipped weights, or a path to others",
 }
 
@@ -44,6 +46,7 @@ class Nkn(Retargeter):
     a body faces is averaged; the answer therefore depends on three times as many frames to come.
     yaw: ``predicted`` integrates the decoder's turns, as the paper does; ``source`` takes the source's own.
     clean: movements take the source's sign, and nothing rises where the source does not.
+    lengths: ``world`` counts in centimetres, as the paper; ``body`` in a unit that grows with the body.
     """
 
     presets: Mapping[str, Recipe] = {
@@ -61,6 +64,7 @@ class Nkn(Retargeter):
         facing: float = 20.0,
         yaw: Yaw = "predicted",
         clean: bool = False,
+        lengths: Lengths = "world",
         weights: str = "puppets",
     ) -> None:
         super().__init__(
@@ -72,6 +76,7 @@ class Nkn(Retargeter):
             facing=facing,
             yaw=yaw,
             clean=clean,
+            lengths=lengths,
         )
         self.card = MethodCard(
             name="nkn",
@@ -104,7 +109,7 @@ class Nkn(Retargeter):
         return STRUCTURE
 
     def another(self) -> Nkn:
-        return Nkn(self.cell, self.hidden, self.losses, self.same, self.facing, self.yaw, self.clean)
+        return Nkn(**self.choices)
 
 
 plugin = Nkn

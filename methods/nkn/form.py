@@ -8,19 +8,30 @@ from what the decoder says of every frame. A source may be known by positions on
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from retarget_bench.api import Prediction
-from retarget_bench.motion import facing, kinematics, rotation
+from retarget_bench.motion import facing, rotation
 from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
 FPS = 30.0
-CENTIMETRES = 100.0
-"""The unit that the losses' weights and the discriminator were made for."""
+CENTIMETRE = 0.01
+"""The unit that the losses' weights and the discriminator were made for, metres."""
+MIDDLING = 90.0
+"""Of a body's own centimetres, how many its hips stand above the floor."""
+Lengths = Literal["world", "body"]
 STILL = 0.01
 """Centimetres per frame: below this the published clean-up takes a source not to rise or fall."""
+
+
+def unit(character: Character, lengths: Lengths) -> float:
+    """Metres: what lengths are counted in. ``world``: centimetres. ``body``: such that all hips are as high
+    at rest, whatever the body; a movement that is copied then is one that is scaled."""
+    return CENTIMETRE if lengths == "world" else character.measures.hip_height / MIDDLING
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,8 +48,8 @@ class Sight:
     hips: np.ndarray
 
 
-def see(source: Prediction, body: Aligned, smoothing: float) -> Sight:
-    """smoothing: frames over which the direction is averaged (``facing.facing``)."""
+def see(source: Prediction, body: Aligned, smoothing: float, unit: float) -> Sight:
+    """smoothing: frames over which the direction is averaged (``facing.facing``). unit: metres."""
     places = _at_rate(source.positions, source.fps)
     turn = facing.facing(places, source.character, smoothing)
     hips = places[:, body.joints[0]]
@@ -46,9 +57,9 @@ def see(source: Prediction, body: Aligned, smoothing: float) -> Sight:
     local[:, 0, 1] = hips[:, 1] - hips[0, 1]
     steps = facing.seen(np.diff(hips, axis=0, prepend=hips[:1]), turn)
     turns = np.angle(turn * np.concatenate([turn[:1], turn[:-1]]).conj())
-    moves = np.concatenate([steps * CENTIMETRES, turns[:, None]], axis=1)
+    moves = np.concatenate([steps / unit, turns[:, None]], axis=1)
     moves[:1] = moves[1:2] if len(moves) > 1 else moves[:1]
-    flat = local.reshape(len(local), -1) * CENTIMETRES
+    flat = local.reshape(len(local), -1) / unit
     return Sight(np.concatenate([flat, moves], axis=1).astype(np.float32), turn, hips)
 
 
@@ -59,20 +70,22 @@ def begin(poses: np.ndarray) -> np.ndarray:
     return poses
 
 
-def bones(body: Aligned) -> np.ndarray:
-    """``(joints, 3)`` centimetres, float32."""
-    return np.asarray(body.offsets * CENTIMETRES, dtype=np.float32)
+def bones(body: Aligned, unit: float) -> np.ndarray:
+    """``(joints, 3)`` in the unit, float32."""
+    return np.asarray(body.offsets / unit, dtype=np.float32)
 
 
 @dataclass
 class Path:
     """Where the bodies of a batch are and where they face; goes on from chunk to chunk.
 
-    place: ``(rows, 3)`` metres. turn: ``(rows,)`` unit complex numbers. first: nothing came before.
+    place: ``(rows, 3)`` metres. turn: ``(rows,)`` unit complex numbers. unit: ``(rows,)`` metres.
+    first: nothing came before.
     """
 
     place: np.ndarray
     turn: np.ndarray
+    unit: np.ndarray
     first: bool = True
 
     def follow(self, moves: np.ndarray, turn: np.ndarray | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -83,7 +96,7 @@ class Path:
             moves[0] = 0.0
         if turn is None:
             turn = self.turn * np.exp(1j * np.cumsum(moves[..., 3], axis=0))
-        hips = self.place + np.cumsum(facing.placed(moves[..., :3] / CENTIMETRES, turn), axis=0)
+        hips = self.place + np.cumsum(facing.placed(moves[..., :3] * self.unit[:, None], turn), axis=0)
         self.place, self.turn, self.first = hips[-1], turn[-1], False
         return turn, hips
 
@@ -112,12 +125,6 @@ def answer(
     else:
         turned, hips = turns[low], hips[low]
     return body.motion(turned, hips, fps)
-
-
-def rest(body: Aligned) -> np.ndarray:
-    """``(joints, 3)`` metres: the joints in the reference pose, relative to the hips."""
-    still = rotation.identity(1, len(body.joints))
-    return kinematics.forward(body.skeleton, still, np.zeros((1, 3)))[0][0]
 
 
 def _at_rate(places: np.ndarray, fps: float) -> np.ndarray:

@@ -12,8 +12,8 @@ from torch import Tensor, nn
 
 from retarget_bench.api import Method
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.kinematics_torch import Tree
+from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training import parallel
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.material import Material, Windows
@@ -22,7 +22,7 @@ from retarget_bench.training.recipe import Recipe
 from . import losses
 from .cells import Kind
 from .discriminator import Discriminator
-from .form import begin, bones
+from .form import begin
 from .generator import Generator
 from .pose import MOVES, Bodies, quaternions
 
@@ -50,14 +50,16 @@ class Learner:
     """Rows go in groups of one source and one target structure; NKN itself knows one structure only.
 
     material: the clips, with ``poses`` as ``form.see`` gives them. casts: structure -> its characters.
-    bodies: character -> its joints. build: a method with the tensors that it is given.
+    skeletons: of each structure. bones: character -> ``(joints, 3)``. build: a method with the tensors that
+    it is given.
     """
 
     def __init__(
         self,
         material: Material,
         casts: Mapping[str, Sequence[str]],
-        bodies: Mapping[str, Aligned],
+        skeletons: Mapping[str, Skeleton],
+        bones: Mapping[str, np.ndarray],
         choices: Choices,
         recipe: Recipe,
         build: Callable[[Mapping[str, Tensor]], Method],
@@ -65,12 +67,12 @@ class Learner:
         self._material, self._choices, self._window, self._build = material, choices, recipe.window, build
         self._names = sorted(casts)
         self._casts = {name: sorted(casts[name]) for name in self._names}
-        self._bones = {name: bones(body) for name, body in bodies.items()}
-        self._trees = {name: Tree.of(bodies[mine[0]].skeleton) for name, mine in self._casts.items()}
+        self._bones = bones
+        self._trees = {name: Tree.of(skeletons[name]) for name in self._names}
         self._generators: dict[str, Generator] = {}
         self._discriminators: dict[str, Discriminator] = {}
         for name, mine in self._casts.items():
-            joints = len(bodies[mine[0]].joints)
+            joints = len(skeletons[name])
             self._generators[name] = Generator(joints, choices.hidden, choices.cell)
             self._discriminators[name] = Discriminator(3 * joints + MOVES, 3 * (joints - 1))
             self._measure(self._generators[name], mine)

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -52,12 +52,13 @@ class Retargeter(Learned):
         facing: float,
         yaw: Yaw,
         clean: bool,
+        lengths: form.Lengths,
     ) -> None:
         super().__init__(weights)
         if hidden < 1 or not 0.0 <= same <= 1.0 or facing < 0.0:
             raise BenchError("hidden has to be at least 1, same between 0 and 1, facing not negative")
         self.cell, self.hidden, self.losses, self.same = cell, hidden, losses, same
-        self.facing, self.yaw, self.clean = facing, yaw, clean
+        self.facing, self.yaw, self.clean, self.lengths = facing, yaw, clean, lengths
 
     def facts(self) -> Mapping[str, Scalar]:
         return {
@@ -66,7 +67,13 @@ class Retargeter(Learned):
             "losses": self.losses,
             "same": self.same,
             "facing": self.facing,
+            "lengths": self.lengths,
         }
+
+    @property
+    def choices(self) -> dict[str, Any]:
+        """All parameters but the weights."""
+        return dict(self.facts()) | {"yaw": self.yaw, "clean": self.clean}
 
     # ---------------------------------------------------------------------------- bodies and networks
     @abstractmethod
@@ -98,6 +105,14 @@ class Retargeter(Learned):
             found[name] = Generator((channels - MOVES) // 3, self.hidden, self.cell).eval()
             found[name].load_state_dict(mine)
         return found
+
+    def see(self, source: Prediction) -> form.Sight:
+        character = source.character
+        return form.see(source, self.body(character), self.facing, form.unit(character, self.lengths))
+
+    def bones(self, character: Character) -> np.ndarray:
+        """``(joints, 3)`` as the networks are told."""
+        return form.bones(self.body(character), form.unit(character, self.lengths))
 
     # ------------------------------------------------------------------------------------ retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -143,16 +158,17 @@ class Retargeter(Learned):
 
         source, target = (self.networks[self.structure(mine[0])] for mine in (sources, targets))
         seen = [self.body(each) for each in targets]
-        offsets = torch.from_numpy(np.stack([form.bones(each) for each in seen]))
+        path = form.Path(place, turn, np.array([form.unit(each, self.lengths) for each in targets]))
+        offsets = torch.from_numpy(np.stack([self.bones(each) for each in targets]))
         bodies = Bodies(Tree.of(seen[0].skeleton), offsets, target.scale)
-        return Stream(source.encoder, source.scale, target.decoder, bodies, form.Path(place, turn))
+        return Stream(source.encoder, source.scale, target.decoder, bodies, path)
 
     def _together(
         self, key: tuple[str, str], sources: Sequence[Prediction], targets: Sequence[Character]
     ) -> list[Motion]:
         """Of one pair of structures; shorter motions are followed by zeros, which nothing real sees."""
         actors = [source.character for source in sources]
-        seen = [form.see(source, self.body(source.character), self.facing) for source in sources]
+        seen = [self.see(source) for source in sources]
         ratio = [root_rules.ratio(ROOT_RULE, *pair) for pair in zip(actors, targets, strict=True)]
         place = np.stack([sight.hips[0] * by for sight, by in zip(seen, ratio, strict=True)])
         stream = self.stream(actors, targets, place, np.array([sight.turn[0] for sight in seen]))
@@ -173,7 +189,7 @@ class Retargeter(Learned):
     # --------------------------------------------------------------------------------------- training
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         """``poses`` ``(frames, channels)``: see ``pose.py``."""
-        return {"poses": form.see(motion, self.body(motion.character), self.facing).poses}
+        return {"poses": self.see(motion).poses}
 
     @abstractmethod
     def another(self) -> Retargeter:
@@ -187,13 +203,14 @@ class Retargeter(Learned):
             casts.setdefault(self.structure(material.characters[name]), []).append(name)
         if len(material.clips) < 2 and self.losses != "autoencoder":
             raise NotSupported(f"{self.card.name} needs two characters to train on, and there is one")
-        bodies = {name: self.body(material.characters[name]) for name in sorted(material.clips)}
+        trees = {name: self.body(material.characters[mine[0]]).skeleton for name, mine in casts.items()}
+        bones = {name: self.bones(material.characters[name]) for name in sorted(material.clips)}
         choices = Choices(self.cell, self.hidden, self.losses, self.same)
 
         def build(tensors: Mapping[str, Tensor]) -> Retargeter:
             return self.another().using(tensors)
 
-        return Learner(material, casts, bodies, choices, recipe, build)
+        return Learner(material, casts, trees, bones, choices, recipe, build)
 
 
 def common_reasons(character: Character) -> str:
