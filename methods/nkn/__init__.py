@@ -24,6 +24,7 @@ PARAMETERS = {
     "hidden": "width of the GRU layers",
     "losses": "training terms: autoencoder, cycle or adversarial (all)",
     "same": "share of training rows whose target is the source itself",
+    "drift": "weight of errors of movements summed up over time; 0 in the paper",
     "facing": "frames over which the direction that a body faces is averaged",
     "yaw": "where the target turns: predicted, or as the source",
     "clean": "movements take the source's sign, and nothing rises where the source does not",
@@ -42,8 +43,10 @@ class Nkn(Retargeter):
 
     cell: the GRU. ``tf`` is that of the published code and its parameter counts. hidden: its width.
     losses: ``adversarial`` is the paper's method, ``cycle`` and ``autoencoder`` its ablations.
-    same: share of training rows whose target is the source itself. facing: frames over which the direction
-    a body faces is averaged; the answer therefore depends on three times as many frames to come.
+    same: share of training rows whose target is the source itself.
+    drift: weight of a term of our own, squared differences of movements summed up over time; the paper has
+    none. facing: frames over which the direction that a body faces is averaged; an answer therefore depends
+    on three times as many frames to come.
     yaw: ``predicted`` integrates the decoder's turns, as the paper does; ``source`` takes the source's own.
     clean: movements take the source's sign, and nothing rises where the source does not.
     lengths: ``world`` counts in centimetres, as the paper; ``body`` in a unit that grows with the body.
@@ -61,6 +64,7 @@ class Nkn(Retargeter):
         hidden: int = 512,
         losses: Terms = "adversarial",
         same: float = 0.2,
+        drift: float = 0.0,
         facing: float = 20.0,
         yaw: Yaw = "predicted",
         clean: bool = False,
@@ -73,6 +77,7 @@ class Nkn(Retargeter):
             hidden=hidden,
             losses=losses,
             same=same,
+            drift=drift,
             facing=facing,
             yaw=yaw,
             clean=clean,

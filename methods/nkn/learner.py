@@ -38,12 +38,14 @@ OWN = 0.5
 
 @dataclass(frozen=True)
 class Choices:
-    """cell, hidden: of the networks. losses: which terms. same: how often the target is the source."""
+    """cell, hidden: of the networks. losses: which terms. same: how often the target is the source.
+    drift: weight of ``losses.drift``."""
 
     cell: Kind
     hidden: int
     losses: Losses
     same: float
+    drift: float = 0.0
 
 
 class Learner:
@@ -157,14 +159,18 @@ class Learner:
         real = losses.mask(len(poses), group["lengths"])
         answers, raw = _through(source, target, poses, other)
         outputs = [(answers, raw, target)]
-        terms = {}
+        terms, drifts = {}, []
         if names[0] == names[1]:
             kept = real * group["same"]
             terms["same_places"], terms["same_moves"] = losses.apart(answers, poses, kept)
+            drifts.append(losses.drift(answers, poses, kept))
         if self._choices.losses != "autoencoder":
             back, raw = _through(target, source, answers, body)
             outputs.append((back, raw, source))
             terms["cycle_places"], terms["cycle_moves"] = losses.apart(back, poses, real)
+            drifts.append(losses.drift(back, poses, real))
+        if self._choices.drift:
+            terms["drift"] = self._choices.drift * torch.stack(drifts).sum()
         twists = [losses.twist(quaternions(raw[..., :-MOVES]), real) for _, raw, _ in outputs]
         changes = [losses.smooth(through.scale.plain(seen), real) for seen, _, through in outputs]
         terms["twist"] = losses.TWIST * torch.stack(twists).mean()

@@ -31,6 +31,13 @@ def apart(a: Tensor, b: Tensor, real: Tensor) -> tuple[Tensor, Tensor]:
     return squares[..., :-MOVES].sum(), squares[..., -MOVES:].sum()
 
 
+def drift(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
+    """The sum over real frames of squared differences of all movements so far, which a small error in the
+    same direction in every frame makes large. Not in the paper; for poses as in ``apart``."""
+    apart = ((a - b)[..., -MOVES:] * real.unsqueeze(-1)).cumsum(0)
+    return (apart.square().sum(-1) * real).sum()
+
+
 def twist(turns: Tensor, real: Tensor) -> Tensor:
     """The mean over joints, summed over real frames, of the squared angle beyond the limit, radians.
 

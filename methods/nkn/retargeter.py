@@ -49,6 +49,7 @@ class Retargeter(Learned):
         hidden: int,
         losses: Terms,
         same: float,
+        drift: float,
         facing: float,
         yaw: Yaw,
         clean: bool,
@@ -57,7 +58,8 @@ class Retargeter(Learned):
         super().__init__(weights)
         if hidden < 1 or not 0.0 <= same <= 1.0 or facing < 0.0:
             raise BenchError("hidden has to be at least 1, same between 0 and 1, facing not negative")
-        self.cell, self.hidden, self.losses, self.same = cell, hidden, losses, same
+        self.cell, self.hidden, self.losses = cell, hidden, losses
+        self.same, self.drift = same, drift
         self.facing, self.yaw, self.clean, self.lengths = facing, yaw, clean, lengths
 
     def facts(self) -> Mapping[str, Scalar]:
@@ -66,6 +68,7 @@ class Retargeter(Learned):
             "hidden": self.hidden,
             "losses": self.losses,
             "same": self.same,
+            "drift": self.drift,
             "facing": self.facing,
             "lengths": self.lengths,
         }
@@ -205,7 +208,7 @@ class Retargeter(Learned):
             raise NotSupported(f"{self.card.name} needs two characters to train on, and there is one")
         trees = {name: self.body(material.characters[mine[0]]).skeleton for name, mine in casts.items()}
         bones = {name: self.bones(material.characters[name]) for name in sorted(material.clips)}
-        choices = Choices(self.cell, self.hidden, self.losses, self.same)
+        choices = Choices(self.cell, self.hidden, self.losses, self.same, self.drift)
 
         def build(tensors: Mapping[str, Tensor]) -> Retargeter:
             return self.another().using(tensors)
