@@ -29,6 +29,7 @@ COMMANDS = {
     "retarget": ("retarget", "Retarget one BVH file to another character."),
     "doctor": ("doctor", "Say how a motion file is understood, and what to override."),
     "train": ("train", "Train a learned method: weights, with a card that says where they come from."),
+    "ablate": ("ablate", "Train a method's variants as a paper's table lists them, and print that table."),
     "train-features": ("train_features", "Train the networks that FID compares motions by."),
     "data": ("data", "Work with data sets themselves: export one as files."),
     "submit": ("submit", "Make or check a submission to a leaderboard, or draw the leaderboard."),

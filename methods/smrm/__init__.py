@@ -17,6 +17,7 @@ from retarget_bench.training.learned import Learned
 from retarget_bench.training.material import Material
 from retarget_bench.training.recipe import Recipe
 
+from .ablations import ABLATIONS
 from .form import Form, Normalisation, Root, Yaw, unfit
 from .inference import retargeted
 from .learner import Reference, SMRMLearner, Weighting
@@ -54,6 +55,8 @@ class SMRM(Learned):
     The cycle loss on joints is the mean squared error of places relative to the hips plus that of the hips'
     path over the window, in units of the normalisation (metres, or hip heights).
     """
+
+    ablations = ABLATIONS
 
     def __init__(
         self,

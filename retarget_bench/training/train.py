@@ -70,8 +70,26 @@ def train(asked: Asked, voice: Voice) -> Trained:
     parallel.join(device)
     try:
         return _train(asked, voice, device)
+    except torch.cuda.OutOfMemoryError as error:
+        raise BenchError(
+            f"{device} has not enough memory for this batch; spread it over more processes, or give the "
+            "method a preset with a smaller one"
+        ) from error
     finally:
         parallel.leave()
+
+
+def finished(asked: Asked) -> bool:
+    """Whether the run that is asked to go on has used up its budget, and its weights are there.
+
+    Raises BenchError where its folder holds another run than the one that is asked for.
+    """
+    if asked.out is None or request.read(asked.out) is None:
+        return False
+    folder, wanted = _settled(asked)
+    at = checkpoint.read(folder)
+    ended = at is not None and wanted.limit.used(at.step, at.seconds) >= 1.0
+    return ended and (folder / f"{weights.BEST}.json").exists()
 
 
 def _train(asked: Asked, voice: Voice, device: torch.device) -> Trained:
@@ -85,7 +103,7 @@ def _train(asked: Asked, voice: Voice, device: torch.device) -> Trained:
     learner = plan.method(spec).learner(material, recipe)  # type: ignore[attr-defined]
     start = checkpoint.read(folder)
     if wanted.init and start is None:
-        learner.load(_bundle(wanted.init_path, spec, wanted.facts, wanted.init).tensors)
+        learner.load(_beginning(wanted).tensors)
     learner.modules.to(device)
     judge = _judge(data, learner, recipe.cases, device, voice)
     keeper = _Keeper(folder, wanted, material, device)
@@ -146,9 +164,10 @@ def _same(kept: Request, asked: Asked, method: Spec | None) -> None:
     data = registry.canonical("datasets", asked.dataset) if asked.dataset else None
     given = {"method": method and str(method), "preset": asked.preset, "seed": asked.seed}
     request.contradicted(kept, {**given, "dataset": data and str(data), "budget": asked.budget})
-    if asked.init is not None and weights.read_card(asked.init)["hash"] != kept.init:
-        request.contradicted(kept, {"init": asked.init})
-    _Trainee(Spec.parse(kept.method)).same(kept)
+    trainee = _Trainee(Spec.parse(kept.method))
+    trainee.same(kept)
+    if asked.init is not None:
+        request.contradicted(kept, {"init": trainee.weights(asked.init).hash})
     if plan.dataset(Spec.parse(kept.dataset)).content != kept.content:
         raise BenchError(f"{kept.dataset} is no longer the data that this run began with; train anew")
 
@@ -162,7 +181,6 @@ def _new(asked: Asked, method: Spec) -> Request:
     recipe = request.preset(method.name, trainee.presets, name)
     if asked.budget and (limit := Budget.parse(asked.budget)).steps:
         recipe = replace(recipe, steps=limit.steps)
-    init = _bundle(asked.init, method, trainee.facts).hash if asked.init else ""
     return Request(
         method=str(method),
         dataset=str(data),
@@ -174,7 +192,7 @@ def _new(asked: Asked, method: Spec) -> Request:
         facts=trainee.facts,
         label=plan.dataset(data).label,
         content=plan.dataset(data).content,
-        init=init,
+        init=trainee.weights(asked.init).hash if asked.init else "",
         init_path=asked.init or "",
         processes=parallel.world(),
         versions=versions(),
@@ -188,22 +206,31 @@ class _Trainee:
         built: Any = plan.method(spec)
         if not all(hasattr(built, name) for name in ("presets", "prepare", "learner")):
             raise BenchError(f"{spec.name} has nothing to train; bench info {spec.name} says what it is")
+        self._name, self._built = spec.name, built
         self.presets, self.version = built.presets, str(built.card.version)
         self.facts: Mapping[str, Any] = dict(built.facts())
 
     def same(self, kept: Request) -> None:
+        """Raises BenchError where the run began with another version of the method."""
         if (self.version, self.facts) != (kept.version, dict(kept.facts)):
             raise BenchError(
-                f"{kept.method} is another version than this run began with ({kept.version}, now "
+                f"{kept.method} is not what this run began with (version {kept.version}, now "
                 f"{self.version}, or other parameters); train anew in another folder"
             )
 
+    def weights(self, given: str) -> weights.Bundle:
+        """Weights to begin with: the name of shipped ones, or a path. Raises BenchError."""
+        shipped = getattr(self._built, "shipped", dict)()
+        return weights.read(
+            shipped.get(given, given), method=self._name, version=self.version, facts=self.facts
+        )
 
-def _bundle(path: str, method: Spec, facts: Mapping[str, Any], wanted: str = "") -> weights.Bundle:
-    """Weights to begin with. wanted: their hash, when a run goes on that began with them."""
-    found = weights.read(path, method=method.name, facts=facts)
-    if wanted and found.hash != wanted:
-        raise BenchError(f"{path}: these are no longer the weights that this run began with")
+
+def _beginning(asked: Request) -> weights.Bundle:
+    """The weights that a run begins with. Raises BenchError where they have changed since."""
+    found = _Trainee(Spec.parse(asked.method)).weights(asked.init_path)
+    if found.hash != asked.init:
+        raise BenchError(f"{asked.init_path}: these are no longer the weights that this run began with")
     return found
 
 

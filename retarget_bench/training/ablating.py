@@ -1,0 +1,210 @@
+"""``bench ablate``: trains the rows of an ablation under one budget, runs them, and makes the table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench import columns, plan, records, registry, statistics, versions
+from retarget_bench.api import CaseInfo
+from retarget_bench.cells import EMPTY, FAILED, NOT_APPLICABLE, Cell, Footnotes, Group, Table, count
+from retarget_bench.cells import Column as Heading
+from retarget_bench.cells import Row as Line
+from retarget_bench.errors import BenchError
+from retarget_bench.records import Place
+from retarget_bench.spec import Spec
+from retarget_bench.training.ablation import Ablation, Column, Row
+from retarget_bench.training.train import Asked, Voice, finished, train
+
+PRINTED = "printed"
+DECIMALS = 4
+"""Of our numbers: one more than papers print, since rows of one method differ by little."""
+NOT_PRINTED = "the paper prints no number here"
+
+Numbers = Mapping[str, Mapping[CaseInfo, float]]
+"""Value id -> case -> number."""
+
+
+@dataclass(frozen=True)
+class Trained:
+    """A row of an ablation with its weights. folder: of the training run."""
+
+    row: Row
+    method: Spec
+    folder: Path
+
+    @property
+    def ready(self) -> Spec:
+        """The method with the row's weights."""
+        return registry.canonical("methods", self.method.with_parameters(weights=str(self.folder)))
+
+
+def find(method: Spec, name: str) -> Ablation:
+    """A method's ablation by name. Raises BenchError, with those that there are."""
+    offered: Mapping[str, Ablation] = getattr(plan.method(method), "ablations", {})
+    if not offered:
+        raise BenchError(f"{method.name} offers no ablation")
+    if name not in offered:
+        known = ", ".join(f"{each} ({found.title})" for each, found in offered.items())
+        raise BenchError(f"{method.name} has no ablation {name!r}; there are {known}")
+    return offered[name]
+
+
+def train_rows(ablation: Ablation, asked: Asked, out: Path, voice: Voice) -> list[Trained]:
+    """Weights for every row, under the same data, seed, preset and budget.
+
+    asked: what all rows have in common; its method is the one that rows change. A row that is trained is
+    left as it is, one that was interrupted goes on. Raises BenchError where a folder holds another run.
+    """
+    assert asked.method is not None
+    made = []
+    for row in ablation.rows:
+        spec = registry.canonical("methods", asked.method.with_parameters(**row.parameters))
+        mine = replace(asked, method=spec, out=out / "train" / spec.slug, resume=True)
+        if finished(mine):
+            voice.say(f"{row.label}: trained already ({mine.out})")
+        else:
+            voice.say(f"{row.label}: training {spec}")
+            train(mine, voice)
+        made.append(Trained(row, spec, out / "train" / spec.slug))
+    return made
+
+
+def plan_of(ablation: Ablation, trained: Sequence[Trained], data: Spec, out: Path, jobs: int) -> plan.Plan:
+    """What has to be predicted and scored. Raises BenchError where no metric has a column's value."""
+    wanted = {column.value for column in ablation.columns if column.value}
+    found, _ = registry.working("metrics")
+    names = {value.id: name for name, each in found.items() for value in each.card.values}
+    if unknown := sorted(wanted - set(names)):
+        raise BenchError(f"no metric computes {', '.join(unknown)}")
+    return plan.Plan(
+        methods=tuple(dict.fromkeys(each.ready for each in trained)),
+        datasets=(data,),
+        splits=tuple(dict.fromkeys(split for column in ablation.columns for split in column.splits)),
+        metrics=tuple(sorted({names[value] for value in wanted})),
+        root=out,
+        jobs=jobs,
+    )
+
+
+def numbers_of(asked: plan.Plan, trained: Sequence[Trained]) -> list[Numbers]:
+    """What every row scored, from the results of a plan that was carried out."""
+    places: dict[Spec, list[Place]] = {}
+    for cell in plan.cells(asked):
+        places.setdefault(cell.known_as, []).append(cell.place)
+    return [_numbers(places[plan.known_as(each.ready)]) for each in trained]
+
+
+def _numbers(places: Sequence[Place]) -> Numbers:
+    headers = [records.read_header(place.header) for place in places]
+    newest = versions.newest(headers)
+    found: dict[str, dict[CaseInfo, float]] = {}
+    for place, header in zip(places, headers, strict=True):
+        part = columns.read(place, header, newest)
+        for (value, index), column in part.numbers.items():
+            if not index:
+                there = zip(part.cases, column.tolist(), strict=True)
+                found.setdefault(value, {}).update({c: x for c, x in there if not np.isnan(x)})
+    return found
+
+
+# ------------------------------------------------------------------------------------------ the table
+def table(ablation: Ablation, trained: Sequence[Trained], found: Sequence[Numbers], label: str) -> Table:
+    """Every row twice: as it is printed, and as it came out here on the data called ``label``.
+
+    Ours are means over clips of means per clip, over the cases that all rows have a number for.
+    """
+    footnotes = Footnotes()
+    common = {column.label: _common(column, found) for column in ablation.columns}
+    lines = []
+    for each, numbers in zip(trained, found, strict=True):
+        lines.append(_printed(ablation, each.row, footnotes))
+        cells = tuple(
+            _cell(column, numbers, common[column.label], footnotes) for column in ablation.columns
+        )
+        n = max((cell.n for cell in cells), default=0)
+        lines.append(Line(each.row.label, "", cells, str(n), str(each.method)))
+    group = Group(
+        title=ablation.paper,
+        split="",
+        columns=tuple(_heading(column) for column in ablation.columns),
+        ranked=tuple(lines),
+        unranked=(),
+        common=(None,) * len(ablation.columns),
+        heading="row",
+    )
+    return Table(
+        title=ablation.title,
+        groups=(group,),
+        notes=(*_counts(ablation, common, label), *ablation.notes),
+        footnotes=tuple(footnotes.sentences),
+        reading=f"Rows marked '{PRINTED}' are the paper's numbers, on the paper's data; the row under each "
+        f"was trained and run here, on {label}: how rows differ can be compared, the numbers cannot.",
+    )
+
+
+def _common(column: Column, found: Sequence[Numbers]) -> list[CaseInfo]:
+    """The cases of a column's splits that every row has its value for."""
+    each = [set(numbers.get(column.value, ())) for numbers in found]
+    both = set.intersection(*each) if each else set()
+    return sorted((info for info in both if info.split in column.splits), key=lambda info: info.id)
+
+
+def _heading(column: Column) -> Heading:
+    meaning = (
+        f"mean of {column.value} over {' and '.join(column.splits)} pairs"
+        if column.value
+        else column.missing
+    )
+    return Heading(column.label, column.label, column.unit, "lower", meaning)
+
+
+def _printed(ablation: Ablation, row: Row, footnotes: Footnotes) -> Line:
+    cells = []
+    for column in ablation.columns:
+        text = row.printed.get(column.label)
+        if text is None:
+            cells.append(Cell(NOT_APPLICABLE, reason=NOT_PRINTED, footnote=footnotes.number(NOT_PRINTED)))
+        else:
+            cells.append(Cell(text, float(text), decimals=_decimals(text)))
+    return Line(f"{row.label} ({PRINTED})", "", tuple(cells), "")
+
+
+def _cell(column: Column, numbers: Numbers, common: Sequence[CaseInfo], footnotes: Footnotes) -> Cell:
+    if not column.value:
+        return Cell(NOT_APPLICABLE, reason=column.missing, footnote=footnotes.number(column.missing))
+    if not common:
+        return Cell(
+            FAILED, reason=EMPTY[FAILED], footnote=footnotes.number("no case that every row answered")
+        )
+    by_clip: dict[str, list[float]] = {}
+    for info in common:
+        by_clip.setdefault(info.clip, []).append(numbers[column.value][info])
+    means = np.array([[np.mean(mine) for mine in by_clip.values()]])
+    value = float(means.mean())
+    return Cell(
+        f"{value:.{DECIMALS}f}",
+        value,
+        interval=statistics.mean_intervals(means)[0],
+        decimals=DECIMALS,
+        n=len(common),
+        clips=len(by_clip),
+    )
+
+
+def _counts(ablation: Ablation, common: Mapping[str, Sequence[CaseInfo]], label: str) -> list[str]:
+    """Over what our numbers are means, in a sentence; columns with the same cases together."""
+    told: dict[str, list[str]] = {}
+    for column in ablation.columns:
+        if cases := common[column.label]:
+            pairs, clips = len({info.pair for info in cases}), len({info.clip for info in cases})
+            what = f"{count(len(cases), 'case')}, {count(pairs, 'pair')}, {count(clips, 'clip')}"
+            told.setdefault(what, []).append(column.label)
+    return [f"n, {label}: {what} ({', '.join(which)})." for what, which in told.items()]
+
+
+def _decimals(text: str) -> int:
+    return len(text.partition(".")[2])

@@ -1,0 +1,54 @@
+"""Ablations: the tables of a paper in which a method is trained again with one thing changed.
+
+A method offers ``ablations``, a mapping from a short name to an ``Ablation``; ``bench ablate METHOD NAME``
+trains every row and prints the table as it was published, the published numbers beside ours.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from retarget_bench.spec import Scalar
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column as printed.
+
+    label, unit: its heading. value: the id of our value of the same meaning; "": there is none, and
+    ``missing`` says why, as a sentence.
+    splits: of the cases that ours is a mean over.
+    """
+
+    label: str
+    unit: str
+    value: str = ""
+    missing: str = ""
+    splits: tuple[str, ...] = ("intra", "cross")
+
+
+@dataclass(frozen=True)
+class Row:
+    """One row as printed.
+
+    parameters: of the method that the row trains. printed: label of a column -> the number as printed.
+    """
+
+    label: str
+    parameters: Mapping[str, Scalar]
+    printed: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Ablation:
+    """A published table. paper: which. notes: sentences on the printed numbers, and on how ours differ."""
+
+    title: str
+    paper: str
+    columns: tuple[Column, ...]
+    rows: tuple[Row, ...]
+    notes: tuple[str, ...] = ()
+
+
+__all__ = ["Ablation", "Column", "Row"]
