@@ -43,7 +43,7 @@ if TYPE_CHECKING:
     "--device", type=click.Choice(("cpu", "cuda", "auto")), default="auto", show_default=True, help="Where."
 )
 @click.option("--resume", is_flag=True, help="Go on with the run that DIR holds, from its last checkpoint.")
-@click.option("--init", metavar="WEIGHTS", help="Begin with these weights: a card, or a folder of a run.")
+@click.option("--init", metavar="WEIGHTS", help="Begin with weights: shipped ones, a card, or a run.")
 @options.jobs_option
 @options.plugin_option
 def command(

@@ -44,7 +44,12 @@ class Phase:
 
 
 class Learner(Protocol):
-    """A method while it is trained."""
+    """A method while it is trained.
+
+    Where several processes train together, parameters and buffers are the same in all of them: after every
+    step the first one's buffers become everybody's. A running score is better the mean over processes
+    (``parallel.mean``).
+    """
 
     modules: nn.ModuleDict
     phases: Sequence[Phase]

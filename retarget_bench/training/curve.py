@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from retarget_bench import defaults
 from retarget_bench.files import atomic
 from retarget_bench.training import log
 from retarget_bench.training.turns import NORM
@@ -14,6 +15,7 @@ from retarget_bench.training.turns import NORM
 NAME = "loss.png"
 SMOOTHED = 200
 """About how many points a curve of losses has; each is the mean of the rows that it stands for."""
+DECISIVE = defaults.VALIDATION[1][0]
 
 Series = tuple[np.ndarray, np.ndarray]
 
@@ -35,9 +37,11 @@ def draw(folder: Path, title: str) -> None:
         if any((values > 0).any() for _, values in losses.values()):
             panels[0].set_yscale("log")
         panels[0].set(title=title, ylabel="loss (weighted terms)")
+        splits = list(dict.fromkeys(name.split(" ")[0] for name in validation))
         for name, (steps, values) in validation.items():
-            style = "--" if name.endswith("root") else "-"
-            panels[-1].plot(steps, values, style, label=name, marker=".", linewidth=1.2)
+            split, _, value = name.partition(" ")
+            look = {"color": f"C{splits.index(split)}", "linestyle": "-" if value == DECISIVE else ":"}
+            panels[-1].plot(steps, values, label=name, marker=".", linewidth=1.2, **look)
         if validation:
             panels[-1].set(ylabel="validation error, % of height")
             panels[-1].set_ylim(bottom=0)

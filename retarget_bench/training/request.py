@@ -27,7 +27,7 @@ class Request:
 
     method, dataset: canonical specs. content: of the data. recipe: the preset's, with the budget's steps.
     version, facts:  of the method, which its checkpoints depend on. processes: that train together.
-    init:            hash of the weights that training began with; "": none.
+    init:            hash of the weights that training began with; "": none. init_path: as they were given.
     """
 
     method: str
@@ -55,7 +55,7 @@ class Request:
         data = without_places(self.dataset)
         parts = ["bench train", _quoted(self.method), "-d", _quoted(data), "--preset", self.preset]
         parts += ["--budget", self.budget] if self.budget else []
-        parts += ["--init", f"WEIGHTS-{self.init}"] if self.init else []
+        parts += ["--init", "WEIGHTS"] if self.init else []
         return " ".join([*parts, "--seed", str(self.seed)])
 
 

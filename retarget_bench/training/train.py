@@ -220,7 +220,7 @@ class _Trainee:
 
     def weights(self, given: str) -> weights.Bundle:
         """Weights to begin with: the name of shipped ones, or a path. Raises BenchError."""
-        shipped = getattr(self._built, "shipped", dict)()
+        shipped: Mapping[str, Path] = getattr(self._built, "shipped", dict)()
         return weights.read(
             shipped.get(given, given), method=self._name, version=self.version, facts=self.facts
         )
