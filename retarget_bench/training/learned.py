@@ -22,6 +22,7 @@ Building one is cheap, whether or not there are weights: training builds it too.
 from __future__ import annotations
 
 import inspect
+import sys
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from pathlib import Path
@@ -88,8 +89,9 @@ class Learned:
     @classmethod
     def shipped(cls) -> dict[str, Path]:
         """Name -> card of the weights that lie beside the method's module."""
-        folder = Path(inspect.getfile(cls)).parent / "weights"
-        return {path.stem: path for path in sorted(folder.glob("*.json"))}
+        module = getattr(sys.modules.get(cls.__module__), "__file__", None)
+        found = sorted((Path(module).parent / "weights").glob("*.json")) if module else []
+        return {path.stem: path for path in found}
 
     # ------------------------------------------------------------------------------------- tensors
     @cached_property

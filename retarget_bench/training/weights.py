@@ -1,7 +1,7 @@
 """Weights as files: ``NAME.safetensors`` and the card ``NAME.json``, which says where they come from.
 
-Matrices are kept in half precision, vectors and scalars (biases, statistics) as they are. A card holds
-beside ``schema`` and ``hash``, which ``write`` adds, the following; only the first three are needed to load:
+Matrices are kept in half precision, vectors and scalars (biases, statistics) as they are. A card
+holds this, beside ``schema`` and ``hash``, which ``write`` adds; the first three are needed to load:
 
     method, version, facts   what the weights fit: ``Trainable.facts()`` and the version of the method
     data                     what they were trained on: ``spec``, ``label``, ``content``, ``hours``
@@ -122,7 +122,7 @@ def check(
             f"{path}: these weights were trained with version {card['version']} of {card['method']}, and "
             f"this is version {version}; train them anew"
         )
-    if facts is None or facts == card["facts"]:
+    if facts is None or dict(facts) == card["facts"]:
         return
     made: Mapping[str, Scalar] = card["facts"]
     if unknown := sorted(set(facts) ^ set(made)):
