@@ -1,8 +1,10 @@
-"""One panel into several: by pair, clip, kind of performance, joint, body part, or what training had."""
+"""One panel into several: by pair, clip, kind of performance, joint, body part, what training had, or the
+points of a curve; and the part of it that is long."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -16,7 +18,9 @@ from retarget_bench.motion.roles import BODY_PARTS
 from retarget_bench.panel import Panel, Row
 from retarget_bench.records import Place
 
-By = Literal["pair", "clip", "kind", "joint", "part", "seen"]
+By = Literal["pair", "clip", "kind", "joint", "part", "seen", "second", "threshold"]
+CURVES: tuple[By, ...] = ("second", "threshold")
+"""What a value may be a curve over, a row of the results per point; a line each in a table."""
 UNKNOWN = "unknown"
 NameOf = Callable[[str, str], str]
 """From a target and one of its joints to the group of the joint."""
@@ -26,8 +30,11 @@ def broken_down(panel: Panel, by: By) -> list[Panel]:
     """A panel per group, in alphabetical order (body parts from the trunk outwards).
 
     ``joint`` and ``part`` have the values that are known per joint, averaged within a case over the
-    joints of the group. Raises BenchError where the results do not know what is asked for.
+    joints of the group; ``second`` and ``threshold`` the curves over those, point by point in increasing
+    order. Raises BenchError where the results do not know what is asked for.
     """
+    if by in CURVES:
+        return _by_point(panel, by)
     if by in ("joint", "part"):
         return _by_joint(panel, by)
     if by == "seen":
@@ -107,6 +114,56 @@ def _joint_means(
         for name, row in zip(groups.tolist(), means, strict=True):
             found.setdefault(name, {})[value, ""] = row
     return found
+
+
+# -------------------------------------------------------------------------------------------- curves
+def _by_point(panel: Panel, by: By) -> list[Panel]:
+    values = {key: {**value, "index": ""} for key, value in panel.values.items() if value["index"] == by}
+    if not values:
+        raise BenchError(f"{panel.dataset}, {panel.split}: no value is a curve over {by}; run bench score")
+    points = {index for value, index in panel.keys if value in values}
+    return [
+        replace(
+            panel,
+            values=values,
+            part=point,
+            rows=tuple(
+                replace(row, draws=tuple(_at_point(draw, values, point) for draw in row.draws))
+                for row in panel.rows
+            ),
+        )
+        for point in sorted(points, key=_number)
+    ]
+
+
+def _number(point: str) -> tuple[float, str]:
+    """Sorts the points of a curve: what is no number comes last."""
+    try:
+        return float(point), ""
+    except ValueError:
+        return math.inf, point
+
+
+def _at_point(draw: Mapping[Key, np.ndarray], values: Collection[str], point: str) -> dict[Key, np.ndarray]:
+    return {(value, ""): draw[value, point] for value in values if (value, point) in draw}
+
+
+def lasting(panel: Panel, seconds: int) -> Panel:
+    """The cases that last so many whole seconds, as curves over seconds tell.
+
+    Raises BenchError where results have no such curve.
+    """
+    curves = {key for key, value in panel.values.items() if value["index"] == "second"}
+    if not curves:
+        raise BenchError(
+            f"{panel.dataset}, {panel.split}: results do not say how long clips last; bench score adds it "
+            "(growth.world)"
+        )
+    kept = np.zeros(len(panel.cases), dtype=bool)
+    for value, index in panel.keys:
+        if value in curves and _number(index)[0] >= seconds:
+            kept |= ~np.isnan(panel.numbers((value, index))).all(axis=0)
+    return panel.restricted(kept, f"{seconds} s and longer")
 
 
 # ------------------------------------------------------------------------------------------------ seen

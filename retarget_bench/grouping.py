@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from retarget_bench import gaps
+from retarget_bench.breakdown import CURVES
 from retarget_bench.cells import (
     NOT_APPLICABLE,
     NOT_RUN,
@@ -203,8 +204,9 @@ def by_part(sections: Sequence[Section], key: str, heading: str, making: Making)
             making.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
             for label in labels
         )
-        # not every body has every joint
-        asked = 0 if heading in ("joint", "part") else max(score.asked for score in section.scores)
+        # not every body has every joint, nor every clip every second
+        whole = heading not in ("joint", "part", *CURVES)
+        asked = max(score.asked for score in section.scores) if whole else 0
         n = max(asked, *(_counted(score, key) for score in section.scores))
         rows.append(Row(section.part, "", tuple(cells), f"{n}"))
     split = sections[0].split

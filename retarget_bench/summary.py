@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import sets, statistics, timing
-from retarget_bench.breakdown import By, broken_down
+from retarget_bench.breakdown import By, broken_down, lasting
+from retarget_bench.errors import BenchError
 from retarget_bench.panel import Panel, panels
 from retarget_bench.records import Place
 from retarget_bench.sets import SetValue
@@ -121,18 +122,27 @@ def unranked(header: Mapping[str, Any]) -> str:
     return "" if enough else f"answered {counts['ok']} of {counts['asked']}"
 
 
-def sections(places: Iterable[Place], by: By | None = None) -> list[Section]:
+def sections(places: Iterable[Place], by: By | None = None, at_least: int | None = None) -> list[Section]:
     """The results at these places, by data set and split (self, intra, cross).
 
-    by: one section per group: ``pair``, ``clip``, ``kind``, ``joint``, ``part`` (of the body) or ``seen``
-        (whether the method's training, or else the data set's, had the characters and the motion).
+    by: one section per group: ``pair``, ``clip``, ``kind``, ``joint``, ``part`` (of the body), ``seen``
+        (whether the method's training, or else the data set's, had the characters and the motion), or per
+        point of curves over it: ``second``, ``threshold``.
+    at_least: only of the cases that last so many seconds.
     Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
-    Raises BenchError where results do not know what they are to be broken down by.
+    Raises BenchError where results do not know what they are to be broken down by, or how long cases last.
     """
     found = panels(places)
-    return [
+    if at_least is not None:
+        found = [panel for panel in (lasting(each, at_least) for each in found) if len(panel.cases)]
+        if not found:
+            raise BenchError(f"no case lasts {at_least} s and has a reference; ask for less")
+    made = [
         _section(part) for panel in found for part in ([panel] if by is None else broken_down(panel, by))
     ]
+    for section in made if at_least is not None else []:
+        section.notes.append(f"Only clips of {at_least} s or longer.")
+    return made
 
 
 def _section(panel: Panel) -> Section:

@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 from retarget_bench import gaps, origins, set_groups, versions
+from retarget_bench.breakdown import CURVES, By
 from retarget_bench.cells import Group, Problem, Table
 from retarget_bench.errors import BenchError
 from retarget_bench.grouping import FPS, Making, by_method, by_part
@@ -55,6 +56,14 @@ def all_columns(found: Sequence[Section]) -> list[str]:
     return [*single, FPS, *set_groups.declared(found)]
 
 
+def curve_index(found: Sequence[Section], columns: Sequence[str]) -> By | None:
+    """What all these values are curves over, where there is a breakdown by that."""
+    declared = _declared(found)
+    over = {declared[column]["index"] if column in declared else "" for column in columns}
+    known: tuple[By, ...] = ("joint", *CURVES)
+    return next((by for by in known if over == {by}), None)
+
+
 def _declared(found: Sequence[Section]) -> dict[str, Mapping[str, Any]]:
     return {key: value for section in found for key, value in section.values.items()}
 
@@ -72,7 +81,10 @@ def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: I
             raise BenchError(f"no result has a value {column!r}; there are {known}")
         if column not in shown:
             index = declared[column]["index"]
-            raise BenchError(f"{column} has a number per {index}; a table shows single numbers: {known}")
+            raise BenchError(
+                f"{column} has a number per {index}, and stands alone or beside such values; single "
+                f"numbers are {known}"
+            )
 
 
 def _table(

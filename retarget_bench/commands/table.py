@@ -11,7 +11,7 @@ import click
 from retarget_bench.errors import BenchError
 
 FORMATS = ("text", "md", "tex", "html", "csv")
-BREAKDOWNS = ("pair", "clip", "kind", "joint", "part", "seen")
+BREAKDOWNS = ("pair", "clip", "kind", "joint", "part", "seen", "second", "threshold")
 
 
 @click.command("table")
@@ -21,8 +21,11 @@ BREAKDOWNS = ("pair", "clip", "kind", "joint", "part", "seen")
 @click.option(
     "--by",
     type=click.Choice(BREAKDOWNS),
-    help="Break values down: a line per pair, clip, kind of performance, joint, part of the body, or by "
-    "what was seen in training. Without --columns: the first value that there is.",
+    help="Break values down: a line per pair, clip, kind of performance, joint, part of the body, by what "
+    "was seen in training, or per point of a curve. Without --columns: the first value that there is.",
+)
+@click.option(
+    "--at-least", type=click.IntRange(1), metavar="SECONDS", help="Only clips this long or longer."
 )
 @click.option(
     "--paper",
@@ -40,6 +43,7 @@ def command(
     columns: str | None,
     everything: bool,
     by: Any,
+    at_least: int | None,
     paper: str | None,
     probes: bool,
     intervals: bool,
@@ -54,8 +58,10 @@ def command(
     from retarget_bench import files, records
     from retarget_bench.rendering import RENDERERS, WITH_INTERVALS
 
-    if paper is not None and (columns is not None or everything or by):
-        raise BenchError("--paper has columns of its own; leave --columns, --all and --by out")
+    if paper is not None and (columns is not None or everything or by or at_least):
+        raise BenchError(
+            "--paper has columns of its own, and all cases; leave --columns, --all, --by and --at-least"
+        )
     if paper is not None and probes:
         raise BenchError("published tables have no probes; give --paper or --probes")
     task, maker = ("probe", "bench probe METHOD") if probes else ("retarget", "bench run")
@@ -70,7 +76,9 @@ def command(
     if not places:
         raise BenchError(f"no results of {dataset} in {', '.join(map(str, roots))}; {maker} makes some")
     renderers = WITH_INTERVALS if intervals else RENDERERS
-    made = _tables(places, columns, everything, by) if paper is None else _published(places, paper)
+    made = (
+        _tables(places, columns, everything, by, at_least) if paper is None else _published(places, paper)
+    )
     written = renderers[form](made)
     if output is None:
         click.echo(written, nl=False)
@@ -79,11 +87,13 @@ def command(
         click.echo(f"wrote {output}")
 
 
-def _tables(places: Sequence[Any], columns: str | None, everything: bool, by: Any) -> list[Any]:
+def _tables(
+    places: Sequence[Any], columns: str | None, everything: bool, by: Any, at_least: int | None
+) -> list[Any]:
     from retarget_bench import summary, table
     from retarget_bench.grouping import FPS
 
-    found = summary.sections(places, by)
+    found = summary.sections(places, by, at_least)
     wanted: tuple[str, ...] = table.FIRST_SIGHT
     if everything:
         # nobody times probes
@@ -91,6 +101,8 @@ def _tables(places: Sequence[Any], columns: str | None, everything: bool, by: An
         wanted = tuple(column for column in table.all_columns(found) if timed or column != FPS)
     elif columns is not None:
         wanted = tuple(column.strip() for column in columns.split(",") if column.strip())
+        if by is None and (over := table.curve_index(found, wanted)):
+            by, found = over, summary.sections(places, over, at_least)
     return table.tables(found, wanted, by or "")
 
 

@@ -17,7 +17,7 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 
 METRICS = (
-    *("contact", "ground", "nkn", "pan_contact", "papers", "plant"),
+    *("contact", "ground", "growth", "nkn", "pan_contact", "papers", "plant"),
     *("position", "procrustes", "rotation", "slide", "smoothness", "touch"),
 )
 SET_METRICS = ("fid",)

@@ -1,0 +1,79 @@
+"""Position errors second by second: whether a method loses its way the longer a clip lasts."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from retarget_bench.api import MetricCard, Value
+from retarget_bench.comparison import Comparison
+
+SECONDS = (
+    "of every whole second the mean over its frames: frame t lasts from t / fps to (t + 1) / fps and "
+    "belongs to the second that its middle is in; what follows the last whole second is left out; the "
+    "index is the second's end, 1 being the first"
+)
+
+
+def _value(kind: str, label: str, meaning: str) -> Value:
+    return Value(
+        id=f"growth.{kind}",
+        label=label,
+        meaning=meaning,
+        unit="% of height",
+        better="lower",
+        formula=f"mpjpe_h.{'root' if kind == 'pose' else kind}, {SECONDS}",
+        source="ours: papers on recurrent methods say that errors accumulate, and print no curve",
+        index="second",
+    )
+
+
+class Growth:
+    """The primary position errors as curves over time."""
+
+    card = MetricCard(
+        name="growth",
+        summary="how the error grows with time, as curves over the seconds of a clip",
+        version="1",
+        values=(
+            _value(
+                "world",
+                "error over time, world",
+                "how far joints are from the reference in each second, root path included",
+            ),
+            _value(
+                "pose",
+                "error over time, pose",
+                "how far joints are from the reference in each second, hips put in one place",
+            ),
+        ),
+    )
+
+    def compute(self, comparison: Comparison) -> Mapping[str, Mapping[str, float]]:
+        """Left out without a reference, and for clips shorter than a second."""
+        found = {"growth.world": comparison.distances, "growth.pose": comparison.centred_distances}
+        scale = 100.0 / comparison.height
+        curves = {
+            id_: by_second(scale * distances[:, comparison.joints].mean(axis=1), comparison.fps)
+            for id_, distances in found.items()
+            if distances is not None
+        }
+        return {id_: curve for id_, curve in curves.items() if curve}
+
+
+def by_second(numbers: np.ndarray, fps: float) -> dict[str, float]:
+    """End of the second -> mean of the numbers ``(frames,)`` of its frames, for every whole second.
+
+    A second that holds no frame's middle (below one frame per second) is left out.
+    """
+    at = np.floor((np.arange(len(numbers) + 1) + 0.5) / fps).astype(int)
+    whole = int(at[-1])  # where a frame more would be: the seconds before it have all their frames
+    inside = at[:-1] < whole
+    counts = np.bincount(at[:-1][inside], minlength=whole).tolist()
+    totals = np.bincount(at[:-1][inside], numbers[inside], whole).tolist()
+    pairs = enumerate(zip(totals, counts, strict=True), 1)
+    return {str(second): total / count for second, (total, count) in pairs if count}
+
+
+plugin = Growth
