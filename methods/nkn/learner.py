@@ -25,6 +25,7 @@ from .discriminator import Discriminator
 from .form import begin
 from .generator import Generator
 from .pose import MOVES, Bodies, quaternions
+from .retargeter import SIGNATURE, Signature
 
 Losses = Literal["autoencoder", "cycle", "adversarial"]
 SMALL = 1e-3
@@ -53,7 +54,7 @@ class Learner:
 
     material: the clips, with ``poses`` as ``form.see`` gives them. casts: structure -> its characters.
     skeletons: of each structure. bones: character -> ``(joints, 3)``. build: a method with the tensors that
-    it is given.
+    it is given. ``signatures``: structure -> its joints, where exported tensors are to tell.
     """
 
     def __init__(
@@ -78,6 +79,7 @@ class Learner:
             self._generators[name] = Generator(joints, choices.hidden, choices.cell)
             self._discriminators[name] = Discriminator(3 * joints + MOVES, 3 * (joints - 1))
             self._measure(self._generators[name], mine)
+        self.signatures: Mapping[str, Signature] = {}
         self._scores = _Scores(len(self._names))
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
         self.phases = _phases("generator")
@@ -240,15 +242,24 @@ class Learner:
         return self._build({name: value.clone() for name, value in self.export().items()})
 
     def export(self) -> Mapping[str, Tensor]:
-        return {name: each.detach().cpu() for name, each in self.modules["generator"].state_dict().items()}
+        kept = {name: each.detach().cpu() for name, each in self.modules["generator"].state_dict().items()}
+        return kept | self._marks
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
+        marks = {name: each for name, each in tensors.items() if name.endswith(SIGNATURE)}
+        if marks.keys() != self._marks.keys() or any(
+            not torch.equal(each, self._marks[name]) for name, each in marks.items()
+        ):
+            raise BenchError("the weights know other structures, or other joints of them")
+        raised = {name: each.float() for name, each in tensors.items() if name not in marks}
         try:
-            self.modules["generator"].load_state_dict(
-                {name: each.float() for name, each in tensors.items()}
-            )
+            self.modules["generator"].load_state_dict(raised)
         except RuntimeError as error:
             raise BenchError(f"the weights do not fit this network: {error}") from None
+
+    @property
+    def _marks(self) -> dict[str, Tensor]:
+        return {f"{name}{SIGNATURE}": torch.tensor(each) for name, each in self.signatures.items()}
 
 
 @dataclass(eq=False)

@@ -34,6 +34,10 @@ ROOT_RULE = "hip_height"
 """What the first place of the hips is scaled by."""
 CHUNK = 256
 """Frames that go through the networks at a time."""
+SIGNATURE = ".signature"
+"""What follows a structure's name in the tensor that says which joints it has."""
+Signature = list[list[int]]
+"""Per joint its parent and a number for its role."""
 Yaw = Literal["predicted", "source"]
 Terms = Literal["autoencoder", "cycle", "adversarial"]
 
@@ -102,7 +106,7 @@ class Retargeter(Learned):
             mine = {
                 key.removeprefix(f"{name}."): each.float()
                 for key, each in self.tensors.items()
-                if key.startswith(f"{name}.")
+                if key.startswith(f"{name}.") and not key.endswith(SIGNATURE)
             }
             channels = len(mine["encoder.lower.kernel"])
             found[name] = Generator((channels - MOVES) // 3, self.hidden, self.cell).eval()

@@ -1,0 +1,162 @@
+"""NKN between any structures: an encoder and a decoder for each of them, around codes of one size."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+from zlib import crc32
+
+from retarget_bench.api import MethodCard
+from retarget_bench.comparison import structure_joints
+from retarget_bench.errors import NotSupported, SkeletonError
+from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.roles import ancestors
+from retarget_bench.spec import Scalar
+from retarget_bench.training.recipe import Recipe
+
+from ..nkn import PARAMETERS, Nkn
+from ..nkn.form import Lengths
+from ..nkn.retargeter import SIGNATURE, Retargeter, Signature, Terms, Yaw, common_reasons
+
+if TYPE_CHECKING:
+    from retarget_bench.training.material import Material
+
+    from ..nkn.learner import Learner
+
+TWO_LEGGED, ALL = "two_legged", "all"
+
+
+class NknCross(Retargeter):
+    """NKN* of the PAN paper (Hu et al., TVCG 2023): NKN made to cross structures.
+
+    Every structure has an encoder, a decoder and a discriminator of its own; codes are of one size, so that
+    any encoder goes with any decoder. Half of the training rows stay within a structure, of which some are
+    a body's own; the others go to another structure and back. Apart from that it is ``nkn``, whose
+    parameters it has. All joints that position errors count are seen, below the hips and in file order, so
+    four-legged bodies and those without collar bones can be learned too.
+
+    structures: what is trained on: ``two_legged``, ``all``, or names of structures joined by ``+``. Weights
+    know the structures that they were trained on, with any bodies of these.
+    hidden: narrower than NKN's, since there are as many networks as structures.
+    """
+
+    presets: Mapping[str, Recipe] = {
+        **Nkn.presets,
+        "default": Recipe(steps=6_000, batch=32, window=60, rate=5e-4, schedule="cosine", warm_up=200),
+    }
+
+    def __init__(
+        self,
+        structures: str = TWO_LEGGED,
+        cell: Literal["tf", "torch"] = "tf",
+        hidden: int = 256,
+        losses: Terms = "adversarial",
+        same: float = 0.2,
+        drift: float = 0.0,
+        facing: float = 20.0,
+        yaw: Yaw = "predicted",
+        clean: bool = False,
+        lengths: Lengths = "world",
+        weights: str = "puppets",
+    ) -> None:
+        super().__init__(
+            weights,
+            cell=cell,
+            hidden=hidden,
+            losses=losses,
+            same=same,
+            drift=drift,
+            facing=facing,
+            yaw=yaw,
+            clean=clean,
+            lengths=lengths,
+        )
+        self.structures = structures
+        self.card = MethodCard(
+            name="nkn_cross",
+            summary="NKN with an encoder and a decoder for each structure",
+            version="1",
+            paper="Hu, Zhang, Zhong, Jiang, Wang, Zhang: Pose-Aware Attention Network for Flexible Motion "
+            "Retargeting by Body Part, TVCG 2023 (NKN*)",
+            accepts=("motion", "positions"),
+            default=False,
+            parameters={**PARAMETERS, "structures": "trained on: two_legged, all, or names joined by +"},
+        )
+
+    def facts(self) -> Mapping[str, Scalar]:
+        return {**super().facts(), "structures": self.structures}
+
+    # ------------------------------------------------------------------------------------------ bodies
+    def unfit(self, character: Character) -> str:
+        if self.structures == TWO_LEGGED:
+            if character.four_legged:
+                return f"{character.name} stands on four legs, and this nkn_cross is for bodies of two"
+        elif self.structures != ALL and character.structure not in self.structures.split("+"):
+            return f"{character.name} is of structure {character.structure}, not of {self.structures}"
+        try:
+            self.body(character)
+        except SkeletonError as error:
+            return str(error)
+        return common_reasons(character)
+
+    def body(self, character: Character) -> Aligned:
+        hips = character.joint_of.get("hips", -1)
+        above = {
+            joint: ancestors(character.skeleton, joint) for joint in structure_joints(character).tolist()
+        }
+        return Aligned(character, tuple(j for j, mine in above.items() if j == hips or hips in mine))
+
+    def structure(self, character: Character) -> str:
+        return character.structure.replace(".", "_")
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        if why := super().supports(source, target):
+            return why
+        for each in (source, target):
+            known = self._signatures.get(self.structure(each))
+            if known is None:
+                names = ", ".join(self._signatures)
+                return f"{each.name} is of structure {each.structure}, and these weights know {names}"
+            if known != _signature(self.body(each)):
+                return f"{each.name} has other joints than the {each.structure} that these weights know"
+        return None
+
+    @cached_property
+    def _signatures(self) -> dict[str, Signature]:
+        """Structure of the weights -> its joints."""
+        return {
+            name.removesuffix(SIGNATURE): tensor.tolist()
+            for name, tensor in self.tensors.items()
+            if name.endswith(SIGNATURE)
+        }
+
+    # ---------------------------------------------------------------------------------------- training
+    def another(self) -> NknCross:
+        return NknCross(**self.choices)
+
+    def learner(self, material: Material, recipe: Recipe) -> Learner:
+        """Raises NotSupported where bodies of one structure have different joints."""
+        known: dict[str, tuple[str, Signature]] = {}
+        for name in sorted(material.clips):
+            body = self.body(material.characters[name])
+            first, joints = known.setdefault(self.structure(body.character), (name, _signature(body)))
+            if joints != _signature(body):
+                raise NotSupported(
+                    f"{first} and {name} are both of structure {body.character.structure} and have "
+                    "different joints; give one of them another structure"
+                )
+        learner = super().learner(material, recipe)
+        learner.signatures = {name: joints for name, (_, joints) in known.items()}
+        return learner
+
+
+def _signature(body: Aligned) -> Signature:
+    parents = body.skeleton.parents.tolist()
+    return [
+        [parent, crc32((role or "").encode())] for parent, role in zip(parents, body.roles, strict=True)
+    ]
+
+
+plugin = NknCross
