@@ -143,7 +143,7 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
     notes = [f"not trained on {name}: {why}" for name, why in unfit.items()]
     notes += [
-        f"not trained on {number} clips of {name}, in which the body is another one"
+        f"not trained on {number} clip{'s' * (number > 1)} of {name}, in which the body is another one"
         for name, (_, number) in found.items()
         if number
     ]

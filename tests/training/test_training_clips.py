@@ -1,0 +1,130 @@
+"""From a data set's training clips to material: what is kept, what is left out, and windows of it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from retarget_bench import registry
+from retarget_bench.errors import NotSupported
+from retarget_bench.spec import Spec
+from retarget_bench.training.clips import by_character, training_clips
+from retarget_bench.training.material import Material, gather
+
+TOYS = Path(__file__).parent / "learned_toys"
+
+
+@pytest.fixture(autouse=True)
+def _toys(monkeypatch):
+    monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
+    for name in ("odd_clips", "rooted"):
+        registry.add_file(TOYS / f"{name}.py")
+
+
+def gathered(method: str = "rooted", data: str = "odd_clips", jobs: int = 1) -> Material:
+    return gather(Spec.parse(data), Spec.parse(method), 30.0, jobs, lambda done, total: None)
+
+
+@pytest.fixture(scope="module")
+def material():
+    for name in ("odd_clips", "rooted"):
+        registry.add_file(TOYS / f"{name}.py")
+    return gathered()
+
+
+def test_clips_are_kept_at_the_rate_asked_for_where_the_body_is_the_same(material):
+    """Longer shins are another body; another rest pose with the same bones is not."""
+    assert {name: [clip.name for clip in mine] for name, mine in material.clips.items()} == {
+        "anna": ["anna-0", "anna-2"],
+        "bert": ["bert-0", "bert-1"],
+    }
+    assert [clip.frames for clip in material.clips["bert"]] == [6, 15]
+    assert material.structures == {"toy": ("anna", "bert")}
+    assert list(material.notes) == ["not trained on 1 clip of anna, in which the body is another one"]
+    assert material.frames == 6 + 4 + 6 + 15
+    every_second = material.clips["bert"][0].arrays["root"][:, 0]
+    assert every_second.tolist() == [0, 2, 4, 6, 8, 10]
+
+
+def test_processes_find_the_same(material):
+    again = gathered(jobs=2)
+    assert list(again.clips) == list(material.clips)
+    for name, mine in again.clips.items():
+        for clip, other in zip(mine, material.clips[name], strict=True):
+            assert all(np.array_equal(array, other.arrays[key]) for key, array in clip.arrays.items())
+
+
+def test_whom_a_method_cannot_take_is_named(material):
+    del material
+    found = gathered("rooted[without=bert]")
+    assert list(found.clips) == ["anna"]
+    assert "not trained on bert: too shy" in found.notes
+    with pytest.raises(NotSupported, match=r"odd_clips has no motion that rooted.* trained on: too shy"):
+        gathered("rooted[without='anna bert']")
+
+
+def test_clips_that_cannot_be_had_stop_it_with_the_character():
+    with pytest.raises(NotSupported, match="anna: its training motion cannot be had: IndexError"):
+        gathered(data="odd_clips[fails=true]")
+
+
+def test_a_data_set_without_training_motion_says_so():
+    class Bare:
+        label = " bare "
+
+    class Empty(Bare):
+        def training(self):
+            return {"body22": {}}
+
+    for data in (Bare(), Empty()):
+        with pytest.raises(NotSupported, match=r"^bare has no training motion; see TrainingDataset"):
+            training_clips(data)
+
+
+def test_progress_is_told():
+    told = []
+    names = list(training_clips(registry.create("datasets", "odd_clips"))["toy"])
+    common = {"dataset": Spec("odd_clips"), "method": Spec("rooted"), "fps": 60.0}
+    by_character("retarget_bench.training.material:clips_of", names, common, 1, lambda *at: told.append(at))
+    assert told == [(0, 2), (1, 2), (2, 2)]
+
+
+# ---------------------------------------------------------------------------------------------- windows
+def test_windows_are_cut_from_clips_of_their_characters(material):
+    numbers = np.random.default_rng(3)
+    cast = material.cast(numbers, 200)
+    windows = material.draw(numbers, cast, 5)
+    assert windows.characters == tuple(cast)
+    assert windows.arrays["root"].shape == (200, 5, 3)
+    assert np.array_equal(windows.mask.sum(axis=1), windows.lengths)
+    for name, row, length in zip(cast, windows.arrays["root"], windows.lengths, strict=True):
+        whole = [clip.arrays["root"] for clip in material.clips[name]]
+        cuts = [each[k : k + 5] for each in whole for k in range(max(len(each) - 4, 1))]
+        assert any(len(cut) == length and np.array_equal(cut, row[:length]) for cut in cuts)
+        assert not row[length:].any()
+
+
+def test_every_start_of_every_clip_is_as_likely_as_any_other(material):
+    """Of anna 2 starts in the long clip and the short one as it is; chi square against equal shares."""
+    numbers = np.random.default_rng(0)
+    root = material.draw(numbers, ["anna"] * 3000, 5).arrays["root"]
+    _, counts = np.unique(root[:, 0, :2], axis=0, return_counts=True)
+    assert len(counts) == 3
+    assert stats.chisquare(counts).pvalue > 1e-3
+
+
+def test_the_same_numbers_give_the_same_batch(material):
+    first, again, other = (
+        material.draw(np.random.default_rng(seed), ["anna", "bert"] * 20, 4) for seed in (1, 1, 2)
+    )
+    assert np.array_equal(first.arrays["root"], again.arrays["root"])
+    assert not np.array_equal(first.arrays["root"], other.arrays["root"])
+
+
+def test_statistics_are_over_every_frame_once(material):
+    stacked = material.stacked("root", ["anna"])
+    assert len(stacked) == 6 + 4
+    assert len(material.stacked("root")) == material.frames
