@@ -221,6 +221,8 @@ def test_the_folders_of_the_archive_that_are_no_characters_do_not_count(mini):
         ({"protocol": "folds", "fold": 5}, "folds are 0 to 4"),
         ({"protocol": "san", "fps": 60.0}, "protocol=san means fps=30"),
         ({"protocol": "san", "structure": "body22"}, "protocol=san means fps=30"),
+        ({"part": "training"}, "no part 'training'; cases are of test or validation"),
+        ({"part": "validation"}, "protocol=all tests every clip and leaves none to train on"),
     ],
 )
 def test_parameters_that_make_no_sense(parameters, said):
@@ -311,6 +313,42 @@ def test_what_a_fold_trains_on_is_in_no_case_of_it(mini):
         assert "papers' own test clips" in dataset.card.summary
         assert dataset.label == f"mixamo fold {number} of 5"
     assert "folds" not in Mixamo.card.summary
+
+
+def test_san_is_steered_by_a_fifth_of_what_it_may_train_on(mini):
+    names = [f"Clip {letter}" for letter in "abcdefghijkl"]
+    root = mini(dict.fromkeys(("Aj", *SAN), names), frames=10)
+    (root / "test_list.txt").write_text("Clip a.bvh\nClip b.bvh\n")
+    dataset = Mixamo(str(root), protocol="san")
+    steering = every_case(dataset.validation())
+    trained = {name: clips for mine in dataset.training().values() for name, clips in mine.items()}
+    assert {info.clip for info in steering} == {name for name in names[2:] if protocols.fold_of(name) == 0}
+    assert set(trained) == {name for info in steering for name in (info.source, info.target)}
+    assert not set(trained) & set(SAN[1:])
+    for clips in trained.values():
+        assert sorted({*clips.names, *(info.clip for info in steering)}) == names[2:]
+        assert not set(clips.names) & {info.clip for info in steering}
+    assert dataset.validation().content != dataset.content
+    assert Mixamo(str(root)).training() == {}
+
+
+def test_training_clips_are_read_when_asked_and_only_what_is_readable_is_listed(mini, rigs):
+    """Of a folder with two rigs, the structure of most of its clips."""
+    names = [f"Clip {letter}" for letter in "abcdefghij"]
+    root = mini({"Aj": names, "BigVegas": names}, frames=6)
+    dataset = fold(root, 0)
+    one, other, *_ = dataset.training()["mixamo-A"]["Aj"].names
+    (root / "Aj" / f"{one}.bvh").write_bytes(b"")
+    rigs.plain(root / "Aj" / f"{other}.bvh", size=0.6)
+    whole = fold(root, 0).training()
+    left = set(names) - {one, other}
+    assert list(whole) == ["mixamo-A"]
+    assert set(whole["mixamo-A"]["Aj"].names) <= left
+    assert len(whole["mixamo-A"]["BigVegas"]) == len(whole["mixamo-A"]["Aj"]) + 2
+    clips = whole["mixamo-A"]["Aj"]
+    assert [motion.frames for motion in clips[1:]] == [motion.frames for motion in clips][1:]
+    last = dataset.motion("Aj", clips.names[-1])
+    assert np.array_equal(clips[-1].rotations, last.rotations)
 
 
 def test_folds_are_pinned():
