@@ -2,13 +2,16 @@
 
 does: ``nan``: a loss is not a number in step 13; ``kill``: the process of rank 1 dies in step 23, unless it
 was started again; ``pick``: takes ``tall`` alone. pause: seconds that every step sleeps.
+With TOY_DUMP, a folder, every process notes there the weights that each of its steps begins with.
 Its batches, dropout, a history in a buffer and a running score make every step depend on all before it.
 """
 
+import json
 import math
 import os
 import signal
 import time
+from pathlib import Path
 
 import torch
 from torch import nn
@@ -44,6 +47,7 @@ class ToyLearner:
 
     def _generator(self, root, memory):
         critic = self.modules["critic"]
+        self._note(int(critic.steps))
         critic.steps += 1
         self._misbehave(int(critic.steps))
         made = self.modules["map"](self.modules["noise"](root))
@@ -59,6 +63,12 @@ class ToyLearner:
         critic.history.copy_(torch.cat([critic.history[1:], memory["made"].mean(dim=(0, 1))[None]]))
         critic.score.copy_(parallel.mean(critic(root).detach().mean()))
         return {"told": (critic(root) - 1).square().mean() + critic(critic.history).square().mean()}
+
+    def _note(self, step):
+        if folder := os.environ.get("TOY_DUMP"):
+            weights = [float(x) for p in self.modules.parameters() for x in p.detach().flatten()]
+            with (Path(folder) / f"rank-{parallel.rank()}.jsonl").open("a") as file:
+                file.write(json.dumps([step, *weights]) + "\n")
 
     def _is(self, what, step):
         return self.trainee.does == what and int(self.modules["critic"].steps) == step

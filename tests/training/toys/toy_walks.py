@@ -1,6 +1,6 @@
 """Two small bodies that walk along sines: motion to train on, and held-out cases to validate with.
 
-kind: ``all``; ``unwatched``, without validation; ``empty``, without motion. content: a name for what it has.
+kind: ``all``; ``unwatched``, without validation; ``empty``, without motion. content: a name for it.
 """
 
 import numpy as np

@@ -1,0 +1,92 @@
+"""Training of a toy: the plug-ins, its material, and a run in this process."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from retarget_bench import registry
+from retarget_bench.spec import Spec
+from retarget_bench.training import clips, train
+
+TOYS = Path(__file__).parent / "toys"
+
+
+class Silent:
+    """Remembers what a run says and shows. stop: the step after which it is interrupted."""
+
+    def __init__(self, stop: int = 0) -> None:
+        self.stop = stop
+        self.said: list[str] = []
+        self.moments: list[Any] = []
+
+    def say(self, text: str) -> None:
+        self.said.append(text)
+
+    def gathering(self, done: int, total: int) -> None:
+        pass
+
+    def began(self, asked: Any, at: Any) -> None:
+        pass
+
+    def show(self, moment: Any) -> None:
+        self.moments.append(moment)
+        if moment.step == self.stop:
+            raise KeyboardInterrupt
+
+
+@pytest.fixture
+def toy_plugins(monkeypatch: pytest.MonkeyPatch) -> None:
+    """``toy_trainee`` and ``toy_walks``."""
+    monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
+    for name in ("toy_walks", "toy_trainee"):
+        registry.add_file(TOYS / f"{name}.py")
+
+
+class Inline:
+    """An executor that runs jobs here and now."""
+
+    def __init__(self, workers: int) -> None:
+        pass
+
+    def run(self, function: str, payloads: list[Any]) -> Iterator[Any]:
+        from importlib import import_module
+
+        from retarget_bench.executor import Done
+
+        module, _, name = function.partition(":")
+        call = getattr(import_module(module), name)
+        return (Done(number, call(payload)) for number, payload in enumerate(payloads))
+
+
+@pytest.fixture
+def toy_run(
+    toy_plugins: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> Callable[..., tuple[Any, Silent]]:
+    """Train in this process: options by name; ``stop``, the step after which it is interrupted."""
+    monkeypatch.setattr(clips, "LocalPool", Inline)
+    monkeypatch.setattr(train.curve, "draw", lambda *_: None)  # takes longer than all the rest
+
+    def run(
+        out: str | Path = "run",
+        method: str | None = "toy_trainee",
+        data: str | None = "toy_walks",
+        **others: Any,
+    ) -> tuple[Any, Silent]:
+        voice = Silent(others.pop("stop", 0))
+        asked = train.Asked(
+            Spec.parse(method) if method else None,
+            Spec.parse(data) if data else None,
+            out=tmp_path / out,
+            device="cpu",
+            **others,
+        )
+        try:
+            return train.train(asked, voice), voice
+        except KeyboardInterrupt:
+            return None, voice
+
+    return run

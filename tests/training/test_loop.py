@@ -1,0 +1,251 @@
+"""The loop: what a step does, that nothing but the steps changes it, and how it ends."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+import torch
+
+from retarget_bench import plan, registry
+from retarget_bench.errors import BenchError
+from retarget_bench.spec import Spec
+from retarget_bench.training import checkpoint, log, loop, weights
+from retarget_bench.training.material import gather
+
+
+def rows(folder):
+    """The log without the column of seconds."""
+    return [{name: text for name, text in row.items() if name != "seconds"} for row in log.read(folder)]
+
+
+def state(folder):
+    return checkpoint.read(folder).state
+
+
+def same(mine, theirs):
+    assert mine.keys() == theirs.keys()
+    for name in mine:
+        assert torch.equal(mine[name], theirs[name]), name
+
+
+# ------------------------------------------------------------------------------------------ what it does
+def bare_loop(steps, recipe, seed):
+    """The toy trained by hand: both losses as formulas, and Adam as in its paper."""
+    built = registry.create("methods", "toy_trainee")
+    material = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
+    torch.manual_seed(seed)
+    learner = built.learner(material, recipe)
+    maps = [p.detach().clone() for p in learner.modules["map"].parameters()]
+    critics = [p.detach().clone() for p in learner.modules["critic"].parameters()]
+    history, score = torch.zeros(8, 3), torch.zeros(())
+    moments = {
+        id(group): [(torch.zeros_like(p), torch.zeros_like(p)) for p in group] for group in (maps, critics)
+    }
+    counts = {id(maps): 0, id(critics): 0}
+
+    def adam(group, grads, rate, betas):
+        counts[id(group)] += 1
+        t = counts[id(group)]
+        for p, g, (m, v) in zip(group, grads, moments[id(group)], strict=True):
+            m.mul_(betas[0]).add_((1 - betas[0]) * g)
+            v.mul_(betas[1]).add_((1 - betas[1]) * g * g)
+            p -= rate * (m / (1 - betas[0] ** t)) / ((v / (1 - betas[1] ** t)).sqrt() + 1e-8)
+
+    for step in range(steps):
+        sequence = np.random.SeedSequence([seed, step, 0])
+        torch.manual_seed(int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1)))
+        numbers = np.random.default_rng(sequence)
+        cut = material.draw(numbers, material.cast(numbers, recipe.batch), recipe.window)
+        root = torch.from_numpy(cut.arrays["root"])
+        rate = recipe.rate_at(step, step / steps)
+        live = [p.clone().requires_grad_() for p in maps]
+        made = torch.nn.functional.linear(torch.nn.functional.dropout(root, 0.1), *live)
+        fooled = torch.nn.functional.linear(made, *critics) - score
+        total = (made - root).square().mean() + 0.01 * fooled.square().mean()
+        grads = torch.autograd.grad(total, live)
+        norm = torch.cat([g.flatten() for g in grads]).norm()
+        adam(maps, [g * min(1.0, 1.0 / (norm + 1e-6)) for g in grads], rate, (0.9, 0.999))
+        if step % 2:
+            history = torch.cat([history[1:], made.detach().mean(dim=(0, 1))[None]])
+            live = [p.clone().requires_grad_() for p in critics]
+            told = torch.nn.functional.linear(root, *live)
+            score = told.detach().mean()
+            total = (told - 1).square().mean()
+            total = total + torch.nn.functional.linear(history, *live).square().mean()
+            adam(critics, torch.autograd.grad(total, live), 0.5 * rate, (0.5, 0.999))
+    return maps, critics, history, score
+
+
+def test_it_does_what_a_loop_written_out_does(toy_run, tmp_path):
+    """Phases in turn with their own rates, clipping, left-out steps, memory, schedule, seeds."""
+    toy_run(seed=3, budget="24it")
+    recipe = dataclasses.replace(registry.create("methods", "toy_trainee").presets["default"], steps=24)
+    maps, critics, history, score = bare_loop(24, recipe, seed=3)
+    found = state(tmp_path / "run")
+    for name, wanted in {
+        "map.weight": maps[0],
+        "map.bias": maps[1],
+        "critic.weight": critics[0],
+        "critic.bias": critics[1],
+        "critic.history": history,
+        "critic.score": score,
+    }.items():
+        torch.testing.assert_close(found[f"modules/{name}"], wanted, rtol=1e-5, atol=1e-6, msg=name)
+
+
+def test_the_rate_in_the_log_is_the_schedule(toy_run, tmp_path):
+    toy_run()
+    recipe = registry.create("methods", "toy_trainee").presets["default"]
+    found = {int(row["step"]): float(row["rate"]) for row in rows(tmp_path / "run")}
+    assert sorted(found) == [10, 15, 20, 30, 40]
+    for step, rate in found.items():
+        done = step - 1
+        half = 0.5 * (1 + np.cos(np.pi * done / 40))
+        assert rate == pytest.approx(min(step / 5, 1) * recipe.rate * (0.01 + 0.99 * half), rel=1e-5)
+
+
+def test_training_learns_the_toy(toy_run):
+    done, _ = toy_run(budget="600it")
+    scores = [each["scores"]["cross"]["mpjpe_h.world"] for each in done.at.validation]
+    assert scores[-1] < 0.5 * scores[0]
+
+
+def test_mixed_precision_trains_and_is_another_computation(toy_run, tmp_path, monkeypatch):
+    built = type(registry.create("methods", "toy_trainee"))
+    reduced = {
+        name: dataclasses.replace(each, precision="bfloat16") for name, each in built.presets.items()
+    }
+    toy_run("full")
+    monkeypatch.setattr(type(plan.method(Spec("toy_trainee"))), "presets", reduced)
+    toy_run("mixed")
+    full, mixed = (
+        [float(row["generator.rebuilt"]) for row in rows(tmp_path / name)] for name in ("full", "mixed")
+    )
+    assert full != mixed
+    np.testing.assert_allclose(mixed, full, rtol=0.1)
+    assert all(each.dtype == torch.float32 for each in state(tmp_path / "mixed").values() if each.ndim == 2)
+
+
+# ------------------------------------------------------------------------------ what does not change it
+def test_the_same_seed_gives_the_same_weights_and_another_seed_others(toy_run, tmp_path):
+    for name, seed in (("a", 1), ("b", 1), ("c", 2)):
+        toy_run(name, seed=seed)
+    same(state(tmp_path / "a"), state(tmp_path / "b"))
+    assert rows(tmp_path / "a") == rows(tmp_path / "b")
+    assert rows(tmp_path / "a") != rows(tmp_path / "c")
+
+
+@pytest.mark.parametrize("stop", [3, 10, 17, 30, 39])
+def test_interrupted_anywhere_and_resumed_it_is_the_uninterrupted_run(toy_run, tmp_path, monkeypatch, stop):
+    toy_run("whole")
+    monkeypatch.setattr(loop, "SAVED", 0.0)
+    toy_run("cut", stop=stop)
+    assert not (tmp_path / "cut" / "step-40.safetensors").exists()
+    done, _ = toy_run("cut", resume=True)
+    assert done.at.step == 40
+    assert rows(tmp_path / "cut") == rows(tmp_path / "whole")
+    same(state(tmp_path / "cut"), state(tmp_path / "whole"))
+    assert weights.read(tmp_path / "cut").hash == weights.read(tmp_path / "whole").hash
+
+
+def test_how_often_checkpoints_are_made_changes_nothing(toy_run, tmp_path, monkeypatch):
+    for name, seconds in (("often", 0.0), ("seldom", 1e9)):
+        monkeypatch.setattr(loop, "SAVED", seconds)
+        toy_run(name)
+    same(state(tmp_path / "often"), state(tmp_path / "seldom"))
+    assert rows(tmp_path / "often") == rows(tmp_path / "seldom")
+
+
+def test_validation_does_not_disturb_training(toy_run, tmp_path, monkeypatch):
+    """Neither modes nor random numbers: here the method draws some and leaves eval mode on."""
+    method = type(plan.method(Spec("toy_trainee")))
+    retarget = method.retarget
+
+    def noisy(self, source, target, *, context):
+        assert not torch.is_grad_enabled()
+        torch.rand(5)
+        return retarget(self, source, target, context=context)
+
+    monkeypatch.setattr(method, "retarget", noisy)
+    toy_run("watched")
+    toy_run("unwatched", data="toy_walks[kind=unwatched]")
+    same(state(tmp_path / "watched"), state(tmp_path / "unwatched"))
+
+
+def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkeypatch):
+    """And in training mode again in the next step; what was in evaluation mode before stays in it."""
+    method, seen = type(plan.method(Spec("toy_trainee"))), []
+    build, retarget = method.learner, method.retarget
+
+    def learner(self, material, recipe):
+        made = build(self, material, recipe)
+        made.modules["critic"].eval()
+        draw = made.draw
+
+        def drawing(numbers, count):
+            seen.append(("step", *(part.training for part in made.modules.values())))
+            return draw(numbers, count)
+
+        made.draw, self.seen = drawing, made.modules
+        return made
+
+    def asked(self, source, target, *, context):
+        modules = plan.method(Spec("toy_trainee")).seen
+        seen.append(("case", *(part.training for part in modules.values())))
+        return retarget(self, source, target, context=context)
+
+    monkeypatch.setattr(method, "learner", learner)
+    monkeypatch.setattr(method, "retarget", asked)
+    toy_run(budget="20it")
+    assert set(seen) == {("step", True, False, True), ("case", False, False, False)}
+
+
+# ------------------------------------------------------------------------------------------- how it ends
+def test_a_loss_that_is_not_finite_stops_it_with_step_term_and_phase(toy_run, tmp_path, monkeypatch):
+    monkeypatch.setattr(loop, "SAVED", 0.0)
+    with pytest.raises(BenchError, match=r"at step 13 the loss term rebuilt of phase generator") as caught:
+        toy_run(method="toy_trainee[does=nan]")
+    assert "keeps step 10" in str(caught.value)
+    kept = checkpoint.read(tmp_path / "run")
+    assert kept.step == 10
+    assert all(each.isfinite().all() for each in kept.state.values())
+
+
+def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypatch):
+    """By a clock that moves a hundredth of a second whenever it is looked at."""
+    clock = iter(np.arange(0, 1e4, 0.01))
+    monkeypatch.setattr(loop.time, "perf_counter", lambda: float(next(clock)))
+    monkeypatch.setattr(loop, "SAVED", 0.0)
+    toy_run(budget="6s", stop=60)
+    before = checkpoint.read(tmp_path / "run")
+    assert 0 < before.seconds < 6
+    done, voice = toy_run(resume=True)
+    assert voice.moments[0].step == before.step + 1
+    assert voice.moments[0].share == pytest.approx(before.seconds / 6, abs=0.05)
+    assert [moment.share >= 1 for moment in voice.moments] == [False] * (len(voice.moments) - 1) + [True]
+    rates = [float(row["rate"]) for row in rows(tmp_path / "run")]
+    assert rates[-1] == pytest.approx(0.0005, rel=0.1)
+    again, voice = toy_run(resume=True)
+    assert again.at.step == done.at.step
+    assert not voice.moments
+
+
+def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkeypatch):
+    """Even where later ones are worse: here the rate grows until the map is spoilt."""
+    method = type(plan.method(Spec("toy_trainee")))
+    wild = dataclasses.replace(method.presets["default"], schedule="triangular", period=80, rate=4.0)
+    monkeypatch.setattr(method, "presets", {"default": dataclasses.replace(wild, validate=5, warm_up=0)})
+    done, _ = toy_run()
+    found = {
+        each["step"]: np.mean([split["mpjpe_h.world"] for split in each["scores"].values()])
+        for each in done.at.validation
+    }
+    best = min(found, key=found.get)
+    assert best < 40
+    assert done.at.best.step == best
+    assert done.at.best.score == pytest.approx(found[best])
+    bundle = weights.read(tmp_path / "run")
+    torch.testing.assert_close(bundle.tensors["weight"], done.at.exported["weight"], rtol=1e-3, atol=1e-4)
+    assert not torch.allclose(bundle.tensors["weight"], state(tmp_path / "run")["modules/map.weight"])
+    assert json.loads((tmp_path / "run" / "weights.json").read_text())["step"] == best
