@@ -67,9 +67,9 @@ class Learned:
 
     @property
     def weights_label(self) -> str:
-        """The name of shipped weights; ``local-`` and their hash where they lie elsewhere."""
+        """The name of shipped weights; ``local-`` and the head of their hash elsewhere."""
         local = self._card is not None and self._at not in self.shipped().values()
-        return f"local-{self.weights_hash}" if local else self.weights
+        return f"local-{self.weights_hash[:8]}" if local else self.weights
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
