@@ -264,13 +264,10 @@ class BatchMethod(Method, Protocol):
     def retarget_batch(
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> Sequence[Prediction]:
-        """Answer k is what ``retarget(sources[k], targets[k], context=contexts[k])`` gives, to rounding
-        (1e-5 of the height), whatever else is in the batch and in whichever order.
-
-        Only what ``supports`` does not refuse is asked. Lengths, rates and bodies may differ; the engine
-        asks for one pair of structures and for similar lengths at a time (``batches.py``). Where this
-        raises, or an answer is not valid, every case of the batch is asked on its own.
-        """
+        """Answer k is what ``retarget(sources[k], targets[k], context=contexts[k])`` gives, to 1e-5 of the
+        height, whatever else is in the batch, in any order; lengths, rates and bodies may differ (those of
+        the engine's batches are alike, see ``batches.py``). What ``supports`` refuses is never asked. Where
+        this raises, or an answer is not valid, every case is asked on its own."""
 
 
 # -------------------------------------------------------------------------------------------- metrics

@@ -6,12 +6,12 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, overload
+from typing import TypeGuard, overload
 from zipfile import BadZipFile
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method, Prediction
+from retarget_bench.api import BatchMethod, Case, CaseInfo, Context, Dataset, Method, Prediction
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.files import atomic
 from retarget_bench.motion import bvh, rotation
@@ -85,19 +85,16 @@ def _at_once(method: Method, pairs: Sequence[tuple[Case, Context]]) -> list[Outc
         return []
 
 
-def takes_batches(method: Method) -> bool:
+def takes_batches(method: Method) -> TypeGuard[BatchMethod]:
     """Whether a method can be asked several cases at once."""
     return callable(getattr(method, "retarget_batch", None))
 
 
-def ask_batch(method: Any, pairs: Sequence[tuple[Case, Context]]) -> Sequence[Any]:
+def ask_batch(method: BatchMethod, pairs: Sequence[tuple[Case, Context]]) -> Sequence[object]:
     """What a method's ``retarget_batch`` gives for cases that it does not refuse, as it gives it."""
     sources = [case.source.copy() for case, _ in pairs]
     targets = [case.target for case, _ in pairs]
-    answers: Sequence[Any] = method.retarget_batch(
-        sources, targets, contexts=[context for _, context in pairs]
-    )
-    return answers
+    return method.retarget_batch(sources, targets, contexts=[context for _, context in pairs])
 
 
 def declared(method: Method, name: str) -> tuple[str, ...]:

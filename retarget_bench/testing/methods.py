@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import parameters, predict, registry
-from retarget_bench.api import Case, Context, Dataset, Method, Prediction
+from retarget_bench.api import BatchMethod, Case, Context, Dataset, Method, Prediction
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.spec import Spec
 from retarget_bench.testing.check import Check, Checks, changed, difference, resized, sample, snapshot
@@ -129,17 +129,19 @@ class _Trial:
         return None
 
     def batch(self) -> str | None:
-        if not predict.takes_batches(self.method):
+        method = self.method
+        if not predict.takes_batches(method):
             return None
         cases = [resized(case, frames) for frames in BATCH_FRAMES for case in self.cases]
         alone = [(case, self._ask(case)) for case in cases]
         known = [(case, outcome.prediction) for case, outcome in alone if outcome.prediction]
-        return next(filter(None, map(self._batch_problem, (known, known[::-1], known[::2]))), None)
+        orders = known, known[::-1], known[::2]
+        return next(filter(None, (self._batch_problem(method, each) for each in orders)), None)
 
-    def _batch_problem(self, known: Sequence[tuple[Case, Prediction]]) -> str | None:
+    def _batch_problem(self, method: BatchMethod, known: Sequence[tuple[Case, Prediction]]) -> str | None:
         """What is wrong with the answers to a batch, beside those to its cases alone."""
         pairs = [(case, self._context(case)) for case, _ in known]
-        answers = predict.ask_batch(self.method, pairs)
+        answers = predict.ask_batch(method, pairs)
         if len(answers) != len(pairs):
             return f"gave {len(answers)} answers to {len(pairs)} cases"
         for (case, wanted), answer in zip(known, answers, strict=True):
