@@ -98,17 +98,17 @@ class Nkn(Retargeter):
         if character.four_legged:
             return f"{character.name} stands on four legs, and nkn knows bodies of two"
         try:
-            body = self.body(character)
+            roles, body = reduce(character, STRUCTURE).character.roles, self.body(character)
         except SkeletonError as error:
             return str(error)
-        if missing := [role for role in BODY22 if role not in body.roles]:
+        if missing := [role for role in BODY22 if role not in roles]:
             return f"{character.name} has no {', '.join(missing)} of the 22 joints that nkn sees"
         if tuple(body.skeleton.parents.tolist()) != PARENTS:
             return f"the 22 joints of {character.name} do not hang together as those that nkn sees"
         return common_reasons(character)
 
     def body(self, character: Character) -> Aligned:
-        return Aligned(character, reduce(character, "body22").joints)
+        return Aligned(character, reduce(character, STRUCTURE).joints)
 
     def structure(self, character: Character) -> str:
         return STRUCTURE

@@ -60,8 +60,8 @@ class Retargeter(Learned):
         lengths: form.Lengths,
     ) -> None:
         super().__init__(weights)
-        if hidden < 1 or not 0.0 <= same <= 1.0 or facing < 0.0:
-            raise BenchError("hidden has to be at least 1, same between 0 and 1, facing not negative")
+        if hidden < 1 or not 0.0 <= same <= 1.0 or min(facing, drift) < 0.0:
+            raise BenchError("hidden is at least 1, same between 0 and 1; facing and drift are not negative")
         self.cell, self.hidden, self.losses = cell, hidden, losses
         self.same, self.drift = same, drift
         self.facing, self.yaw, self.clean, self.lengths = facing, yaw, clean, lengths
