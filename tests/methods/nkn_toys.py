@@ -1,0 +1,65 @@
+"""Small casts, material and learners for the tests of NKN."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import torch
+from method_bodies import body, dance
+
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.training.material import Clip, Material
+from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.turns import moved, turns
+
+CAST = {
+    "one": body("one"),
+    "long": body("long", thigh=0.55, shin=0.5, arm=0.34),
+    "small": body("small", scale=0.6),
+}
+
+
+def structured(character: Character, name: str, structure: str) -> Character:
+    """The same body under another name and structure."""
+    return Character.of(name, character.skeleton, structure=structure, roles=character.roles)
+
+
+def material(method: Any, cast: dict[str, Character] | None = None, frames: int = 24) -> Material:
+    """One dance of every body; those of the n-th are n frames shorter."""
+    cast = cast or CAST
+    clips = {}
+    for number, (name, character) in enumerate(cast.items()):
+        motion = dance(character, frames - number, seed=number)
+        arrays = {key: np.asarray(each, np.float32) for key, each in method.prepare(motion).items()}
+        clips[name] = [Clip(name, "dance", arrays)]
+    return Material(dict(cast), clips)
+
+
+def learner(method: Any, window: int = 16, seed: int = 0, cast: dict[str, Character] | None = None) -> Any:
+    torch.manual_seed(seed)
+    return method.learner(material(method, cast), Recipe(steps=1, batch=4, window=window, rate=1e-3))
+
+
+def batch(learner: Any, rows: int = 4, step: int = 0) -> Any:
+    return moved(learner.draw(np.random.default_rng(step), rows), torch.device("cpu"))
+
+
+def train(learner: Any, steps: int, rate: float = 1e-3) -> list[dict[str, float]]:
+    """A few steps as the loop does them; what was measured."""
+    phases = turns(learner, Recipe(steps=steps, batch=4, window=16, rate=rate), torch.device("cpu"))
+    found = []
+    for step in range(steps):
+        torch.manual_seed(step)
+        given: dict[str, Any] = {}
+        measured: dict[str, torch.Tensor] = {}
+        for phase in phases:
+            measured |= phase(batch(learner, step=step), given, rate)
+        found.append({name: float(each) for name, each in measured.items()})
+    return found
+
+
+def apart(a: Motion, b: Motion) -> float:
+    """The largest distance of joints, in heights."""
+    return float(np.linalg.norm(a.positions - b.positions, axis=-1).max() / a.character.height)

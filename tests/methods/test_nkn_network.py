@@ -1,0 +1,237 @@
+"""NKN's networks: their sizes, and that the quick way through time is the plain one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from nkn_toys import CAST
+from scipy.spatial.transform import Rotation
+from torch import Tensor, nn
+
+from retarget_bench.methods.nkn import PARENTS, plugin
+from retarget_bench.methods.nkn import losses as terms
+from retarget_bench.methods.nkn.cells import KINDS, Kind, Layer
+from retarget_bench.methods.nkn.generator import Decoder, Generator
+from retarget_bench.methods.nkn.pose import Bodies, Scale, quaternions
+from retarget_bench.motion import kinematics
+from retarget_bench.motion.kinematics_torch import Tree
+from retarget_bench.motion.skeleton import Skeleton
+
+NKN = plugin()
+
+
+@pytest.mark.parametrize(("cell", "count"), [("tf", 5_870_172), ("torch", 5_876_316)])
+def test_the_generator_has_the_parameters_of_record(cell, count):
+    generator = Generator(len(PARENTS), 512, cell)
+    assert sum(each.numel() for each in generator.parameters()) == count
+
+
+# ----------------------------------------------------------------------------------------------- cells
+def twin(layer: Layer) -> nn.GRU:
+    """PyTorch's own GRU with the weights of a layer; its gates are in the same order."""
+    size, inputs = layer.hidden, len(layer.kernel)
+    peer = nn.GRU(inputs, size).double()
+    for name, value in (
+        ("weight_ih_l0", layer.kernel.T),
+        ("weight_hh_l0", layer.weights.T),
+        ("bias_ih_l0", layer.bias),
+        ("bias_hh_l0", layer.state_bias),
+    ):
+        getattr(peer, name).data.copy_(value)
+    return peer
+
+
+def test_torchs_cell_is_torchs_gru():
+    torch.manual_seed(0)
+    layer = Layer(5, 7, "torch").double()
+    peer = twin(layer)
+    inputs, start = torch.randn(6, 3, 5).double(), torch.randn(3, 7).double()
+    ours, theirs = inputs.clone().requires_grad_(), inputs.clone().requires_grad_()
+    states, expected = layer(ours, start), peer(theirs, start[None])[0]
+    torch.testing.assert_close(states, expected)
+    weight = torch.randn_like(states)
+    (states * weight).sum().backward()
+    (expected * weight).sum().backward()
+    torch.testing.assert_close(ours.grad, theirs.grad)
+    torch.testing.assert_close(layer.kernel.grad, peer.weight_ih_l0.grad.T)
+    torch.testing.assert_close(layer.weights.grad, peer.weight_hh_l0.grad.T)
+    torch.testing.assert_close(layer.bias.grad, peer.bias_ih_l0.grad)
+    torch.testing.assert_close(layer.state_bias.grad, peer.bias_hh_l0.grad)
+
+
+def plain_cell(layer: Layer, inputs: Tensor, state: Tensor, kind: Kind) -> Tensor:
+    """One step by the equations, every product on its own."""
+    size = layer.hidden
+    r, z, n = (slice(k * size, (k + 1) * size) for k in range(3))
+    own = [layer.weights[:, gate] for gate in (r, z, n)]
+    given = [inputs @ layer.kernel[:, gate] + layer.bias[gate] for gate in (r, z, n)]
+    if kind == "tf":
+        reset, keep = torch.sigmoid(given[0] + state @ own[0]), torch.sigmoid(given[1] + state @ own[1])
+        fresh = torch.tanh(given[2] + (reset * state) @ own[2])
+    else:
+        held = [
+            state @ weights + layer.state_bias[gate] for weights, gate in zip(own, (r, z, n), strict=True)
+        ]
+        reset, keep = torch.sigmoid(given[0] + held[0]), torch.sigmoid(given[1] + held[1])
+        fresh = torch.tanh(given[2] + reset * held[2])
+    return keep * state + (1.0 - keep) * fresh
+
+
+def test_tensorflows_cell_follows_its_equations():
+    torch.manual_seed(1)
+    layer = Layer(5, 7, "tf").double()
+    inputs = torch.randn(6, 3, 5).double()
+    state, expected = torch.randn(3, 7).double(), []
+    start = state
+    for frame in inputs:
+        state = plain_cell(layer, frame, state, "tf")
+        expected.append(state)
+    states = layer(inputs, start)
+    torch.testing.assert_close(states, torch.stack(expected))
+    weight = torch.randn_like(states)
+    ours = torch.autograd.grad((states * weight).sum(), list(layer.parameters()))
+    theirs = torch.autograd.grad((torch.stack(expected) * weight).sum(), list(layer.parameters()))
+    torch.testing.assert_close(ours, theirs)
+
+
+# --------------------------------------------------------------------------------------------- decoder
+def bodies(rows: int, scale: Scale | None = None) -> Bodies:
+    numbers = np.random.default_rng(2)
+    offsets = numbers.normal(size=(rows, len(PARENTS), 3)) * 20.0
+    skeleton = Skeleton(tuple(f"{k}" for k in range(22)), np.array(PARENTS), offsets[0])
+    scale = (scale or Scale(len(PARENTS))).double()
+    scale.places_mean.uniform_(-3.0, 3.0)
+    scale.places_deviation.uniform_(5.0, 20.0)
+    scale.moves_mean.uniform_(-1.0, 1.0)
+    scale.moves_deviation.uniform_(0.5, 2.0)
+    return Bodies(Tree.of(skeleton), torch.from_numpy(offsets), scale)
+
+
+def plain_decoder(decoder: Decoder, codes: Tensor, who: Bodies, kind: Kind) -> tuple[Tensor, Tensor]:
+    """The decoder as a loop that autograd records."""
+    rows = codes.shape[1]
+    lower = upper = codes.new_zeros(rows, decoder.lower.hidden)
+    pose, rise, poses, raws = codes.new_zeros(rows, decoder.channels), codes.new_zeros(rows, 1), [], []
+    for number, code in enumerate(codes):
+        lower = plain_cell(decoder.lower, torch.cat([who.bones, pose, code], 1), lower, kind)
+        upper = plain_cell(decoder.upper, lower, upper, kind)
+        raw = upper @ decoder.out + decoder.out_bias
+        pose, rise = who.express(raw, rise, number == 0)
+        poses.append(pose)
+        raws.append(raw)
+    return torch.stack(poses), torch.stack(raws)
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_the_decoder_is_a_plain_loop_and_so_is_its_gradient(kind):
+    torch.manual_seed(3)
+    decoder, who = Decoder(22, 9, kind).double().eval(), bodies(3)
+    decoder.out.data.normal_(0.0, 0.3)
+    codes = torch.randn(5, 3, 9).double().requires_grad_()
+    found, (weight, other) = [], (torch.randn(5, 3, 70).double(), torch.randn(5, 3, 92).double())
+    for poses, raw in (decoder(codes, who)[:2], plain_decoder(decoder, codes, who, kind)):
+        loss = (poses * weight).sum() + (raw * other).sum()
+        found.append((poses, raw, *torch.autograd.grad(loss, [codes, *decoder.parameters()])))
+    torch.testing.assert_close(found[0], found[1])
+
+
+def test_without_gradients_the_decoder_answers_the_same():
+    torch.manual_seed(3)
+    decoder, who, codes = Decoder(22, 9, "tf").double().eval(), bodies(3), torch.randn(5, 3, 9).double()
+    recorded = decoder(codes, who)[0]
+    with torch.no_grad():
+        torch.testing.assert_close(decoder(codes, who)[0], recorded.detach(), rtol=0, atol=0)
+
+
+def test_dropout_reaches_every_input_and_only_while_training():
+    torch.manual_seed(4)
+    generator, who, poses = Generator(22, 9, "tf").double(), bodies(2), torch.randn(4, 2, 70).double()
+
+    def answer() -> Tensor:
+        return generator.decoder(generator.encoder(poses)[1], who)[0]
+
+    assert not torch.equal(answer(), answer())
+    generator.eval()
+    assert torch.equal(answer(), answer())
+
+
+def test_dropouts_gradient_is_that_of_the_masks_it_drew():
+    """Central differences, with the same masks each time."""
+    decoder, who, codes = Decoder(22, 6, "tf").double(), bodies(2), torch.randn(4, 2, 6).double()
+    decoder.out.data.normal_(0.0, 0.3)
+    weight = torch.randn(4, 2, 70).double()
+
+    def loss() -> Tensor:
+        torch.manual_seed(5)
+        return (decoder(codes, who)[0] * weight).sum()
+
+    for each in decoder.parameters():
+        (gradient,) = torch.autograd.grad(loss(), [each])
+        way = torch.randn_like(each)
+        step = 1e-6 * way
+        with torch.no_grad():
+            each += step
+            above = loss()
+            each -= 2 * step
+            below = loss()
+            each += step
+        torch.testing.assert_close((gradient * way).sum(), (above - below) / 2e-6, rtol=1e-5, atol=1e-6)
+
+
+def test_a_pose_is_the_engines_forward_kinematics():
+    who, raw = bodies(4), torch.randn(4, 92).double()
+    pose, rise = who.express(raw, torch.full((4, 1), 7.0).double(), False)
+    plain = who.scale.plain(pose)
+    turns = quaternions(raw[:, :88]).numpy()
+    for row in range(4):
+        skeleton = Skeleton(tuple(f"{k}" for k in range(22)), np.array(PARENTS), who.offsets[row].numpy())
+        places, _ = kinematics.forward(skeleton, turns[row : row + 1], np.zeros((1, 3)))
+        expected = places[0].reshape(-1)
+        expected[1] = 7.0 + plain[row, 66 + 1]
+        np.testing.assert_allclose(plain[row, :66], expected, atol=1e-10)
+        np.testing.assert_allclose(rise[row, 0], expected[1], atol=1e-10)
+
+
+def test_scales_are_inverse_to_each_other():
+    who, poses = bodies(2), torch.randn(3, 2, 70).double()
+    torch.testing.assert_close(who.scale.poses(who.scale.plain(poses)), poses)
+
+
+# ---------------------------------------------------------------------------------------------- losses
+def test_twist_is_scipys_first_angle_of_yzx_beyond_a_hundred_degrees():
+    turns = Rotation.random(4 * 3 * 22, random_state=0)
+    w_first = torch.from_numpy(turns.as_quat()[:, [3, 0, 1, 2]].reshape(4, 3, 22, 4))
+    real = terms.mask(4, torch.tensor([4, 2, 1])).double()
+    angle = np.abs(turns.as_euler("YZX")[:, 0]).reshape(4, 3, 22)
+    excess = np.maximum(angle - np.radians(100.0), 0.0) ** 2
+    assert (excess > 0).mean() > 0.2
+    assert terms.twist(w_first, real).item() == pytest.approx((excess.mean(-1) * real.numpy()).sum())
+
+
+def test_twist_has_a_finite_gradient_where_its_angle_is_lost():
+    half = 2**-0.5
+    locked = torch.tensor([[[[half, 0.0, 0.0, half], [1.0, 0.0, 0.0, 0.0]]]], requires_grad=True)
+    terms.twist(locked, torch.ones(1, 1)).backward()
+    assert torch.isfinite(locked.grad).all()
+
+
+def test_smoothness_and_differences_and_drift_by_hand():
+    poses = torch.zeros(3, 1, 7)
+    poses[:, 0, 4] = torch.tensor([1.0, 3.0, 6.0])  # upwards
+    poses[:, 0, 0] = torch.tensor([5.0, 5.5, 7.0])
+    real = terms.mask(3, torch.tensor([3]))
+    assert terms.smooth(poses, real).item() == 2.0**2 + 3.0**2
+    assert terms.smooth(poses, terms.mask(3, torch.tensor([2]))).item() == 2.0**2
+    seen = terms.differences(poses)
+    assert seen.shape == (1, 2, 7)
+    assert seen[0, :, 0].tolist() == [0.5, 1.5]
+    assert seen[0, :, 4].tolist() == [3.0, 6.0]
+    assert terms.drift(poses, torch.zeros_like(poses), real).item() == 1.0 + 4.0**2 + 10.0**2
+    places, moves = terms.apart(poses, torch.zeros_like(poses), real)
+    assert (places.item(), moves.item()) == (5.0**2 + 5.5**2 + 7.0**2, 1.0 + 9.0 + 36.0)
+
+
+def test_bodies_of_the_cast_have_the_tree_of_record():
+    for character in CAST.values():
+        assert tuple(NKN.body(character).skeleton.parents.tolist()) == PARENTS
