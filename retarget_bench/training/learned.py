@@ -116,10 +116,10 @@ class Learned:
         mine = self.shipped()
         if self.weights in mine:
             return mine[self.weights]
-        if self._is_path:
-            return bundles.locate(self.weights)
         if self.weights == inspect.signature(type(self)).parameters["weights"].default:
             return None
+        if self._is_path:
+            return bundles.locate(self.weights)
         raise BenchError(
             f"{self.card.name} has no shipped weights of the name {self.weights!r}; "
             f"{'there are ' + ', '.join(mine) if mine else 'there are none'}, and a path leads to others"

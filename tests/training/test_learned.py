@@ -87,6 +87,16 @@ def test_weights_elsewhere_are_taken_by_folder_card_or_file(shifter, tmp_path, m
         assert float(asked.tensors["shift"][0]) == 0.25
 
 
+def test_a_folder_of_the_same_name_is_not_taken_for_weights(shifter, tmp_path, monkeypatch):
+    """Neither in place of shipped ones nor where none are shipped."""
+    write(tmp_path / "walks", 0.5)
+    monkeypatch.chdir(tmp_path)
+    assert made().weights_hash == ""
+    bundle = write(shifter / "weights", 0.25, "walks")
+    assert made().weights_hash == bundle.hash
+    assert made("shifter[weights='./walks']").weights_hash not in ("", bundle.hash)
+
+
 @pytest.mark.parametrize(
     ("written", "words"),
     [
