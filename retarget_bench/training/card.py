@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -61,18 +61,15 @@ def card(
 
 
 def manifest(data: Dataset, material: Material) -> dict[str, list[str]]:
-    """What the weights have seen: ``characters`` that were trained on and those of ``validation``, by which
-    the weights were chosen; kinds of performance, or clips, where the data set says them."""
-    told: Mapping[str, Any] = getattr(data, "training_manifest", dict)()
-    cast = data.characters()
-    aside = [name for name in told.get("validation", ()) if cast[name].structure in material.structures]
-    found = {
-        "characters": sorted({*material.clips, *aside}),
-        "validation": aside,
-        "structures": list(material.structures),
-        **{key: list(told[key]) for key in ("kinds", "clips") if key in told},
-    }
-    return {key: names for key, names in found.items() if names}
+    """What training and its validation have seen, as the data set tells it, without the characters and
+    structures that this method left out; what it was trained on where the data set tells nothing."""
+    told: Mapping[str, Sequence[str]] = getattr(data, "training_manifest", dict)()
+    if not told:
+        return {"characters": sorted(material.clips), "structures": list(material.structures)}
+    offered: Mapping[str, Collection[str]] = data.training()  # type: ignore[attr-defined]
+    out = {name for mine in offered.values() for name in mine} - set(material.clips)
+    out |= {structure for structure, mine in offered.items() if out.issuperset(mine)}
+    return {key: [str(name) for name in names if name not in out] for key, names in told.items()}
 
 
 def hardware(device: torch.device) -> str:

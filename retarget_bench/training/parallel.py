@@ -26,7 +26,7 @@ PATIENCE = timedelta(hours=6)
 
 def world() -> int:
     """How many processes train together, from ``torchrun``'s environment."""
-    return int(os.environ.get("WORLD_SIZE", "1"))
+    return int(os.environ.get("WORLD_SIZE", "1")) if "RANK" in os.environ else 1
 
 
 def rank() -> int:

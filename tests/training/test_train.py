@@ -1,0 +1,294 @@
+"""``bench train`` as a whole: what it refuses, what it begins and goes on with, and what it leaves."""
+
+import errno
+import json
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+import torch
+
+from retarget_bench import plan, registry
+from retarget_bench.errors import BenchError
+from retarget_bench.spec import Spec
+from retarget_bench.training import checkpoint, log, parallel, weights
+
+
+def card(folder):
+    return json.loads((folder / "weights.json").read_text())
+
+
+# ------------------------------------------------------------------------------------------- what it leaves
+def test_the_card_says_how_the_weights_came_about(toy_run, tmp_path):
+    done, _ = toy_run(data="toy_walks[root=/secret/place]", seed=4, budget="25it")
+    found = card(tmp_path / "run")
+    assert (
+        found["command"] == "bench train toy_trainee -d toy_walks --preset default --budget 25it --seed 4"
+    )
+    assert "secret" not in json.dumps(found)
+    assert (found["method"], found["version"], found["facts"]) == ("toy_trainee", "1", {"kind": "linear"})
+    assert found["data"] == {
+        "spec": "toy_walks",
+        "label": "toy_walks",
+        "content": "one",
+        "clips": 6,
+        "hours": pytest.approx(6 * 40 / 30 / 3600, abs=1e-3),
+    }
+    assert (found["steps"], found["seed"], found["init"], found["processes"]) == (25, 4, None, 1)
+    assert (found["recipe"]["steps"], found["recipe"]["batch"], found["preset"]) == (25, 8, "default")
+    assert found["training_manifest"] == {"characters": ["small", "tall"], "structures": ["toy"]}
+    assert [each["step"] for each in found["validation"]] == [15, 25]
+    assert found["scores"] == found["validation"][[15, 25].index(found["step"])]["scores"]
+    assert found["curve"][-1]["step"] == 25
+    assert set(found["losses"]) == {"generator.rebuilt", "generator.fooled", "critic.told"}
+    assert found["torch"] == torch.__version__
+    assert "threads" in found["hardware"]
+    assert found["notes"] == []
+    assert found["hash"] == weights.read(tmp_path / "run").hash
+    assert done.at.step == 25
+
+
+def test_the_manifest_is_the_data_sets_without_what_the_method_left_out(toy_run, tmp_path, monkeypatch):
+    data, method = type(plan.dataset(Spec("toy_walks"))), type(plan.method(Spec("toy_trainee")))
+    two, training = {"characters": ["small", "tall", "held"], "structures": ["toy", "dog"]}, data.training
+    monkeypatch.setattr(
+        data, "training", lambda self: {**training(self), "dog": {"rex": training(self)["toy"]["tall"]}}
+    )
+    monkeypatch.setattr(data, "training_manifest", lambda self: {**two, "clips": ["walk"]}, raising=False)
+    monkeypatch.setattr(method, "unfit", lambda self, body: "on four legs" if body.name == "rex" else "")
+    monkeypatch.setattr(data, "characters", _with_rex(data.characters))
+    two["characters"].append("rex")
+    toy_run()
+    assert card(tmp_path / "run")["training_manifest"] == {
+        "characters": ["small", "tall", "held"],
+        "structures": ["toy"],
+        "clips": ["walk"],
+    }
+
+
+def _with_rex(characters):
+    def more(self):
+        tall = characters(self)["tall"]
+        return {**characters(self), "rex": replace(tall, name="rex")}
+
+    return more
+
+
+def test_its_folder_is_a_value_of_the_parameter_weights(toy_run, tmp_path):
+    toy_run()
+    made = registry.create("methods", f"toy_trainee[weights={tmp_path / 'run'}]")
+    kept = checkpoint.read(tmp_path / "run").exported
+    torch.testing.assert_close(made.tensors["weight"], kept["weight"], rtol=1e-3, atol=1e-4)
+
+
+def test_validation_is_of_held_out_cases_that_the_method_supports(toy_run):
+    done, _ = toy_run(preset="quick")
+    for each in done.at.validation:
+        assert {split: values["n"] for split, values in each["scores"].items()} == {"intra": 2, "cross": 2}
+
+
+def test_without_validation_the_last_weights_are_kept_and_it_is_said(toy_run, tmp_path):
+    done, voice = toy_run(data="toy_walks[kind=unwatched]")
+    assert done.at.best is None
+    assert voice.said == [
+        "the data set has no validation part: no weights were chosen by validation, these are the last ones"
+    ]
+    assert "these are the last ones" in card(tmp_path / "run")["notes"][0]
+    last = checkpoint.read(tmp_path / "run").state["modules/map.bias"]
+    assert torch.equal(weights.read(tmp_path / "run").tensors["bias"], last)
+
+
+def test_a_case_that_gets_no_answer_is_told_of_and_chooses_nothing(toy_run, monkeypatch):
+    method = type(plan.method(Spec("toy_trainee")))
+    retarget = method.retarget
+
+    def lame(self, source, target, *, context):
+        assert target.name != "tall", "cannot walk tall"
+        return retarget(self, source, target, context=context)
+
+    monkeypatch.setattr(method, "retarget", lame)
+    done, voice = toy_run()
+    assert done.at.best is None
+    problems = {moment.problem for moment in voice.moments if moment.validation}
+    assert len(problems) == 1
+    assert "cannot walk tall" in problems.pop()
+
+
+# ---------------------------------------------------------------------------------------- what it refuses
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"method": None}, "holds no run to go on with; bench train METHOD begins one"),
+        ({"data": None}, "say what to train on: -d DATASET"),
+        ({"method": "copy_rotations"}, "copy_rotations has nothing to train"),
+        ({"preset": "papre"}, "toy_trainee has no preset 'papre'; there are default, quick, wild"),
+        ({"budget": "soon"}, "'soon' is no budget; write time as"),
+        ({"data": "toy_walks[kind=empty]"}, "toy_walks has no training motion"),
+        ({"method": "toy_trainee[does=pick]"}, "toy_trainee needs motion of two characters"),
+        ({"method": "toy_trainee[dose=nan]"}, "did you mean does"),
+        ({"init": "/nowhere"}, "there are no weights of this name"),
+    ],
+)
+def test_what_cannot_be_trained_is_one_sentence_and_leaves_nothing(toy_run, tmp_path, options, says):
+    with pytest.raises(BenchError) as caught:
+        toy_run(**options)
+    assert says in str(caught.value)
+    assert not (tmp_path / "run").exists()
+
+
+def test_a_structure_that_the_method_cannot_take_is_said_with_the_reason(toy_run, monkeypatch):
+    method = type(plan.method(Spec("toy_trainee")))
+    monkeypatch.setattr(method, "unfit", lambda self, body: f"{body.name} has no tail")
+    with pytest.raises(
+        BenchError, match=r"no motion that toy_trainee can be trained on: small has no tail"
+    ):
+        toy_run()
+
+
+def test_a_character_that_is_left_out_is_named_and_is_not_in_the_manifest(toy_run, tmp_path, monkeypatch):
+    method = type(plan.method(Spec("toy_trainee")))
+    monkeypatch.setattr(method, "unfit", lambda self, body: "too tall" if body.name == "tall" else "")
+    monkeypatch.setattr(method, "learner", _any_number(method.learner))
+    _, voice = toy_run()
+    assert voice.said == ["not trained on tall: too tall"]
+    assert card(tmp_path / "run")["training_manifest"]["characters"] == ["small"]
+    assert card(tmp_path / "run")["notes"] == voice.said
+
+
+def _any_number(build):
+    """The toy's learner without its demand for two characters."""
+
+    def learner(self, material, recipe):
+        made = build(self, SimpleNamespace(clips={"one": 1, "two": 2}), recipe)
+        made.material = material
+        return made
+
+    return learner
+
+
+def test_a_folder_that_holds_a_run_is_not_written_over(toy_run, tmp_path):
+    toy_run()
+    before = {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()}
+    with pytest.raises(BenchError, match=r"already holds a run \(bench train toy_trainee .*--resume"):
+        toy_run()
+    assert {path.name: path.read_bytes() for path in (tmp_path / "run").iterdir()} == before
+
+
+def test_a_batch_that_processes_cannot_share_evenly_is_refused(toy_run, monkeypatch):
+    monkeypatch.setattr(parallel, "world", lambda: 2)
+    monkeypatch.setattr(parallel, "join", lambda where: None)
+    with pytest.raises(BenchError, match="a batch of 3 cannot be shared evenly by 2 processes"):
+        toy_run(preset="wild")
+
+
+def test_a_device_that_is_not_there_is_refused(monkeypatch):
+    monkeypatch.setattr(torch.cuda, "is_available", lambda: False)
+    assert parallel.device("auto") == torch.device("cpu")
+    with pytest.raises(BenchError, match="no CUDA device here; train with --device cpu"):
+        parallel.device("cuda")
+
+
+def test_a_full_disk_stops_it_with_the_checkpoint_before_intact(toy_run, tmp_path, monkeypatch):
+    write = Path.write_bytes
+
+    def nearly_full(self, data):
+        if "step-30" in self.name:
+            raise OSError(errno.ENOSPC, "No space left on device")
+        return write(self, data)
+
+    monkeypatch.setattr(Path, "write_bytes", nearly_full)
+    with pytest.raises(BenchError, match=r"step-30.safetensors: cannot be written \(No space left"):
+        toy_run()
+    assert checkpoint.read(tmp_path / "run").step == 15
+    monkeypatch.undo()
+
+
+# ---------------------------------------------------------------------------------------- going on
+@pytest.mark.parametrize(
+    ("options", "says"),
+    [
+        ({"method": "rest_pose"}, "began with method toy_trainee, not rest_pose"),
+        ({"data": "toy_walks[content=two]"}, "began with dataset toy_walks, not toy_walks[content=two]"),
+        ({"budget": "99it"}, "began with budget 30it, not 99it"),
+        ({"preset": "quick"}, "began with preset default, not quick"),
+        ({"seed": 7}, "began with seed 0, not 7"),
+    ],
+)
+def test_options_that_contradict_the_run_are_refused(toy_run, options, says):
+    toy_run(budget="30it", stop=20)
+    with pytest.raises(BenchError) as caught:
+        toy_run(resume=True, **options)
+    assert says in str(caught.value)
+
+
+def test_a_run_goes_on_by_its_folder_alone(toy_run):
+    toy_run(budget="30it", preset="quick", seed=2, stop=20)
+    done, _ = toy_run(method=None, data=None, resume=True)
+    assert (done.at.step, done.asked.preset, done.asked.seed) == (30, "quick", 2)
+
+
+def test_resume_begins_a_run_where_there_is_none_yet(toy_run):
+    done, _ = toy_run(preset="quick", resume=True)
+    assert done.at.step == 10
+
+
+@pytest.mark.parametrize(
+    ("spoil", "says"),
+    [
+        (lambda: setattr(plan.dataset(Spec("toy_walks")), "content", "two"), "no longer the data"),
+        (
+            lambda: plan.method(Spec("toy_trainee")).__dict__.update(facts=lambda: {"kind": "cubic"}),
+            "or other",
+        ),
+    ],
+)
+def test_other_data_or_another_method_than_it_began_with_is_refused(toy_run, spoil, says):
+    plan.dataset.cache_clear()
+    plan.method.cache_clear()
+    toy_run(stop=20)
+    spoil()
+    with pytest.raises(BenchError, match=says):
+        toy_run(resume=True)
+    plan.dataset.cache_clear()
+    plan.method.cache_clear()
+
+
+def test_a_checkpoint_of_another_network_is_refused(toy_run, tmp_path):
+    toy_run(stop=20)
+    kept = checkpoint.read(tmp_path / "run")
+    state = {name: each for name, each in kept.state.items() if "critic.bias" not in name}
+    checkpoint.write(tmp_path / "run", checkpoint.Checkpoint(kept.step, kept.seconds, state))
+    with pytest.raises(BenchError, match="the checkpoint is of another network"):
+        toy_run(resume=True)
+
+
+def test_init_begins_with_given_weights_and_a_fresh_optimiser(toy_run, tmp_path):
+    toy_run("first", budget="200it")
+    first = weights.read(tmp_path / "first")
+    done, _ = toy_run("more", init=str(tmp_path / "first"), budget="10it")
+    assert done.asked.init == first.hash
+    assert card(tmp_path / "more")["init"] == first.hash
+    assert str(tmp_path) not in json.dumps(card(tmp_path / "more"))
+    started, fresh = (
+        float(log.read(tmp_path / name)[0]["generator.rebuilt"]) for name in ("more", "first")
+    )
+    assert started < 0.3 * fresh
+    steps = [
+        each for name, each in checkpoint.read(tmp_path / "more").state.items() if name.endswith("/step")
+    ]
+    assert {float(each) for each in steps} == {10.0, 5.0}
+
+
+def test_init_takes_only_weights_of_this_make_and_goes_on_with_the_same(toy_run, tmp_path):
+    toy_run("first", preset="quick")
+    bundle = weights.read(tmp_path / "first")
+    odd = {**card(tmp_path / "first"), "facts": {"kind": "cubic"}}
+    weights.write(tmp_path, "odd", bundle.tensors, odd)
+    with pytest.raises(BenchError, match="kind=cubic"):
+        toy_run("more", init=str(tmp_path / "odd.json"))
+    toy_run("more", init=str(tmp_path / "first"), stop=4)
+    described = {name: value for name, value in bundle.card.items() if name != "hash"}
+    weights.write(tmp_path / "first", "weights", {n: 2 * t for n, t in bundle.tensors.items()}, described)
+    with pytest.raises(BenchError, match="no longer the weights that this run began with"):
+        toy_run("more", resume=True)

@@ -1,0 +1,75 @@
+"""The command line of ``bench train``: what is typed, and what is said."""
+
+import re
+
+import pytest
+from conftest import TOYS
+
+from retarget_bench import cli
+from retarget_bench.training import train
+
+PLUGINS = ("--plugin", str(TOYS / "toy_walks.py"), "--plugin", str(TOYS / "toy_trainee.py"))
+
+
+@pytest.fixture
+def bench(toy_run, capsys):
+    """``bench train`` in this process: exit status, output, errors."""
+
+    def run(*arguments):
+        with pytest.raises(SystemExit) as ended:
+            cli.main(["train", *PLUGINS, *arguments, "--device", "cpu"])
+        return ended.value.code, *capsys.readouterr()
+
+    return run
+
+
+def test_it_says_every_validation_and_how_to_use_the_weights(bench, tmp_path):
+    status, out, _ = bench("toy_trainee", "-d", "toy_walks", "--out", str(tmp_path / "a b"))
+    assert status == 0
+    lines = out.splitlines()
+    said = r"step (\d+), \d+ s: generator [\d.]+, critic [\d.]+; validation intra [\d.]+ / [\d.]+, cross .*"
+    assert [re.fullmatch(said, line)[1] for line in lines[:3]] == ["15", "30", "40"]
+    assert lines[3].startswith("toy_trainee: 40 steps in ")
+    assert lines[4] == f"Use them: bench run 'toy_trainee[weights={tmp_path / 'a b'}]' -d 'toy_walks'"
+
+
+def test_the_folder_is_named_after_the_method_with_its_parameters(bench, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for method in ("toy_trainee", "toy_trainee[does=slowly]"):
+        assert bench(method, "-d", "toy_walks", "--preset", "quick")[0] == 0
+    names = sorted(path.name for path in (tmp_path / "runs" / "train").iterdir())
+    assert names[0] == "toy_trainee"
+    assert re.fullmatch(r"toy_trainee-[0-9a-f]{8}", names[1])
+
+
+def test_without_a_method_it_asks_for_one(bench):
+    status, _, err = bench("-d", "toy_walks")
+    assert status == 2
+    assert "say which METHOD to train, or --resume --out DIR" in err
+
+
+def test_a_mistake_is_one_sentence_and_no_traceback(bench, tmp_path):
+    status, _, err = bench(
+        "toy_trainee", "-d", "toy_walks", "--out", str(tmp_path / "run"), "--preset", "no"
+    )
+    assert status == 2
+    assert err == "bench: toy_trainee has no preset 'no'; there are default, quick, wild\n"
+
+
+def test_ctrl_c_says_how_to_go_on(bench, tmp_path, monkeypatch):
+    def interrupted(asked, voice):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(train, "train", interrupted)
+    status, _, err = bench("toy_trainee[does=x]", "-d", "toy_walks", "--out", str(tmp_path))
+    assert status == 130
+    assert err.startswith(
+        f"bench: interrupted. bench train 'toy_trainee[does=x]' --resume --out {tmp_path} goes on"
+    )
+
+
+def test_going_on_says_from_where(bench, toy_run, tmp_path):
+    toy_run(stop=20)
+    status, out, _ = bench("--resume", "--out", str(tmp_path / "run"))
+    assert status == 0
+    assert out.splitlines()[0] == "going on from step 15"

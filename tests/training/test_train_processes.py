@@ -1,0 +1,148 @@
+"""``bench train`` as processes: killed and resumed, and several that train together."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+import torch
+from conftest import Inline
+
+from retarget_bench import registry
+from retarget_bench.spec import Spec
+from retarget_bench.training import checkpoint, clips, log, weights
+from retarget_bench.training.material import gather
+
+TOYS = Path(__file__).parent / "toys"
+TRAIN = [
+    "train",
+    *("--plugin", str(TOYS / "toy_walks.py"), "--plugin", str(TOYS / "toy_trainee.py")),
+    *("-j", "1", "--device", "cpu"),
+]
+PATIENCE = 240
+
+
+def start(*command, **environment):
+    settings = {**os.environ, "OMP_NUM_THREADS": "1", **environment}
+    return subprocess.Popen(
+        [sys.executable, *command], env=settings, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    )
+
+
+def bench(*arguments):
+    return start("-m", "retarget_bench", *TRAIN, *arguments)
+
+
+def torchrun(*arguments, **environment):
+    here = ["--standalone", "--nproc-per-node", "2", "--max-restarts", "1"]
+    return start(
+        "-m", "torch.distributed.run", *here, "-m", "retarget_bench", *TRAIN, *arguments, **environment
+    )
+
+
+def ended(process):
+    out, err = process.communicate(timeout=PATIENCE)
+    return process.returncode, out, err
+
+
+def rows(folder):
+    return [{name: text for name, text in row.items() if name != "seconds"} for row in log.read(folder)]
+
+
+def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path):
+    toy_run("whole")
+    cut = tmp_path / "cut"
+    process = bench("toy_trainee[pause=0.1]", "-d", "toy_walks", "--out", str(cut))
+    until = time.monotonic() + PATIENCE
+    while not (cut / checkpoint.NAME).exists() and process.poll() is None and time.monotonic() < until:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGKILL)
+    process.communicate()
+    assert process.returncode == -signal.SIGKILL
+    assert 0 < checkpoint.read(cut).step < 40
+    status, out, err = ended(bench("--resume", "--out", str(cut)))
+    assert status == 0, err
+    assert rows(cut) == rows(tmp_path / "whole")
+    assert weights.read(cut).hash == weights.read(tmp_path / "whole").hash
+    assert f"toy_trainee[pause=0.1,weights={cut}]" in out
+    assert (cut / "loss.png").exists()
+
+
+# --------------------------------------------------------------------------------- several processes
+@pytest.fixture(scope="module")
+def pair(tmp_path_factory):
+    """Two processes undisturbed, and two of which one is killed in step 23 and started again."""
+    folder = tmp_path_factory.mktemp("pair")
+    started = {}
+    for name, does in (("whole", ""), ("killed", "[does=kill]")):
+        (folder / f"{name}-dump").mkdir()
+        dump = str(folder / f"{name}-dump")
+        wanted = [f"toy_trainee{does}", "-d", "toy_walks", "--out", str(folder / name), "--seed", "5"]
+        started[name] = torchrun(*wanted, TOY_DUMP=dump)
+    for process in started.values():
+        status, _, err = ended(process)
+        assert status == 0, err
+    return folder
+
+
+def noted(folder, rank):
+    """The weights that each step of a process began with, in the order in which it did them."""
+    lines = (folder / f"rank-{rank}.jsonl").read_text().splitlines()
+    return [json.loads(line) for line in lines]
+
+
+def test_a_killed_process_costs_nothing_but_time(pair):
+    assert rows(pair / "killed") == rows(pair / "whole")
+    mine, theirs = (checkpoint.read(pair / name).state for name in ("killed", "whole"))
+    assert mine.keys() == theirs.keys()
+    assert all(torch.equal(mine[name], theirs[name]) for name in mine)
+    assert weights.read(pair / "killed").hash == weights.read(pair / "whole").hash
+    steps = [line[0] for line in noted(pair / "killed-dump", 1)]
+    assert steps == [*range(23), *range(15, 40)]
+
+
+@pytest.mark.parametrize("name", ["whole", "killed"])
+def test_every_process_has_the_same_parameters_in_every_step(pair, name):
+    first, second = ({k: w for k, *w in noted(pair / f"{name}-dump", rank)} for rank in (0, 1))
+    assert first.keys() == second.keys() == set(range(40))
+    assert first == second
+
+
+def test_the_gradient_is_the_mean_over_the_batches_of_all_processes(pair, toy_plugins, monkeypatch):
+    """The first step by hand: Adam's first step is the sign of the mean gradient, nearly."""
+    monkeypatch.setattr(clips, "LocalPool", Inline)
+    built = registry.create("methods", "toy_trainee")
+    recipe = built.presets["default"]
+    material = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
+    torch.manual_seed(5)
+    learner = built.learner(material, recipe)
+    mine = list(learner.modules["map"].parameters())
+    total = [torch.zeros_like(each) for each in mine]
+    for rank in (0, 1):
+        sequence = np.random.SeedSequence([5, 0, rank])
+        torch.manual_seed(int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1)))
+        batch = learner.draw(np.random.default_rng(sequence), recipe.batch // 2)
+        terms = learner.losses("generator", {"root": torch.from_numpy(batch["root"])}, {})
+        grads = torch.autograd.grad(sum(terms.values()), mine)
+        total = [t + g / 2 for t, g in zip(total, grads, strict=True)]
+    norm = torch.cat([each.flatten() for each in total]).norm()
+    rate = recipe.rate_at(0, 0.0)
+    wanted = []
+    for p, g in zip(mine, total, strict=True):
+        clipped = g * min(1.0, 1.0 / (float(norm) + 1e-6))
+        wanted += (p - rate * clipped / (clipped.abs() + 1e-8)).flatten().tolist()
+    after = noted(pair / "whole-dump", 0)[1]
+    assert after[0] == 1
+    np.testing.assert_allclose(after[1 : 1 + len(wanted)], wanted, rtol=1e-5, atol=1e-6)
+    row = rows(pair / "whole")[0]
+    assert float(row["generator.norm"]) > 0
+
+
+def test_the_card_says_how_many_trained(pair):
+    card = json.loads((pair / "whole" / "weights.json").read_text())
+    assert card["processes"] == 2
