@@ -42,7 +42,8 @@ def test_is_what_torch_makes_of_the_layers_one_by_one(network):
         hidden = functional.leaky_relu(hidden, 0.2)
         sizes.append(hidden.shape[-1])
     scores = network.last(torch.cat([hidden, offsets[:, :, None].expand(-1, -1, 4)], 1))
-    assert sizes == [30, 15, 8, 4] and scores.shape == (ROWS, 1, 1)
+    assert sizes == [30, 15, 8, 4]
+    assert scores.shape == (ROWS, 1, 1)
     torch.testing.assert_close(network(differences, offsets), scores[:, 0, 0])
 
 
@@ -84,7 +85,8 @@ def test_scores_depend_on_bones_and_gradients_reach_every_parameter(network):
     # a bias before batch normalisation is taken away again by it: its gradient is rounding
     dead = {"layers.1.bias", "layers.2.bias", "layers.3.bias"}
     for name, each in network.named_parameters():
-        assert each.grad is not None and (name in dead or each.grad.abs().max() > 1e-6), name
+        assert each.grad is not None, name
+        assert name in dead or each.grad.abs().max() > 1e-6, name
     assert (network(differences, offsets) - network(differences, offsets + 1.0)).abs().min() > 1e-4
 
 
