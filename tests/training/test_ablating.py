@@ -1,0 +1,150 @@
+"""``bench ablate``: rows trained alike and once, and a table whose numbers are those of the results."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from retarget_bench import plan, run
+from retarget_bench.api import CaseInfo
+from retarget_bench.errors import BenchError
+from retarget_bench.rendering import WITH_INTERVALS
+from retarget_bench.spec import Spec
+from retarget_bench.training import ablating, train
+from retarget_bench.training.ablation import Ablation, Column, Row
+
+TOY = Ablation(
+    title="Toys: what picking does",
+    paper="A paper, Table 1",
+    columns=(
+        Column("Error", "m", "mpjpe_m"),
+        Column("Within", "m", "mpjpe_m", splits=("intra",)),
+        Column("Skin", "m", missing="nobody has one"),
+    ),
+    rows=(
+        Row("plain", {}, {"Error": "0.12", "Within": "0.1", "Skin": "0.3"}),
+        Row("slow", {"pause": 0.001}, {"Error": "0.34"}),
+    ),
+    notes=("a note",),
+)
+SPEC, DATA = Spec.parse("toy_trainee"), Spec.parse("toy_walks")
+
+
+def info(pair: str, clip: str, split: str) -> CaseInfo:
+    source, target = pair.split(">")
+    return CaseInfo(f"toys/{pair}/{clip}", "retarget", split, source, target, clip)
+
+
+@pytest.fixture
+def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.Asked:
+    from conftest import Inline
+
+    from retarget_bench.training import clips
+
+    monkeypatch.setattr(clips, "LocalPool", Inline)
+    monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": TOY}, raising=False)
+    return train.Asked(SPEC, DATA, "quick", "4it", 0, device="cpu")
+
+
+def test_unknown_tables_are_named_with_those_that_there_are(asked):
+    assert ablating.find(SPEC, "table1") is TOY
+    with pytest.raises(BenchError, match=r"no ablation 'table7'; there are table1 \(Toys"):
+        ablating.find(SPEC, "table7")
+    with pytest.raises(BenchError, match="copy_rotations offers no ablation"):
+        ablating.find(Spec.parse("copy_rotations"), "table1")
+
+
+def test_rows_are_trained_once_and_under_one_budget(asked, tmp_path):
+    from conftest import Silent
+
+    voice = Silent()
+    trained = ablating.train_rows(TOY, asked, tmp_path, voice)
+    assert [str(each.method) for each in trained] == ["toy_trainee", "toy_trainee[pause=0.001]"]
+    assert [moment.step for moment in voice.moments] == [1, 2, 3, 4] * 2
+    again = Silent()
+    ablating.train_rows(TOY, asked, tmp_path, again)
+    assert not again.moments
+    assert sum("trained already" in text for text in again.said) == 2
+    with pytest.raises(BenchError, match="began with budget 4it, not 6it"):
+        ablating.train_rows(TOY, replace(asked, budget="6it"), tmp_path, Silent())
+
+
+def test_an_interrupted_row_goes_on(asked, tmp_path):
+    from conftest import Silent
+
+    # a validation, and with it a checkpoint, is due after step 5
+    with pytest.raises(KeyboardInterrupt):
+        ablating.train_rows(TOY, replace(asked, budget="8it"), tmp_path, Silent(stop=6))
+    voice = Silent()
+    ablating.train_rows(TOY, replace(asked, budget="8it"), tmp_path, voice)
+    assert [moment.step for moment in voice.moments] == [6, 7, 8, *range(1, 9)]
+
+
+def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
+    from conftest import Silent
+
+    trained = ablating.train_rows(TOY, asked, tmp_path, Silent())
+    wanted = ablating.plan_of(TOY, trained, DATA, tmp_path / "results", 1)
+    assert wanted.splits == ("intra", "cross")
+    assert len(wanted.methods) == 2
+    places = run.run(wanted, lambda done, total: None)
+    found = ablating.numbers_of(wanted, trained)
+    table = ablating.table(TOY, trained, found, "toy_walks")
+    names = [row.label for row in table.groups[0].rows]
+    assert names == ["plain (printed)", "plain", "slow (printed)", "slow"]
+    ours = table.groups[0].rows[1].cells
+    rows = [line.split(",") for place in places for line in place.rows.read_text().splitlines()[1:]]
+    mine = {case: float(value) for case, name, _, value in rows if name == "mpjpe_m"}
+    assert ours[0].n == len(mine) == 12
+    assert ours[0].value == pytest.approx(
+        np.mean(list(mine.values())), rel=1e-6
+    )  # clips have as many cases
+    assert ours[1].n == 8
+    assert ours[2].value is None
+    text = WITH_INTERVALS["text"]([table])
+    assert "0.34" in text
+    assert "nobody has one" in text
+    assert "12 cases, 3 pairs, 4 clips" in text
+
+
+def test_ours_are_means_per_clip_over_common_cases():
+    cases = [info(pair, clip, "cross") for pair in ("a>b", "b>a") for clip in ("x", "y")]
+    numbers = dict(zip(cases, (1.0, 5.0, 3.0, 100.0), strict=True))
+    other = dict.fromkeys(cases[:3], 2.0)
+    trained: Any = [ablating.Trained(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
+    table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}, {"mpjpe_m": other}], "toys")
+    cell = table.groups[0].rows[1].cells[0]
+    assert (cell.value, cell.n, cell.clips) == (pytest.approx(((1 + 3) / 2 + 5) / 2), 3, 2)
+    assert table.groups[0].rows[1].cells[1].value is None  # no intra pair
+    assert cell.interval is None
+
+
+def test_many_clips_have_an_interval():
+    cases = [info("a>b", f"clip {k}", "cross") for k in range(20)]
+    numbers = {case: 1.0 + 0.1 * (k % 5) for k, case in enumerate(cases)}
+    trained: Any = [ablating.Trained(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
+    table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}] * 2, "toys")
+    cell = table.groups[0].rows[1].cells[0]
+    assert cell.interval.low < cell.value < cell.interval.high
+
+
+def test_a_value_that_no_metric_has_is_said(asked, tmp_path):
+    odd = replace(TOY, columns=(Column("Odd", "m", "oddness"),))
+    with pytest.raises(BenchError, match="no metric computes oddness"):
+        ablating.plan_of(odd, [], DATA, tmp_path, 1)
+
+
+def test_the_tables_of_smrm_are_the_printed_ones():
+    tables = plan.method(Spec.parse("smrm")).ablations
+    assert [row.parameters for row in tables["table3"].rows] == [
+        {"context": n} for n in (5, 10, 15, 30, 60)
+    ]
+    best = min(tables["table3"].rows, key=lambda row: float(row.printed["MPJPE"]))
+    assert best.label == "0.5s (15 frames)"
+    with_rotations, without = tables["table2"].rows
+    assert without.parameters == {"rotation_cycle": 0.0}
+    for name in ("MPJPE", "PA-MPJPE", "Acc", "PA-Acc", "MPVD", "PA-MPVD", "MEDL"):
+        assert float(with_rotations.printed[name]) < float(without.printed[name])
