@@ -1,6 +1,6 @@
 """Weights as files: ``NAME.safetensors`` and the card ``NAME.json``, which says where they come from.
 
-Matrices are kept in half precision, vectors and scalars (biases, statistics) as they are. A card
+Tensors of many numbers are kept in half precision, others (biases, statistics) as they are. A card
 holds this, beside ``schema`` and ``hash``, which ``write`` adds; the first three are needed to load:
 
     method, version, facts   what the weights fit: ``Trainable.facts()`` and the version of the method
@@ -34,6 +34,8 @@ if TYPE_CHECKING:
 SCHEMA = 1
 LARGEST = 13_000_000
 """Bytes that a shipped file may have."""
+FEW = 4096
+"""Numbers that a tensor may have to be kept in single precision."""
 BEST = "weights"
 """What ``bench train`` calls the best weights in its folder."""
 NEEDED = ("method", "version", "facts")
@@ -62,7 +64,7 @@ def write(
 ) -> Bundle:
     """Both files; the bundle as reading gives it (rounded to half precision).
 
-    exact: names of matrices that are kept in single precision.
+    exact: names of tensors that are kept in single precision however many numbers they have.
     Raises BenchError for tensors that are not finite, FileError where the files cannot be written.
     """
     arrays = {key: _stored(key, tensor, key in exact) for key, tensor in tensors.items()}
@@ -166,8 +168,9 @@ def _stored(name: str, tensor: Tensor, exact: bool) -> np.ndarray:
     array = array.astype(np.float32)
     if not np.isfinite(array).all():
         raise BenchError(f"{name} is not finite: these weights are not written; training has diverged")
-    halves = not exact and array.ndim > 1 and bool((np.abs(array) <= np.finfo(np.float16).max).all())
-    return array.astype(np.float16) if halves else array
+    if exact or array.size <= FEW or np.abs(array).max() > np.finfo(np.float16).max:
+        return array
+    return array.astype(np.float16)
 
 
 def _tensor(array: np.ndarray) -> Tensor:
