@@ -61,7 +61,9 @@ class Retargeter(Learned):
     ) -> None:
         super().__init__(weights)
         if hidden < 1 or not 0.0 <= same <= 1.0 or min(facing, drift) < 0.0:
-            raise BenchError("hidden is at least 1, same between 0 and 1; facing and drift are not negative")
+            raise BenchError(
+                "hidden is at least 1, same between 0 and 1; facing and drift are not negative"
+            )
         self.cell, self.hidden, self.losses = cell, hidden, losses
         self.same, self.drift = same, drift
         self.facing, self.yaw, self.clean, self.lengths = facing, yaw, clean, lengths
@@ -137,7 +139,7 @@ class Retargeter(Learned):
         """The motions of the targets, those of the same structures together, in chunks of frames."""
         groups: dict[tuple[str, str], list[int]] = {}
         for number, (source, target) in enumerate(zip(sources, targets, strict=True)):
-            if why := self.unfit(source.character) or self.unfit(target):
+            if why := self.supports(source.character, target):
                 raise NotSupported(why)
             key = (self.structure(source.character), self.structure(target))
             groups.setdefault(key, []).append(number)

@@ -102,8 +102,12 @@ class Rollout:
 
     def answers(self, known: Tensor, weights: Weights) -> tuple[Tensor, Tensor]:
         """Poses and raw outputs of all frames, nothing recorded."""
-        frames = [self.advance(number, each, weights) for number, each in enumerate(known)]
-        return torch.stack([each.pose for each in frames]), torch.stack([each.raw for each in frames])
+        found = []
+        for number, each in enumerate(known):
+            frame = self.advance(number, each, weights)
+            found.append((frame.pose, frame.raw))  # the rest would be gigabytes in the end
+        poses, raw = zip(*found, strict=True)
+        return torch.stack(poses), torch.stack(raw)
 
     def back(self, frame: Frame, number: int, pulls: Pulls, weights: Weights) -> Pulls:
         """Gradients one frame further back."""

@@ -1,0 +1,143 @@
+"""nkn_cross: structures with networks of their own, and what its weights know."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+from method_bodies import body, dance
+from nkn_toys import apart, batch, learner, material, structured, train
+
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.methods.nkn import plugin as Nkn
+from retarget_bench.methods.nkn_cross import plugin
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training.recipe import Recipe
+
+SMALL = {"hidden": 12, "facing": 3.0}
+CAST = {
+    name: structured(character, name, structure)
+    for name, character, structure in (
+        ("one", body(), "three"),
+        ("long", body(thigh=0.6, arm=0.35), "three"),
+        ("bendy", body(spines=5), "five.spine"),
+        ("small", body(spines=5, scale=0.6), "five.spine"),
+    )
+}
+
+
+@pytest.fixture(scope="module")
+def made():
+    return learner(plugin(**SMALL), cast=CAST)
+
+
+def test_every_structure_has_networks_of_its_own_size(made):
+    generators = made.modules["generator"]
+    assert list(generators) == ["five_spine", "three"]
+    for name, joints in (("five_spine", 24), ("three", 22)):
+        assert len(generators[name].encoder.lower.kernel) == 3 * joints + 4
+        assert generators[name].decoder.out.shape == (12, 4 * joints + 4)
+        assert made.modules["discriminator"][name].layers[0].in_channels == 3 * joints + 4
+
+
+def test_groups_mix_all_pairs_of_structures_and_keep_the_share_of_own_bodies(made):
+    pairs, own, rows = set(), 0, 0
+    for step in range(60):
+        groups = batch(made, rows=5, step=step)["groups"]
+        assert [len(group["same"]) for group in groups] == [3, 2]
+        for group in groups:
+            pairs.add(tuple(group["structures"].tolist()))
+            assert group["poses"].shape[-1] == (76, 70)[group["structures"][0]]
+            assert group["target_bones"].shape[1] == (24, 22)[group["structures"][1]]
+            own, rows = own + int(group["same"].sum()), rows + len(group["same"])
+    assert pairs == {(0, 0), (0, 1), (1, 0), (1, 1)}
+    assert own / rows == pytest.approx(0.2, abs=0.09)  # 2.2 standard errors and more: the seeds are fixed
+
+
+def test_each_network_learns_from_the_pairs_it_is_in(made):
+    changed = {name: each.clone() for name, each in made.modules.state_dict().items()}
+    train(made, 8)
+    for name, each in made.modules.named_parameters():
+        assert not torch.equal(each, changed[name]), name
+
+
+def test_rows_of_two_structures_are_not_compared(made):
+    crossing = next(
+        group
+        for step in range(20)
+        for group in batch(made, step=step)["groups"]
+        if group["structures"][0] != group["structures"][1]
+    )
+    terms = made.losses("generator", {"groups": [crossing]}, {})
+    assert "same_places" not in terms
+    assert {"cycle_places", "adversarial"} <= set(terms)
+
+
+def test_it_retargets_between_structures_and_to_bodies_it_never_saw(made):
+    method = made.method()
+    stranger = structured(body(spines=5, shin=0.6), "stranger", "five.spine")
+    for source, target in (("one", CAST["bendy"]), ("small", CAST["long"]), ("one", stranger)):
+        motion = dance(CAST[source], 30)
+        assert method.supports(CAST[source], target) is None
+        answer = method.retarget(motion, target, context=Context())
+        assert (answer.character, answer.frames) == (target, 30)
+
+
+def test_a_mixed_batch_gives_what_each_case_gives(made):
+    method = made.method()
+    sources = [dance(CAST[name], 20 + number) for number, name in enumerate(("one", "bendy", "long"))]
+    targets = [CAST["bendy"], CAST["one"], CAST["small"]]
+    together = method.retarget_batch(sources, targets, contexts=[Context()] * 3)
+    for source, target, found in zip(sources, targets, together, strict=True):
+        assert apart(found, method.retarget(source, target, context=Context())) < 1e-5
+
+
+def test_other_structures_and_other_joints_are_refused_with_a_reason(made):
+    method = made.method()
+    four = structured(body(spines=4), "four", "four")
+    assert "these weights know five_spine, three" in method.supports(CAST["one"], four)
+    fake = structured(body(spines=4), "fake", "three")
+    assert "other joints" in method.supports(fake, CAST["one"])
+    with pytest.raises(NotSupported, match="know five_spine"):
+        method.retarget(dance(four), CAST["one"], context=Context())
+
+
+def test_one_structure_with_two_sets_of_joints_cannot_be_trained():
+    cast = {"one": CAST["one"], "odd": structured(body(spines=4), "odd", "three")}
+    with pytest.raises(NotSupported, match="one of them another structure"):
+        plugin(**SMALL).learner(material(plugin(**SMALL), cast), Recipe(1, 4, 16, 1e-3))
+
+
+def test_weights_of_other_structures_are_not_taken_over(made):
+    with pytest.raises(BenchError, match="other structures"):
+        made.load(learner(plugin(**SMALL), cast={k: CAST[k] for k in ("one", "long")}).export())
+
+
+def test_structures_say_who_is_trained_on():
+    named = plugin(structures="three+four")
+    assert not named.unfit(CAST["one"])
+    assert "five.spine" in named.unfit(CAST["bendy"])
+    assert not plugin(structures="all").unfit(CAST["bendy"])
+
+
+def test_the_hips_come_first_and_joints_above_them_are_left_out():
+    full = body().skeleton
+    above = Skeleton(
+        ("World", *full.names),
+        np.array([-1, 0, *(full.parents[1:] + 1)]),
+        np.concatenate([np.zeros((1, 3)), full.offsets]),
+    )
+    seen = plugin().body(Character.of("above", above))
+    assert seen.joints == tuple(range(1, len(full) + 1))
+
+
+def test_with_one_structure_it_is_nkn():
+    """The same 22 joints, in another order."""
+    ours = learner(plugin(hidden=512), cast={k: CAST[k] for k in ("one", "long")})
+    theirs = learner(Nkn(), cast={k: CAST[k] for k in ("one", "long")})
+    sizes = [
+        sum(each.numel() for each in made.modules["generator"].parameters()) for made in (ours, theirs)
+    ]
+    assert sizes == [5_870_172, 5_870_172]
