@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from functools import cached_property
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -66,6 +65,7 @@ class Retargeter(Learned):
             )
         self.cell, self.hidden, self.losses = cell, hidden, losses
         self.same, self.drift = same, drift
+        self._networks: dict[str, Mapping[str, Generator]] = {}
         self.facing, self.yaw, self.clean, self.lengths = facing, yaw, clean, lengths
 
     def facts(self) -> Mapping[str, Scalar]:
@@ -97,9 +97,13 @@ class Retargeter(Learned):
     def unfit(self, character: Character) -> str:
         """Why a character can be neither source nor target nor trained on, as a sentence; "" if it can."""
 
-    @cached_property
-    def networks(self) -> Mapping[str, Generator]:
+    def networks(self, device: str = "cpu") -> Mapping[str, Generator]:
         """Structure -> ``Generator``, ready for inference. Raises BenchError where there are no weights."""
+        if device not in self._networks:
+            self._networks[device] = self._built(device)
+        return self._networks[device]
+
+    def _built(self, device: str) -> Mapping[str, Generator]:
         from .generator import Generator
         from .pose import MOVES
 
@@ -113,6 +117,7 @@ class Retargeter(Learned):
             channels = len(mine["encoder.lower.kernel"])
             found[name] = Generator((channels - MOVES) // 3, self.hidden, self.cell).eval()
             found[name].load_state_dict(mine)
+            found[name].to(device)
         return found
 
     def see(self, source: Prediction) -> form.Sight:
@@ -137,15 +142,16 @@ class Retargeter(Learned):
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Motion]:
         """The motions of the targets, those of the same structures together, in chunks of frames."""
-        groups: dict[tuple[str, str], list[int]] = {}
-        for number, (source, target) in enumerate(zip(sources, targets, strict=True)):
+        groups: dict[tuple[str, str, str], list[int]] = {}
+        cases = zip(sources, targets, contexts, strict=True)
+        for number, (source, target, context) in enumerate(cases):
             if why := self.supports(source.character, target):
                 raise NotSupported(why)
-            key = (self.structure(source.character), self.structure(target))
+            key = (self.structure(source.character), self.structure(target), context.device)
             groups.setdefault(key, []).append(number)
         found: dict[int, Motion] = {}
-        for key, rows in groups.items():
-            motions = self._together(key, [sources[row] for row in rows], [targets[row] for row in rows])
+        for (_, _, device), rows in groups.items():
+            motions = self._together(device, [sources[row] for row in rows], [targets[row] for row in rows])
             found |= dict(zip(rows, motions, strict=True))
         return [found[number] for number in range(len(sources))]
 
@@ -155,6 +161,7 @@ class Retargeter(Learned):
         targets: Sequence[Character],
         place: np.ndarray,
         turn: np.ndarray,
+        device: str = "cpu",
     ) -> Stream:
         """A batch of targets at ``place`` ``(rows, 3)`` metres, facing ``turn`` ``(rows,)``, to be moved on
         by chunks of what ``form.see`` gives for the sources; all of one pair of structures."""
@@ -165,22 +172,22 @@ class Retargeter(Learned):
         from .pose import Bodies
         from .stream import Stream
 
-        source, target = (self.networks[self.structure(mine[0])] for mine in (sources, targets))
-        seen = [self.body(each) for each in targets]
+        source, target = (self.networks(device)[self.structure(mine[0])] for mine in (sources, targets))
         path = form.Path(place, turn, np.array([form.unit(each, self.lengths) for each in targets]))
-        offsets = torch.from_numpy(np.stack([self.bones(each) for each in targets]))
-        bodies = Bodies(Tree.of(seen[0].skeleton), offsets, target.scale)
+        offsets = torch.from_numpy(np.stack([self.bones(each) for each in targets])).to(device)
+        bodies = Bodies(Tree.of(self.body(targets[0]).skeleton).to(device), offsets, target.scale)
         return Stream(source.encoder, source.scale, target.decoder, bodies, path)
 
     def _together(
-        self, key: tuple[str, str], sources: Sequence[Prediction], targets: Sequence[Character]
+        self, device: str, sources: Sequence[Prediction], targets: Sequence[Character]
     ) -> list[Motion]:
         """Of one pair of structures; shorter motions are followed by zeros, which nothing real sees."""
         actors = [source.character for source in sources]
         seen = [self.see(source) for source in sources]
         ratio = [root_rules.ratio(ROOT_RULE, *pair) for pair in zip(actors, targets, strict=True)]
         place = np.stack([sight.hips[0] * by for sight, by in zip(seen, ratio, strict=True)])
-        stream = self.stream(actors, targets, place, np.array([sight.turn[0] for sight in seen]))
+        begin = np.array([sight.turn[0] for sight in seen])
+        stream = self.stream(actors, targets, place, begin, device)
         poses, turn = _padded([sight.poses for sight in seen]), _padded([sight.turn for sight in seen])
         parts = []
         for first in range(0, len(poses), CHUNK):

@@ -39,11 +39,13 @@ class Stream:
         clean: the published clean-up of movements (``form.cleaned``).
         """
         with torch.no_grad():
-            lower, codes = self._encoder(self._scale.poses(torch.from_numpy(poses)), self._states)
+            lower, codes = self._encoder(
+                self._scale.poses(torch.from_numpy(poses).to(self._bodies.offsets.device)), self._states
+            )
             self._states = (lower[-1], codes[-1])
             answers, raw, self._memory = self._decoder(codes, self._bodies, self._memory)
-            turns = quaternions(raw[..., :-MOVES]).numpy()
-            moves = self._bodies.scale.plain(answers)[..., -MOVES:].numpy().astype(np.float64)
+            turns = quaternions(raw[..., :-MOVES]).cpu().numpy()
+            moves = self._bodies.scale.plain(answers)[..., -MOVES:].cpu().numpy().astype(np.float64)
         if clean:
             moves = cleaned(moves, poses[..., -MOVES:])
         return turns, *self._path.follow(moves, turn)

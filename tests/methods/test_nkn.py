@@ -74,7 +74,7 @@ def test_only_rows_of_the_same_body_are_compared_with_their_source():
     assert terms["same_places"].item() == terms["same_moves"].item() == 0.0
     whole = learner(plugin(same=1.0, **SMALL))
     given: dict = {}
-    assert float(whole.losses("generator", batch(whole), given)["same_places"]) > 0.0
+    assert whole.losses("generator", batch(whole), given)["same_places"].item() > 0.0
     assert not given["fakes"]
     assert whole.losses("discriminator", batch(whole), given) == {}
 
