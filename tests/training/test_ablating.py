@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from conftest import Inline, Silent
 
 from retarget_bench import plan, run
 from retarget_bench.api import CaseInfo
@@ -40,8 +41,6 @@ def info(pair: str, clip: str, split: str) -> CaseInfo:
 
 @pytest.fixture
 def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.Asked:
-    from conftest import Inline
-
     from retarget_bench.training import clips
 
     monkeypatch.setattr(clips, "LocalPool", Inline)
@@ -58,8 +57,6 @@ def test_unknown_tables_are_named_with_those_that_there_are(asked):
 
 
 def test_rows_are_trained_once_and_under_one_budget(asked, tmp_path):
-    from conftest import Silent
-
     voice = Silent()
     trained = ablating.train_rows(TOY, asked, tmp_path, voice)
     assert [str(each.method) for each in trained] == ["toy_trainee", "toy_trainee[pause=0.001]"]
@@ -73,8 +70,6 @@ def test_rows_are_trained_once_and_under_one_budget(asked, tmp_path):
 
 
 def test_an_interrupted_row_goes_on(asked, tmp_path):
-    from conftest import Silent
-
     # a validation, and with it a checkpoint, is due after step 5
     with pytest.raises(KeyboardInterrupt):
         ablating.train_rows(TOY, replace(asked, budget="8it"), tmp_path, Silent(stop=6))
@@ -84,8 +79,6 @@ def test_an_interrupted_row_goes_on(asked, tmp_path):
 
 
 def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
-    from conftest import Silent
-
     trained = ablating.train_rows(TOY, asked, tmp_path, Silent())
     wanted = ablating.plan_of(TOY, trained, DATA, tmp_path / "results", 1)
     assert wanted.splits == ("intra", "cross")
