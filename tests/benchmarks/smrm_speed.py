@@ -2,10 +2,10 @@
 
 Run it with ``python tests/benchmarks/smrm_speed.py [--threads N] [--rounds N]``. The step is that of the
 generator, 32 rows of 30 frames there and back, forward and backward: heads, forward kinematics and all
-losses but the adversarial one (and once with it). The bare stack is two ``torch.nn.GRU`` of the same sizes with the same
-dropout, each twice, forward and backward, and nothing else. They take turns, and their processor time is
-compared, which other processes on the machine do not move. Inference is 32 clips of 300
-frames in one batch: of the networks alone, and as ``retarget_batch`` does it, motions in and motions out.
+losses but the adversarial one (and once with it). The bare stack is two ``torch.nn.GRU`` of the same sizes
+with the same dropout, each twice, forward and backward, and nothing else. They take turns; processor time
+is compared, which other processes on the machine move less. Inference is 32 clips of 300 frames in one
+batch: of the networks alone, and as ``retarget_batch`` does it, motions in and motions out.
 """
 
 from __future__ import annotations
@@ -125,9 +125,7 @@ def main() -> None:
                 taken[name].append(each)
     for name, found in taken.items():
         ratio = statistics.median(a / b for a, b in zip(found, taken["bare"], strict=True))
-        print(
-            f"training step, {name:12}{statistics.median(found):7.3f} s of processor{ratio:7.2f} x the bare stack"
-        )
+        print(f"training step, {name:12}{statistics.median(found):7.3f} s{ratio:7.2f} x the bare stack")
     trained = learner()
     for name, call in (("networks", networks(trained)), ("motions", batch(trained))):
         best = min(seconds(call) for _ in range(3))
