@@ -59,7 +59,7 @@ def command(
     where it was interrupted, and rows that tables share are trained once.
 
     \b
-    bench ablate smrm table2 -d puppets --budget 30m
+    bench ablate smrm table2 -d puppets --budget 2000it
     """
     del plugins
     from retarget_bench import files, plan
