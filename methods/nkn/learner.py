@@ -143,10 +143,10 @@ class Learner:
             for name, term in self._terms(group, fakes).items():
                 found.setdefault(name, []).append(term)
         terms = {name: torch.stack(each).sum() / frames for name, each in found.items()}
-        if fakes:
+        if self._choices.losses == "adversarial":
             rows = sum(len(fake.bones) for fake in fakes)
-            judged = torch.stack([fake.loss for fake in fakes]).sum() / rows
-            terms["adversarial"] = losses.ADVERSARIAL * judged
+            judged = sum((fake.loss for fake in fakes), torch.zeros((), device=frames.device))
+            terms["adversarial"] = losses.ADVERSARIAL * judged / max(rows, 1)
         return terms
 
     def _terms(self, group: Mapping[str, Any], fakes: list[_Fake]) -> dict[str, Tensor]:
@@ -161,7 +161,8 @@ class Learner:
         real = losses.mask(len(poses), group["lengths"])
         answers, raw = _through(source, target, poses, other)
         outputs = [(answers, raw, target)]
-        terms, drifts = {}, []
+        nothing = answers.new_zeros(())
+        terms, drifts = {"same_places": nothing, "same_moves": nothing}, []
         if names[0] == names[1]:
             kept = real * group["same"]
             terms["same_places"], terms["same_moves"] = losses.apart(answers, poses, kept)

@@ -59,7 +59,8 @@ class Learner(Protocol):
         always give the same batch."""
 
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
-        """The terms of a phase; none at all: the phase is left out of this step, on every process.
+        """The terms of a phase, the same names on every process; none at all: the phase is left out of
+        this step, on every process.
 
         memory: empty at the start of a step; what an earlier phase of the step leaves there (detached
         outputs), a later one may use.
