@@ -111,11 +111,19 @@ class Voice:
         tqdm.write(text)
 
     def gathering(self, done: int, total: int) -> None:
+        self._count("motion", "body", done, total)
+
+    def loading(self, done: int, total: int) -> None:
+        self._count("validation", "case", done, total)
+
+    def _count(self, what: str, unit: str, done: int, total: int) -> None:
         from tqdm import tqdm
 
         if self._bar is None:
-            self._bar = tqdm(total=total, desc="motion", unit="body", leave=False, disable=None)
+            self._bar = tqdm(total=total, desc=what, unit=unit, leave=False, disable=None)
         self._bar.update(done - self._bar.n)
+        if done == total:
+            self.close()
 
     def began(self, asked: Request, at: Checkpoint) -> None:
         from tqdm import tqdm

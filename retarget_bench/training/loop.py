@@ -125,7 +125,7 @@ class Loop:
     def _after(self, share: float, rate: float) -> None:
         """What follows a step: looking at losses, a row of the log, validation, a checkpoint."""
         ended = share >= 1.0
-        due = ended or self._step % self.recipe.validate == 0
+        due = ended or self._step % (self.recipe.validate or math.inf) == 0
         row = due or self._step % log.EVERY == 0
         if row or self.device.type == "cpu" or len(self._pending) >= LOOKED:
             self._look()

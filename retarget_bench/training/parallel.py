@@ -39,6 +39,12 @@ def restarted() -> bool:
     return int(os.environ.get("TORCHELASTIC_RESTART_COUNT", "0")) > 0
 
 
+def job() -> str:
+    """What is the same for all processes that one ``torchrun`` starts and starts again; "" without it."""
+    name = os.environ.get("TORCHELASTIC_RUN_ID")
+    return f"{name} {os.getppid()}" if name else ""
+
+
 def device(asked: str) -> torch.device:
     """``cpu``, ``cuda`` or ``auto`` as the device of this process. Raises BenchError."""
     if asked == "cpu" or (asked == "auto" and not torch.cuda.is_available()):
@@ -120,4 +126,8 @@ def share_state(module: nn.Module, *, buffers_only: bool = False) -> None:
     if not buffers_only:
         tensors += [parameter.data for parameter in module.parameters()]
     for tensor in tensors:
-        dist.broadcast(tensor, src=0)
+        whole = tensor.contiguous()
+        # gloo sends no truth values
+        dist.broadcast(whole.view(torch.uint8) if whole.dtype == torch.bool else whole, src=0)
+        if whole is not tensor:
+            tensor.copy_(whole)

@@ -20,7 +20,7 @@ class Recipe:
     schedule:  constant; cosine (down to a hundredth of the rate at the end of the budget); triangular
                (between ``lowest`` and ``rate``, up and down once in ``period`` steps).
     warm_up:   steps over which the rate rises from zero first.
-    validate:  steps between validations. cases: validation cases of each split.
+    validate:  steps between validations, 0: only at the end. cases: validation cases of each split.
     precision: of matrix products while training (``bfloat16``: torch's autocast, where a method allows it).
     """
 

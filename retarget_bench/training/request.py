@@ -27,6 +27,7 @@ class Request:
 
     method, dataset: canonical specs. content: of the data. recipe: the preset's, with the budget's steps.
     version, facts:  of the method, which its checkpoints depend on. processes: that train together.
+    job:             the ``torchrun`` that trains or trained last, which goes on by itself.
     init:            hash of the weights that training began with; "": none. init_path: as they were given.
     """
 
@@ -43,6 +44,7 @@ class Request:
     init: str = ""
     init_path: str = ""
     processes: int = 1
+    job: str = ""
     versions: Mapping[str, str] = dataclasses.field(default_factory=dict)
 
     @property

@@ -50,6 +50,7 @@ class Voice(Protocol):
 
     def say(self, text: str) -> None: ...
     def gathering(self, done: int, total: int) -> None: ...
+    def loading(self, done: int, total: int) -> None: ...
     def began(self, asked: Request, at: Checkpoint) -> None: ...
     def show(self, moment: Moment) -> None: ...
 
@@ -111,9 +112,11 @@ def _train(asked: Asked, voice: Voice, device: torch.device) -> Trained:
         learner, recipe, wanted.limit, wanted.seed, device, folder, judge, _first_only(voice.show), keeper
     )
     if parallel.rank() == 0:
-        request.write(folder, wanted)
+        request.write(folder, replace(wanted, job=parallel.job()))
         for note in material.notes:
             voice.say(note)
+        if wanted.processes != parallel.world():
+            voice.say(f"this run began with {wanted.processes} processes; its batches are now others")
         voice.began(wanted, start or Checkpoint(0, 0.0, {}))
     at = loop.run(start)
     if parallel.rank() == 0:
@@ -131,7 +134,7 @@ def _judge(data: Any, learner: Any, cases: int, device: torch.device, voice: Voi
     if parallel.rank() > 0:
         return None
     aside = held_out(data)
-    judge = Judge(aside, learner.method(), cases, device) if aside is not None else None
+    judge = Judge(aside, learner.method(), cases, device, voice.loading) if aside is not None else None
     if not judge:
         why = UNPARTED if aside is None else "the method supports none of its validation cases"
         voice.say(f"{why}: {UNWATCHED}")
@@ -146,30 +149,35 @@ def _settled(asked: Asked) -> tuple[Path, Request]:
         raise BenchError("say which METHOD to train, or which run to go on with: --resume --out DIR")
     folder = asked.out or FOLDER / (method.slug if method else "")
     kept = request.read(folder)
-    if kept is not None and not asked.resume and not parallel.restarted():
+    again = kept is not None and parallel.restarted() and kept.job == parallel.job()
+    if kept is not None and not asked.resume and not again:
         raise BenchError(
             f"{folder} already holds a run ({kept.command}); go on with it by --resume, or give "
             "another --out"
         )
     if kept is not None:
-        _same(kept, asked, method)
-        return folder, kept
+        return folder, _same(kept, asked, method)
     if method is None:
         raise BenchError(f"{folder} holds no run to go on with; bench train METHOD begins one")
     return folder, _new(asked, method)
 
 
-def _same(kept: Request, asked: Asked, method: Spec | None) -> None:
-    """Raises BenchError where a run cannot go on as it began."""
-    data = registry.canonical("datasets", asked.dataset) if asked.dataset else None
+def _same(kept: Request, asked: Asked, method: Spec | None) -> Request:
+    """The run, with its data where they lie now. Raises BenchError where it cannot go on as it began."""
     given = {"method": method and str(method), "preset": asked.preset, "seed": asked.seed}
-    request.contradicted(kept, {**given, "dataset": data and str(data), "budget": asked.budget})
+    request.contradicted(kept, {**given, "budget": asked.budget})
+    if asked.dataset is not None:
+        data = str(registry.canonical("datasets", asked.dataset))
+        if request.without_places(data) != request.without_places(kept.dataset):
+            request.contradicted(kept, {"dataset": data})
+        kept = replace(kept, dataset=data)
     trainee = _Trainee(Spec.parse(kept.method))
     trainee.same(kept)
     if asked.init is not None:
         request.contradicted(kept, {"init": trainee.weights(asked.init).hash})
     if plan.dataset(Spec.parse(kept.dataset)).content != kept.content:
         raise BenchError(f"{kept.dataset} is no longer the data that this run began with; train anew")
+    return kept
 
 
 def _new(asked: Asked, method: Spec) -> Request:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from typing import Any
 
@@ -28,21 +28,35 @@ class Judge:
     problem: what went wrong with a case the last time; "": nothing.
     """
 
-    def __init__(self, data: Dataset, method: Method, cases: int, device: torch.device) -> None:
-        """Load up to ``cases`` cases of each split that the method supports; ``len`` says how many."""
+    def __init__(
+        self,
+        data: Dataset,
+        method: Method,
+        cases: int,
+        device: torch.device,
+        progress: Callable[[int, int], None],
+    ) -> None:
+        """Load up to ``cases`` cases of each split that the method supports; ``len`` says how many.
+
+        progress: called with the number of cases loaded and their total.
+        """
         name, self.values = defaults.VALIDATION
         self.problem = ""
         self._metrics = plan.metrics((name,))
         self._device = str(device)
         cast = data.characters()
         self._cases: dict[str, list[list[Case]]] = {}
-        for split in data.card.splits:
-            offered = [info for info in data.cases(TASK, split) if _supported(method, info, cast)]
-            infos = choose(offered, cases)
-            loaded = {info.id: data.load(info) for info in infos}
-            asked = {id_: case for id_, case in loaded.items() if not predict.refusal(method, case)}
-            if asked:
-                groups = batches([info for info in infos if info.id in asked], cast)
+        chosen = {split: choose(_offered(data, split, method), cases) for split in data.card.splits}
+        every = [info for infos in chosen.values() for info in infos]
+        asked: dict[str, Case] = {}
+        for number, info in enumerate(every, 1):
+            case = data.load(info)
+            if not predict.refusal(method, case):
+                asked[info.id] = case
+            progress(number, len(every))
+        for split, infos in chosen.items():
+            groups = batches([info for info in infos if info.id in asked], cast)
+            if groups:
                 self._cases[split] = [[asked[id_] for id_ in group] for group in groups]
 
     def __len__(self) -> int:
@@ -109,10 +123,15 @@ def held_out(data: Dataset) -> Dataset | None:
     return found
 
 
-def _supported(method: Method, info: CaseInfo, cast: Mapping[str, Any]) -> bool:
-    if info.source not in cast or info.target not in cast:
-        return True  # asked when it is loaded
-    return method.supports(cast[info.source], cast[info.target]) is None
+def _offered(data: Dataset, split: str, method: Method) -> list[CaseInfo]:
+    """The cases of a split that a method does not refuse, as far as that is known before loading."""
+    cast = data.characters()
+
+    def refused(info: CaseInfo) -> bool:
+        known = info.source in cast and info.target in cast
+        return known and method.supports(cast[info.source], cast[info.target]) is not None
+
+    return [info for info in data.cases(TASK, split) if not refused(info)]
 
 
 @contextmanager

@@ -29,6 +29,9 @@ class Silent:
     def gathering(self, done: int, total: int) -> None:
         pass
 
+    def loading(self, done: int, total: int) -> None:
+        assert 0 <= done <= total
+
     def began(self, asked: Any, at: Any) -> None:
         pass
 

@@ -12,7 +12,7 @@ import torch
 from retarget_bench import plan, registry
 from retarget_bench.errors import BenchError
 from retarget_bench.spec import Spec
-from retarget_bench.training import checkpoint, log, parallel, weights
+from retarget_bench.training import checkpoint, log, parallel, request, weights
 
 
 def card(folder):
@@ -220,6 +220,31 @@ def test_options_that_contradict_the_run_are_refused(toy_run, options, says):
     with pytest.raises(BenchError) as caught:
         toy_run(resume=True, **options)
     assert says in str(caught.value)
+
+
+def test_data_that_lie_elsewhere_now_are_the_same_data(toy_run):
+    toy_run(data="toy_walks[root=/old]", preset="quick", stop=6)
+    done, _ = toy_run(data="toy_walks[root=/new]", resume=True)
+    assert (done.at.step, done.asked.dataset) == (10, "toy_walks[root=/new]")
+
+
+def test_only_the_torchrun_that_began_a_run_goes_on_with_it_by_itself(toy_run, monkeypatch):
+    monkeypatch.setenv("TORCHELASTIC_RUN_ID", "mine")
+    toy_run(preset="quick", stop=6)
+    monkeypatch.setenv("TORCHELASTIC_RESTART_COUNT", "1")
+    done, voice = toy_run(preset="quick")
+    assert (done.at.step, voice.moments[0].step) == (10, 6)
+    monkeypatch.setenv("TORCHELASTIC_RUN_ID", "another")
+    with pytest.raises(BenchError, match="already holds a run"):
+        toy_run(preset="quick")
+
+
+def test_another_number_of_processes_is_said(toy_run, tmp_path):
+    toy_run(preset="quick", stop=6)
+    kept = request.read(tmp_path / "run")
+    request.write(tmp_path / "run", replace(kept, processes=4))
+    _, voice = toy_run(resume=True)
+    assert voice.said == ["this run began with 4 processes; its batches are now others"]
 
 
 def test_a_run_goes_on_by_its_folder_alone(toy_run):

@@ -24,7 +24,7 @@ TRAIN = [
     *("--plugin", str(TOYS / "toy_walks.py"), "--plugin", str(TOYS / "toy_trainee.py")),
     *("-j", "1", "--device", "cpu"),
 ]
-PATIENCE = 240
+PATIENCE = 600
 
 
 def start(*command, **environment):

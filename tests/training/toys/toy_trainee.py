@@ -35,6 +35,7 @@ class ToyLearner:
         critic = nn.Linear(3, 1)
         critic.register_buffer("history", torch.zeros(8, 3))
         critic.register_buffer("score", torch.zeros(()))
+        critic.register_buffer("high", torch.zeros(3, dtype=torch.bool))
         critic.register_buffer("steps", torch.zeros((), dtype=torch.int64))
         self.modules = nn.ModuleDict({"map": nn.Linear(3, 3), "critic": critic, "noise": nn.Dropout(0.1)})
 
@@ -61,14 +62,18 @@ class ToyLearner:
         if int(critic.steps) % 2:
             return {}
         critic.history.copy_(torch.cat([critic.history[1:], memory["made"].mean(dim=(0, 1))[None]]))
+        critic.high.copy_(memory["made"][0, 0] > memory["made"][0, 1])
         critic.score.copy_(parallel.mean(critic(root).detach().mean()))
         return {"told": (critic(root) - 1).square().mean() + critic(critic.history).square().mean()}
 
     def _note(self, step):
         if folder := os.environ.get("TOY_DUMP"):
-            weights = [float(x) for p in self.modules.parameters() for x in p.detach().flatten()]
+            weights = [float(x) for p in self._tensors() for x in p.detach().flatten()]
             with (Path(folder) / f"rank-{parallel.rank()}.jsonl").open("a") as file:
                 file.write(json.dumps([step, *weights]) + "\n")
+
+    def _tensors(self):
+        return [*self.modules.parameters(), *self.modules.buffers()]
 
     def _is(self, what, step):
         return self.trainee.does == what and int(self.modules["critic"].steps) == step
