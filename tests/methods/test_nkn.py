@@ -135,7 +135,7 @@ def test_padding_and_the_order_of_rows_change_nothing():
         alone = {name: each[row : row + 1] for name, each in group.items() if name != "structures"}
         alone |= {"structures": group["structures"], "poses": alone["poses"][:, :length]}
         for name, each in made.losses("generator", {"groups": [alone]}, {}).items():
-            summed[name] += float(each) * length / frames
+            summed[name] += each.item() * length / frames
     assert summed == pytest.approx(whole, rel=1e-4)
     order = torch.tensor([2, 0, 3, 1])
     mixed = {name: each if name == "structures" else each[order] for name, each in group.items()}
