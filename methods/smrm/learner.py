@@ -13,6 +13,7 @@ from torch import Tensor, nn
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, rotation
+from retarget_bench.training import parallel
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.material import Material, Windows
 from retarget_bench.training.recipe import Recipe
@@ -54,8 +55,9 @@ class Critic(nn.Module):
         return bool(self.fooled > OPEN)
 
     def remember(self, logits: Tensor) -> None:
-        """Logits ``(rows,)`` of answers."""
-        self.fooled.copy_(KEPT * self.fooled + (1 - KEPT) * logits.detach().float().sigmoid().mean())
+        """Logits ``(rows,)`` of answers. All processes keep the same mean, and so decide alike."""
+        now = parallel.mean(logits.detach().float().sigmoid().mean())
+        self.fooled.copy_(KEPT * self.fooled + (1 - KEPT) * now)
 
 
 class SMRMLearner:
