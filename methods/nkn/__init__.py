@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from functools import lru_cache
 from typing import Literal
 
 from retarget_bench.api import MethodCard
@@ -95,26 +96,36 @@ class Nkn(Retargeter):
         )
 
     def unfit(self, character: Character) -> str:
-        if character.four_legged:
-            return f"{character.name} stands on four legs, and nkn knows bodies of two"
-        try:
-            roles, body = reduce(character, STRUCTURE).character.roles, self.body(character)
-        except SkeletonError as error:
-            return str(error)
-        if missing := [role for role in BODY22 if role not in roles]:
-            return f"{character.name} has no {', '.join(missing)} of the 22 joints that nkn sees"
-        if tuple(body.skeleton.parents.tolist()) != PARENTS:
-            return f"the 22 joints of {character.name} do not hang together as those that nkn sees"
-        return common_reasons(character)
+        return _unfit(character)
 
     def body(self, character: Character) -> Aligned:
-        return Aligned(character, reduce(character, STRUCTURE).joints)
+        return _body(character)
 
     def structure(self, character: Character) -> str:
         return STRUCTURE
 
     def another(self) -> Nkn:
         return Nkn(**self.choices)
+
+
+@lru_cache(maxsize=1024)
+def _body(character: Character) -> Aligned:
+    return Aligned(character, reduce(character, STRUCTURE).joints)
+
+
+@lru_cache(maxsize=1024)
+def _unfit(character: Character) -> str:
+    if character.four_legged:
+        return f"{character.name} stands on four legs, and nkn knows bodies of two"
+    try:
+        roles, body = reduce(character, STRUCTURE).character.roles, _body(character)
+    except SkeletonError as error:
+        return str(error)
+    if missing := [role for role in BODY22 if role not in roles]:
+        return f"{character.name} has no {', '.join(missing)} of the 22 joints that nkn sees"
+    if tuple(body.skeleton.parents.tolist()) != PARENTS:
+        return f"the 22 joints of {character.name} do not hang together as those that nkn sees"
+    return common_reasons(character)
 
 
 plugin = Nkn

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -229,6 +230,7 @@ class Retargeter(Learned):
         return Learner(material, casts, trees, bones, choices, recipe, build)
 
 
+@lru_cache(maxsize=1024)
 def common_reasons(character: Character) -> str:
     """What keeps a body of any structure from being seen by these networks; "" if nothing does."""
     return (

@@ -28,6 +28,13 @@ class Stream:
         self._states: Sequence[Tensor] = ()
         self._memory: Memory | None = None
 
+    def held(self) -> list[Tensor]:
+        """All tensors that are carried on to the next frame."""
+        if self._memory is None:
+            return []
+        memory = self._memory
+        return [*self._states, memory.lower, memory.upper, memory.pose, memory.rise]
+
     def advance(
         self, poses: np.ndarray, turn: np.ndarray | None = None, clean: bool = False
     ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -42,7 +49,7 @@ class Stream:
             lower, codes = self._encoder(
                 self._scale.poses(torch.from_numpy(poses).to(self._bodies.offsets.device)), self._states
             )
-            self._states = (lower[-1], codes[-1])
+            self._states = (lower[-1].clone(), codes[-1].clone())
             answers, raw, self._memory = self._decoder(codes, self._bodies, self._memory)
             turns = quaternions(raw[..., :-MOVES]).cpu().numpy()
             moves = self._bodies.scale.plain(answers)[..., -MOVES:].cpu().numpy().astype(np.float64)

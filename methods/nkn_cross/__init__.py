@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Literal
 from zlib import crc32
 
@@ -102,11 +102,7 @@ class NknCross(Retargeter):
         return common_reasons(character)
 
     def body(self, character: Character) -> Aligned:
-        hips = character.joint_of.get("hips", -1)
-        above = {
-            joint: ancestors(character.skeleton, joint) for joint in structure_joints(character).tolist()
-        }
-        return Aligned(character, tuple(j for j, mine in above.items() if j == hips or hips in mine))
+        return _body(character)
 
     def structure(self, character: Character) -> str:
         return character.structure.replace(".", "_")
@@ -150,6 +146,15 @@ class NknCross(Retargeter):
         learner = super().learner(material, recipe)
         learner.signatures = {name: joints for name, (_, joints) in known.items()}
         return learner
+
+
+@lru_cache(maxsize=1024)
+def _body(character: Character) -> Aligned:
+    """The joints that position errors count, those at and below the hips."""
+    hips = character.joint_of.get("hips", -1)
+    seen = structure_joints(character).tolist()
+    below = (j for j in seen if j == hips or hips in ancestors(character.skeleton, j))
+    return Aligned(character, tuple(below))
 
 
 def _signature(body: Aligned) -> Signature:

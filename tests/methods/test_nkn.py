@@ -20,7 +20,7 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training.recipe import Recipe
 
-SMALL = {"hidden": 16, "facing": 3.0}
+SMALL = {"hidden": 16, "facing": 3.0, "drift": 0.0, "lengths": "world"}
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +65,7 @@ def test_terms_of_the_ablations():
         assert len(made.phases) == phases
         assert ("real" in now["groups"][0]) == (phases == 2)
         assert bool(now["groups"][0]["same"].all()) == (losses == "autoencoder")
-    assert "drift" in learner(plugin(drift=0.1, **SMALL)).losses("generator", now, {})
+    assert "drift" in learner(plugin(**{**SMALL, "drift": 0.1})).losses("generator", now, {})
 
 
 def test_only_rows_of_the_same_body_are_compared_with_their_source():
@@ -216,6 +216,15 @@ def test_chunks_of_any_length_are_the_whole(method):
         turns, turn, hips = (np.concatenate(each)[:, 0] for each in zip(*parts, strict=True))
         again = answer(method.body(target), turns, turn, hips, 60, 30.0)
         assert apart(again, whole) < 1e-6
+
+
+def test_a_stream_keeps_no_more_of_a_long_clip_than_of_a_frame(method):
+    sight, kept = method.see(dance(CAST["one"], 60)), []
+    for frames in (1, 60):
+        stream = method.stream([CAST["one"]], [CAST["long"]], np.zeros((1, 3)), sight.turn[:1])
+        stream.advance(sight.poses[:frames, None])
+        kept.append(sum(each.untyped_storage().nbytes() for each in stream.held()))
+    assert kept[0] == kept[1] == 4 * (4 * SMALL["hidden"] + 70 + 1)
 
 
 def test_long_clips_go_through_in_chunks(method, monkeypatch):

@@ -17,7 +17,7 @@ from retarget_bench.methods.nkn.form import Path, Sight, answer, begin, cleaned,
 from retarget_bench.motion import facing, rotation
 from retarget_bench.motion.motion import Motion
 
-NKN = plugin(facing=5.0)
+NKN = plugin(facing=5.0, lengths="world")
 
 
 def turned(motion: Motion, degrees: float, away: tuple[float, float, float]) -> Motion:
