@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from retarget_bench.api import Context, Method, MethodCard, Prediction
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.learned import Learned
@@ -25,11 +25,11 @@ from .network import Generator
 
 
 class SMRM(Learned):
-    """Skeletal motion retargeting of the correspondence-free pipeline (Rekik, Marsot et al., 3DV 2024).
+    """Skeletal motion retargeting of the correspondence-free pipeline (Marsot, Rekik et al., HAL v1, 2023).
 
     A two-layer GRU reads places of 22 joints and a move of the hips frame by frame; a second one reads its
     code and the target's T-pose, and answers with 22 rotations and a move. It is trained without pairs: a
-    motion carried to another body and back has to be itself again.
+    motion carried to another body and back has to be itself again. Joints beyond the 22 (fingers) rest.
 
     The paper leaves these open; they are parameters, and weights depend on all of them:
 
@@ -42,8 +42,9 @@ class SMRM(Learned):
     yaw: ``removed``: seen from where the character faces in that frame, which is given back to the answer.
         ``kept``: directions are the world's, and training turns every window at random.
     adversarial: weight of the adversarial term. 1 is what eq. 2 says. With errors in squared metres it
-        outweighs all else a hundred times, so the default is smaller; 0: no discriminator. It is NKN's,
-        with NKN's rule that it learns only while it is fooled more often than three times in ten.
+        outweighs all else a hundred times, so the default is smaller; 0: no discriminator. It is NKN's
+        (on 69 numbers of a frame, not 70: 280,285 parameters), with NKN's rule that it learns only
+        while it is fooled more often than three times in ten.
     rotation_cycle: weight of the rotations' cycle loss; 0: without (Table 2). smooth: weight of the mean
         acceleration of the hips' path in the world.
     reference_rotation: what the rotations that come back are compared with. ``truth``: those of the clip.
@@ -53,7 +54,10 @@ class SMRM(Learned):
     context: frames of a training window (Table 3). hidden: numbers of a GRU's state.
 
     The cycle loss on joints is the mean squared error of places relative to the hips plus that of the hips'
-    path over the window, in units of the normalisation (metres, or hip heights).
+    path over the window, in units of the normalisation (metres, or hip heights). Adam is torch's, gradients
+    of the generator are cut to a norm of 1.
+
+    Raises BenchError for parameters that cannot be.
     """
 
     ablations = ABLATIONS
@@ -73,6 +77,10 @@ class SMRM(Learned):
         hidden: int = 512,
     ) -> None:
         super().__init__(weights)
+        if context < 2 or hidden < 1:
+            raise BenchError("smrm needs a context of two frames or more, and at least one hidden number")
+        if min(adversarial, rotation_cycle, smooth) < 0 or not 0 <= same <= 1:
+            raise BenchError("weights of smrm's losses cannot be negative, and same is a share from 0 to 1")
         self.form = Form(normalisation, root, yaw)
         self.weighting = Weighting(adversarial, rotation_cycle, smooth, reference_rotation, same)
         self.context, self.hidden = context, hidden
@@ -81,7 +89,7 @@ class SMRM(Learned):
             name="smrm",
             summary="Recurrent retargeting learned without pairs: what is carried there comes back",
             version="1",
-            paper="Rekik, Marsot et al., Correspondence-free online human motion retargeting, 3DV 2024",
+            paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023",
             default=False,
             parameters={
                 "weights": "name of shipped weights, or a path to others",

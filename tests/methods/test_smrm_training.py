@@ -314,3 +314,20 @@ def test_batches_move_to_a_device_as_they_are():
         "same",
         "real",
     }
+
+
+@pytest.mark.parametrize("odd", [{"context": 1}, {"hidden": 0}, {"same": 1.5}, {"adversarial": -1.0}])
+def test_parameters_that_cannot_be_are_refused(odd):
+    with pytest.raises(BenchError, match="smrm"):
+        SMRM(**odd)
+
+
+def test_the_critic_sees_velocities_per_second():
+    learner = smrm_material.learner(same=0.0)
+    source = smrm_material.batch(learner)["source"]
+    shown = learner._shown(source["positions"], source["moves"]).numpy()
+    joints = np.diff(source["positions"].numpy().reshape(6, 30, 66), axis=1) * 30
+    np.testing.assert_allclose(shown[..., :66], joints, atol=1e-4)
+    rising = np.diff(source["moves"].numpy()[..., 1], axis=1) * 30
+    np.testing.assert_allclose(shown[..., 67], rising, atol=1e-4)
+    assert sum(each.numel() for each in learner.critic.parameters()) == 280_285
