@@ -14,7 +14,6 @@ from retarget_bench.api import Method
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.training import parallel
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.material import Material, Windows
 from retarget_bench.training.recipe import Recipe
@@ -26,13 +25,11 @@ from .form import begin
 from .generator import Generator
 from .pose import MOVES, Bodies, quaternions
 from .retargeter import SIGNATURE, Signature
+from .scores import Fake, Scores
 
 Losses = Literal["autoencoder", "cycle", "adversarial"]
 SMALL = 1e-3
 """Centimetres or radians: what deviates less than this is taken to be constant."""
-BEATEN, MEMORY = 0.3, 0.99
-"""The discriminator learns while its running score of fakes is above the first; the second is the share
-of that score that is kept from step to step."""
 OWN = 0.5
 """Of several structures, how often a group's target is of the source's own."""
 
@@ -80,7 +77,7 @@ class Learner:
             self._discriminators[name] = Discriminator(3 * joints + MOVES, 3 * (joints - 1))
             self._measure(self._generators[name], mine)
         self.signatures: Mapping[str, Signature] = {}
-        self._scores = _Scores(len(self._names))
+        self._scores = Scores(len(self._names))
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
         self.phases = _phases("generator")
         if choices.losses == "adversarial":
@@ -137,7 +134,7 @@ class Learner:
     def _generate(self, groups: Sequence[Mapping[str, Any]], memory: dict[str, Any]) -> Terms:
         frames = torch.stack([group["lengths"].sum() for group in groups]).sum()
         found: dict[str, list[Tensor]] = {}
-        fakes: list[_Fake] = []
+        fakes: list[Fake] = []
         memory["fakes"] = fakes
         for group in groups:
             for name, term in self._terms(group, fakes).items():
@@ -149,7 +146,7 @@ class Learner:
             terms["adversarial"] = losses.ADVERSARIAL * judged / max(rows, 1)
         return terms
 
-    def _terms(self, group: Mapping[str, Any], fakes: list[_Fake]) -> dict[str, Tensor]:
+    def _terms(self, group: Mapping[str, Any], fakes: list[Fake]) -> dict[str, Tensor]:
         """Sums over a group's real frames."""
         names = [self._names[number] for number in group["structures"].tolist()]
         source, target = (self._generators[name] for name in names)
@@ -182,7 +179,7 @@ class Learner:
             self._judge(group, names[1], target.scale.plain(answers), fakes)
         return terms
 
-    def _judge(self, group: Mapping[str, Any], name: str, answers: Tensor, fakes: list[_Fake]) -> None:
+    def _judge(self, group: Mapping[str, Any], name: str, answers: Tensor, fakes: list[Fake]) -> None:
         """What the discriminator says of the rows whose source is another body."""
         rows = ~group["same"]
         if not bool(rows.any()):
@@ -191,7 +188,7 @@ class Learner:
         beside = self._generators[name].scale.bones(group["target_bones"][rows])
         motion, lengths = losses.differences(answers)[rows], group["lengths"][rows] - 1
         logits = self._discriminators[name](motion, beside, lengths)
-        fake = _Fake(
+        fake = Fake(
             structure=self._names.index(name),
             bones=beside,
             motion=motion.detach(),
@@ -203,7 +200,7 @@ class Learner:
         )
         fakes.append(fake)
 
-    def _discriminate(self, fakes: Sequence[_Fake]) -> Terms:
+    def _discriminate(self, fakes: Sequence[Fake]) -> Terms:
         learns = self._scores.follow(fakes)
         if not bool(learns.any()):
             return {}
@@ -261,45 +258,6 @@ class Learner:
     @property
     def _marks(self) -> dict[str, Tensor]:
         return {f"{name}{SIGNATURE}": torch.tensor(each) for name, each in self.signatures.items()}
-
-
-@dataclass(eq=False)
-class _Fake:
-    """Answers of one group on other bodies, and real clips of these bodies.
-
-    motion, real: ``(rows, frames, channels)`` as the discriminator sees them. bones: ``(rows, ...)``.
-    loss, score: sums over rows, of the generator's loss and of the probability to be real.
-    """
-
-    structure: int
-    bones: Tensor
-    motion: Tensor
-    lengths: Tensor
-    real: Tensor
-    real_lengths: Tensor
-    loss: Tensor
-    score: Tensor
-
-
-class _Scores(nn.Module):
-    """Per structure how real its discriminator takes fakes to be, averaged over the last steps."""
-
-    running: Tensor
-
-    def __init__(self, structures: int) -> None:
-        super().__init__()
-        self.register_buffer("running", torch.full((structures,), 0.5))
-
-    def follow(self, fakes: Sequence[_Fake]) -> Tensor:
-        """``(structures,)`` bool: whose discriminator learns now. The same on every process."""
-        sums = self.running.new_zeros(len(self.running), 2)
-        for fake in fakes:
-            sums[fake.structure] += torch.stack([fake.score, fake.score.new_tensor(float(len(fake.bones)))])
-        total, rows = parallel.mean(sums).unbind(1)
-        seen = rows > 0
-        new = MEMORY * self.running + (1.0 - MEMORY) * total / rows.clamp(min=1e-6)
-        self.running.copy_(torch.where(seen, new, self.running))
-        return seen & (self.running > BEATEN)
 
 
 def _phases(*names: str) -> tuple[Phase, ...]:

@@ -89,7 +89,7 @@ def test_losses_are_sums_over_numbers_and_means_over_real_frames():
     answers = generator.decoder(generator.encoder(poses)[1], bodies)[0]
     total = 0.0
     for row, length in enumerate(group["lengths"].tolist()):
-        total += float((answers - poses)[:length, row, :66].square().sum())
+        total += (answers - poses)[:length, row, :66].square().sum().item()
     terms = made.losses("generator", now, {})
     assert float(terms["same_places"]) == pytest.approx(total / int(group["lengths"].sum()), rel=1e-5)
 
