@@ -68,7 +68,7 @@ def command(
     \b
     bench train nkn -d puppets --budget 2h
     bench train --resume --out runs/train/nkn
-    torchrun --nproc-per-node 4 --max-restarts 3 -m retarget_bench train nkn -d puppets
+    torchrun --standalone --nproc-per-node 4 -m retarget_bench train nkn -d puppets
     """
     del plugins
     if method is None and not resume:

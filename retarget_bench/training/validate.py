@@ -43,7 +43,7 @@ class Judge:
         name, self.values = defaults.VALIDATION
         self.problem = ""
         self._metrics = plan.metrics((name,))
-        self._device = str(device)
+        self._device = device
         cast = data.characters()
         self._cases: dict[str, list[list[Case]]] = {}
         chosen = {split: choose(_offered(data, split, method), cases) for split in data.card.splits}
@@ -65,7 +65,7 @@ class Judge:
     def __call__(self, modules: nn.Module, method: Method) -> Scores:
         """Scores by split. Raises BenchError where no case gets an answer, with the reason of one."""
         self.problem = ""
-        with _evaluating(modules):
+        with _evaluating(modules, self._device):
             rows = {split: self._rows(method, groups) for split, groups in self._cases.items()}
         if not any(rows.values()):
             raise BenchError(f"no validation case got an answer ({self.problem})")
@@ -99,7 +99,7 @@ class Judge:
         return means | {"n": len(rows)}
 
     def _context_of(self, case: Case) -> Context:
-        return Context(seed=records.case_seed(0, "validation", case.info.id), device=self._device)
+        return Context(seed=records.case_seed(0, "validation", case.info.id), device=str(self._device))
 
 
 def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:
@@ -135,10 +135,10 @@ def _offered(data: Dataset, split: str, method: Method) -> list[CaseInfo]:
 
 
 @contextmanager
-def _evaluating(modules: nn.Module) -> Iterator[None]:
+def _evaluating(modules: nn.Module, device: torch.device) -> Iterator[None]:
     """Evaluation mode and no gradients; the training mode of every part and all random states come back."""
     before = [(part, part.training) for part in modules.modules()]
-    devices = [torch.cuda.current_device()] if torch.cuda.is_available() else []
+    devices = [device] if device.type == "cuda" else []
     modules.eval()
     try:
         with torch.random.fork_rng(devices=devices), torch.no_grad():
