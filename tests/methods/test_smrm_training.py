@@ -252,7 +252,7 @@ def test_overfits_one_batch():
 
 @pytest.mark.slow
 def test_overfits_one_batch_at_full_size():
-    learner = smrm_material.learner(hidden=512, adversarial=0.0)
+    learner = smrm_material.learner(hidden=512, window=10, adversarial=0.0)
     assert overfitted(learner, 400, 1e-3) < one_percent_of_height()
 
 
