@@ -25,7 +25,7 @@ PARAMETERS = {
     "hidden": "width of the GRU layers",
     "losses": "training terms: autoencoder, cycle or adversarial (all)",
     "same": "share of training rows whose target is the source itself",
-    "drift": "weight of errors of movements summed up over time; 0 in the paper",
+    "drift": "weight of errors of movements summed up over time (the paper: 0)",
     "facing": "frames over which the direction that a body faces is averaged",
     "yaw": "where the target turns: predicted, or as the source",
     "clean": "movements take the source's sign, and nothing rises where the source does not",
@@ -46,11 +46,16 @@ class Nkn(Retargeter):
     losses: ``adversarial`` is the paper's method, ``cycle`` and ``autoencoder`` its ablations.
     same: share of training rows whose target is the source itself.
     drift: weight of a term of our own, squared differences of movements summed up over time; the paper has
-    none. facing: frames over which the direction that a body faces is averaged; an answer therefore depends
-    on three times as many frames to come.
+    none (0), and its path drifts until training has been long.
+    facing: frames over which the direction that a body faces is averaged; an answer therefore depends on
+    three times as many frames to come.
     yaw: ``predicted`` integrates the decoder's turns, as the paper does; ``source`` takes the source's own.
     clean: movements take the source's sign, and nothing rises where the source does not.
-    lengths: ``world`` counts in centimetres, as the paper; ``body`` in a unit that grows with the body.
+    lengths: ``world`` counts in centimetres, as the paper; ``body`` in a unit that grows with the body, in
+    which a movement that is copied is one that is scaled. In centimetres nothing but the discriminator says
+    how far a smaller body should go, since a path that is copied as it is comes back as it was.
+
+    As published, with no weights shipped: ``nkn[drift=0,lengths=world]``, preset ``paper``.
     """
 
     presets: Mapping[str, Recipe] = {
@@ -65,11 +70,11 @@ class Nkn(Retargeter):
         hidden: int = 512,
         losses: Terms = "adversarial",
         same: float = 0.2,
-        drift: float = 0.0,
+        drift: float = 0.05,
         facing: float = 20.0,
         yaw: Yaw = "predicted",
         clean: bool = False,
-        lengths: Lengths = "world",
+        lengths: Lengths = "body",
         weights: str = "puppets",
     ) -> None:
         super().__init__(
@@ -91,7 +96,6 @@ class Nkn(Retargeter):
             paper="Villegas, Yang, Ceylan, Lee: Neural Kinematic Networks for Unsupervised Motion "
             "Retargetting, CVPR 2018",
             accepts=("motion", "positions"),
-            default=False,
             parameters=PARAMETERS,
         )
 

@@ -54,11 +54,11 @@ class NknCross(Retargeter):
         hidden: int = 256,
         losses: Terms = "adversarial",
         same: float = 0.2,
-        drift: float = 0.0,
+        drift: float = 0.05,
         facing: float = 20.0,
         yaw: Yaw = "predicted",
         clean: bool = False,
-        lengths: Lengths = "world",
+        lengths: Lengths = "body",
         weights: str = "puppets",
     ) -> None:
         super().__init__(

@@ -90,7 +90,6 @@ class SMRM(Learned):
             summary="Recurrent retargeting learned without pairs: what is carried there comes back",
             version="1",
             paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023",
-            default=False,
             parameters={
                 "weights": "name of shipped weights, or a path to others",
                 "normalisation": "lengths in hip heights (body) or metres (global), in deviations; or none",

@@ -91,7 +91,7 @@ def test_losses_are_sums_over_numbers_and_means_over_real_frames():
     for row, length in enumerate(group["lengths"].tolist()):
         total += (answers - poses)[:length, row, :66].square().sum().item()
     terms = made.losses("generator", now, {})
-    assert float(terms["same_places"]) == pytest.approx(total / int(group["lengths"].sum()), rel=1e-5)
+    assert terms["same_places"].item() == pytest.approx(total / int(group["lengths"].sum()), rel=1e-5)
 
 
 def method_bodies_of(made, group):
@@ -321,8 +321,14 @@ def test_bodies_without_the_22_joints_are_refused_with_a_reason(method):
     assert not method.unfit(body("bendy", spines=4))
 
 
-def test_without_weights_it_says_what_to_do():
-    assert "bench train nkn" in plugin(weights="puppets", hidden=3).supports(CAST["one"], CAST["one"])
+def test_without_weights_it_says_what_to_do(monkeypatch):
+    monkeypatch.setattr(plugin, "shipped", classmethod(lambda cls: {}))
+    assert "bench train nkn" in plugin(hidden=3).supports(CAST["one"], CAST["one"])
+
+
+def test_shipped_weights_of_other_parameters_are_refused():
+    with pytest.raises(BenchError, match="trained as nkn.*hidden=512"):
+        plugin(hidden=3).supports(CAST["one"], CAST["one"])
 
 
 @pytest.mark.parametrize("wrong", [{"hidden": 0}, {"same": 1.5}, {"facing": -1.0}, {"drift": -0.1}])
