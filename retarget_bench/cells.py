@@ -148,19 +148,22 @@ class Group:
 
 @dataclass(frozen=True)
 class Problem:
-    """Cases that a method gave no usable answer to, for one reason."""
+    """Cases that a method gave no usable answer to, for one reason; ``more`` reasons that are not told are
+    those of other refusals, which mostly differ in the name of the body."""
 
     split: str
     label: str
     status: str
     message: str
     cases: tuple[str, ...]
+    more: int = 0
 
     @property
     def sentence(self) -> str:
+        others = f"; {count(self.more, 'reason')} more of this kind" if self.more else ""
         return (
             f"{self.split}: {self.label} {self.status} on {count(len(self.cases), 'case')} "
-            f"(first {self.cases[0]}): {self.message}"
+            f"(first {self.cases[0]}): {self.message}{others}"
         )
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from retarget_bench import gaps, origins, set_groups, versions
@@ -245,4 +246,21 @@ def _problems(found: Sequence[Section]) -> list[Problem]:
             for each in score.header["problems"]:
                 key = (section.split, score.label, each["status"], each["message"])
                 problems.setdefault(key, {}).update(dict.fromkeys(each["cases"]))
-    return [Problem(*key, tuple(cases)) for key, cases in problems.items()]
+    return _merged([Problem(*key, tuple(cases)) for key, cases in problems.items()])
+
+
+def _merged(problems: Sequence[Problem]) -> list[Problem]:
+    """The same, with a method's refusals of a split in one where they have more than two reasons."""
+    refusals: dict[tuple[str, str], list[Problem]] = {}
+    for each in problems:
+        if each.status == "unsupported":
+            refusals.setdefault((each.split, each.label), []).append(each)
+    found: list[Problem] = []
+    for each in problems:
+        mine = refusals.get((each.split, each.label), [])
+        if each.status != "unsupported" or len(mine) <= 2:
+            found.append(each)
+        elif each is mine[0]:
+            cases = tuple(case for other in mine for case in other.cases)
+            found.append(replace(each, cases=cases, more=len(mine) - 1))
+    return found

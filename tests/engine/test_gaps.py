@@ -55,6 +55,19 @@ def test_a_method_that_answered_nothing(tmp_path, status, kind):
     assert (problem.label, problem.status, problem.message) == ("none", status, "because | of it")
 
 
+def test_many_refusals_are_one_line(tmp_path):
+    place = store(tmp_path, "intra", "picky", [("a>b", f"c{k}", "unsupported") for k in range(5)])
+    told = [
+        {"status": "unsupported", "message": f"body {k} has no arms", "cases": [f"data/a>b/c{k}"]}
+        for k in range(4)
+    ]
+    told.append({"status": "failed", "message": "no idea", "cases": ["data/a>b/c4"]})
+    refused, failed = cells_of([changed(place, problems=told)], ["mpjpe_h.world"])["table"].problems
+    assert refused.sentence.startswith("intra: picky unsupported on 4 cases (first data/a>b/c0): body 0")
+    assert refused.sentence.endswith("; 3 reasons more of this kind")
+    assert (failed.status, failed.cases) == ("failed", ("data/a>b/c4",))
+
+
 def test_where_every_method_failed_the_columns_are_there_all_the_same(tmp_path):
     place = store(tmp_path, "intra", "none", [("a>b", "c1", "failed")])
     found = cells_of([place], ["mpjpe_h.world", "ratio"])
