@@ -18,7 +18,8 @@ from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-FPS = 30.0
+from . import rates
+
 CENTIMETRE = 0.01
 """The unit that the losses' weights and the discriminator were made for, metres."""
 MIDDLING = 90.0
@@ -50,7 +51,10 @@ class Sight:
 
 def see(source: Prediction, body: Aligned, smoothing: float, unit: float) -> Sight:
     """smoothing: frames over which the direction is averaged (``facing.facing``). unit: metres."""
-    places = _at_rate(source.positions, source.fps)
+    places = source.positions
+    if len(places) > 1:
+        frames = rates.covering(len(places), source.fps)
+        places = rates.straight(places, *rates.between(frames, rates.FPS, source.fps, len(places)))
     turn = facing.facing(places, source.character, smoothing)
     hips = places[:, body.joints[0]]
     local = facing.seen(places[:, list(body.joints)] - hips[:, None], turn[:, None])
@@ -117,41 +121,5 @@ def answer(
     turns = rotation.normalise(np.asarray(turns, dtype=np.float64))
     turns[:, 0] = rotation.multiply(facing.rotation(turn), turns[:, 0])
     turns = rotation.continuous(turns)
-    low, share = _between(frames, fps, FPS, len(turns))
-    if share.any():
-        high = np.minimum(low + 1, len(turns) - 1)
-        turned = rotation.slerp(turns[low], turns[high], share[:, None])
-        hips = hips[low] + share[:, None] * (hips[high] - hips[low])
-    else:
-        turned, hips = turns[low], hips[low]
-    return body.motion(turned, hips, fps)
-
-
-def _at_rate(places: np.ndarray, fps: float) -> np.ndarray:
-    """Places at 30 frames per second, linear in between, up to the last frame or just beyond it."""
-    if len(places) < 2:
-        return places
-    ratio = _ratio(FPS, fps)
-    low, share = _between(int(np.ceil((len(places) - 1) * ratio - 1e-6)) + 1, FPS, fps, len(places))
-    if not share.any():
-        return places[low]
-    high = np.minimum(low + 1, len(places) - 1)
-    found: np.ndarray = places[low] + share[:, None, None] * (places[high] - places[low])
-    return found
-
-
-def _between(frames: int, fps: float, of: float, known: int) -> tuple[np.ndarray, np.ndarray]:
-    """For every frame at rate ``fps``: the last of the ``known`` frames at rate ``of`` that is not after
-    it, and the share of the way to the next."""
-    at = np.minimum(np.arange(frames) * _ratio(of, fps), known - 1)
-    low = np.floor(at + 1e-9).astype(int)
-    share = at - low
-    return low, np.where(share > 1e-9, share, 0.0)
-
-
-def _ratio(a: float, b: float) -> float:
-    """a / b; rates in files are rounded, so whole ratios within 0.1 % are taken to be whole."""
-    for ratio in (a / b, b / a):
-        if abs(ratio - round(ratio)) < 1e-3 * round(ratio):
-            return float(round(ratio)) if ratio == a / b else 1.0 / round(ratio)
-    return a / b
+    moments = rates.between(frames, fps, rates.FPS, len(turns))
+    return body.motion(rates.turned(turns, *moments), rates.straight(hips, *moments), fps)

@@ -31,7 +31,7 @@ Losses = Literal["autoencoder", "cycle", "adversarial"]
 SMALL = 1e-3
 """Centimetres or radians: what deviates less than this is taken to be constant."""
 OWN = 0.5
-"""Of several structures, how often a group's target is of the source's own."""
+"""Of several structures, how often a group's target is of the source's own, or more where ``same`` is."""
 
 
 @dataclass(frozen=True)
@@ -97,11 +97,11 @@ class Learner:
         source = int(numbers.integers(len(self._names)))
         others = [number for number in range(len(self._names)) if number != source]
         alone = self._choices.losses == "autoencoder"
-        own = not others or alone or numbers.random() < OWN
+        often = max(OWN, self._choices.same) if others else 1.0
+        own = not others or alone or numbers.random() < often
         target = source if own else int(numbers.choice(others))
         cast = self._material.cast(numbers, rows, self._casts[self._names[source]])
-        share = self._choices.same / (OWN if others else 1.0)
-        same = (numbers.random(rows) < share) & own | alone
+        same = (numbers.random(rows) < self._choices.same / often) & own | alone
         names = [
             name if itself else self._another(numbers, name, self._casts[self._names[target]])
             for name, itself in zip(cast, same, strict=True)

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor
 
 from retarget_bench.api import Context, Method, MethodCard, Prediction
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.learned import Learned
@@ -90,6 +90,7 @@ class SMRM(Learned):
             summary="Recurrent retargeting learned without pairs: what is carried there comes back",
             version="1",
             paper="Marsot, Rekik et al., Correspondence-free online human motion retargeting, HAL v1, 2023",
+            accepts=("motion", "positions"),
             parameters={
                 "weights": "name of shipped weights, or a path to others",
                 "normalisation": "lengths in hip heights (body) or metres (global), in deviations; or none",
@@ -144,13 +145,10 @@ class SMRM(Learned):
     def retarget_batch(
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Motion]:
-        motions = []
-        for source in sources:
-            if not isinstance(source, Motion):
-                raise NotSupported("smrm needs a source with rotations, not positions only")
-            motions.append(source)
+        if not sources:
+            return []
         device = torch.device(contexts[0].device)
-        return retargeted(self._generator.to(device), self.form, motions, targets)
+        return retargeted(self._generator.to(device), self.form, sources, targets)
 
     @cached_property
     def _generator(self) -> Generator:

@@ -15,8 +15,9 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from retarget_bench.api import Prediction
 from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import facing, kinematics, root_rules, rotation
+from retarget_bench.motion import facing, kinematics, root_rules, rotation, transfer
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -80,31 +81,40 @@ class Form:
         resting = kinematics.forward(aligned.skeleton, still, none)[0][0] / unit
         return Body(aligned, unit, offsets, resting.astype(np.float32))
 
-    def see(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        """A motion at 30 fps as arrays ``(frames, ...)`` float64, lengths in the body's unit.
+    def see(self, source: Prediction) -> Mapping[str, np.ndarray]:
+        """A source at 30 fps as arrays ``(frames, ...)`` float64, lengths in the body's unit.
 
         positions: ``(22, 3)`` relative to the hips, and rotations: ``(22, 4)`` in aligned form, both seen
-        from where the character faces. hips: ``(3,)`` in the world, and before: the same one frame earlier
-        (in the first frame: now). turn: ``(2,)`` where it faces, the parts of a unit complex number.
+        from where the character faces; rotations are not there where a source is known by positions only.
+        hips: ``(3,)`` in the world, and before: the same one frame earlier (in the first frame: now).
+        turn: ``(2,)`` where it faces, the parts of a unit complex number.
         """
-        body = self.body(motion.character)
-        rotations, hips = body.aligned.see(motion)
+        body = self.body(source.character)
         if self.yaw == "removed":
-            turn = facing.facing(motion.positions, motion.character)
-            back = facing.rotation(turn.conj())
-            rotations = rotations.copy()
-            rotations[:, 0] = rotation.multiply(back, rotations[:, 0])
+            turn = facing.facing(source.positions, source.character)
         else:
-            turn = np.ones(motion.frames, dtype=complex)
-        places = kinematics.forward(body.aligned.skeleton, rotations, np.zeros_like(hips))[0]
+            turn = np.ones(source.frames, dtype=complex)
+        hips = transfer.hips(source)
+        if isinstance(source, Motion):
+            rotations = self._rotations(body, source, turn)
+            places = kinematics.forward(body.aligned.skeleton, rotations, np.zeros_like(hips))[0]
+            known = {"rotations": rotation.continuous(rotation.normalise(rotations))}
+        else:
+            joints = source.positions[:, list(body.aligned.joints)]
+            places, known = facing.seen(joints - hips[:, None], turn[:, None]), {}
         hips = hips / body.unit
-        return {
+        return known | {
             "positions": places / body.unit,
-            "rotations": rotation.continuous(rotation.normalise(rotations)),
             "hips": hips,
             "before": np.concatenate([hips[:1], hips[:-1]]),
             "turn": np.stack([turn.real, turn.imag], axis=-1),
         }
+
+    def _rotations(self, body: Body, motion: Motion, turn: np.ndarray) -> np.ndarray:
+        rotations = np.array(body.aligned.see(motion)[0])
+        if self.yaw == "removed":
+            rotations[:, 0] = rotation.multiply(facing.rotation(turn.conj()), rotations[:, 0])
+        return rotations
 
     def moves(self, hips: np.ndarray, before: np.ndarray, turn: np.ndarray) -> np.ndarray:
         """The three numbers of the hips that a network sees ``(..., frames, 3)``: left, up, forward.

@@ -9,11 +9,13 @@ import numpy as np
 import torch
 from torch import Tensor
 
+from retarget_bench.api import Prediction
 from retarget_bench.motion import root_rules, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from .form import FPS, JOINTS, Body, Form
+from ..nkn import rates
+from .form import JOINTS, Body, Form
 from .network import MOVES, Answer, Generator
 
 CHUNK = 256
@@ -24,7 +26,7 @@ CHUNK = 256
 class _Row:
     """One motion to be carried to one body."""
 
-    source: Motion
+    source: Prediction
     seen: Mapping[str, np.ndarray]
     moves: np.ndarray
     body: Body
@@ -33,8 +35,8 @@ class _Row:
     moved: np.ndarray
 
     @classmethod
-    def of(cls, form: Form, source: Motion, target: Character) -> _Row:
-        shown = source.resample(FPS)
+    def of(cls, form: Form, source: Prediction, target: Character) -> _Row:
+        shown = rates.at_thirty(source)
         seen = form.see(shown)
         ratio = root_rules.ratio("hip_height", source.character, target)
         return cls(
@@ -55,7 +57,7 @@ class _Row:
 def retargeted(
     generator: Generator,
     form: Form,
-    sources: Sequence[Motion],
+    sources: Sequence[Prediction],
     targets: Sequence[Character],
     chunk: int = CHUNK,
 ) -> list[Motion]:
@@ -124,6 +126,6 @@ def _answered(form: Form, row: _Row) -> Motion:
     motion = form.motion(row.body, row.rotations, row.moved, row.seen, row.start)
     if row.source.fps == motion.fps:
         return motion
-    back = motion.resample(row.source.fps)
-    held = back.at(np.minimum(np.arange(row.source.frames), back.frames - 1))
-    return row.body.aligned.character.motion(held.rotations, held.root, row.source.fps)
+    low, share = rates.between(row.source.frames, row.source.fps, motion.fps, motion.frames)
+    turns, root = rates.turned(motion.rotations, low, share), rates.straight(motion.root, low, share)
+    return motion.character.motion(turns, root, row.source.fps)

@@ -56,6 +56,14 @@ def test_groups_mix_all_pairs_of_structures_and_keep_the_share_of_own_bodies(mad
     assert own / rows == pytest.approx(0.2, abs=0.09)  # 2.2 standard errors and more: the seeds are fixed
 
 
+@pytest.mark.parametrize("same", [0.7, 1.0])
+def test_more_own_bodies_than_own_structures_would_be(same):
+    made = learner(plugin(**SMALL, same=same), cast=CAST)
+    groups = [group["same"] for step in range(150) for group in batch(made, rows=5, step=step)["groups"]]
+    # a group is of one kind here: 2.2 standard errors of 300 of them
+    assert np.concatenate(groups).mean() == pytest.approx(same, abs=0.06 if same < 1 else 0)
+
+
 def test_each_network_learns_from_the_pairs_it_is_in(made):
     changed = {name: each.clone() for name, each in made.modules.state_dict().items()}
     train(made, 8)

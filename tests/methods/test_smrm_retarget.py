@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import method_bodies
 import numpy as np
 import pytest
@@ -9,7 +11,6 @@ import smrm_material
 import torch
 
 from retarget_bench.api import Context
-from retarget_bench.errors import NotSupported
 from retarget_bench.methods.smrm import SMRM
 from retarget_bench.methods.smrm.inference import retargeted
 from retarget_bench.motion import root_rules
@@ -103,6 +104,37 @@ def test_rate_and_number_of_frames_are_the_source_s(method, fps, frames):
         assert apart(back.at(slice(shared)), plain.at(slice(shared))) < 1e-6
 
 
+@pytest.mark.parametrize("fps", [25.0, 29.0, 50.0, 59.94, 90.0, 240.0, 1000.0])
+def test_no_clip_stands_still_at_its_end(method, fps):
+    source = smrm_material.dances("one", (170,))[0]
+    found = carried(method, replace(source, fps=fps), BODIES["tall"]).positions
+    assert (np.abs(np.diff(found[-40:], axis=0)).max(axis=(1, 2)) > 0).all()
+
+
+@pytest.mark.parametrize("fps", [29.97, 30000 / 1001, 30.03])
+def test_rounded_rates_are_thirty(method, fps):
+    source = smrm_material.dances("one", (170,))[0]
+    found, plain = (carried(method, replace(source, fps=rate), BODIES["tall"]) for rate in (fps, 30.0))
+    assert found.fps == fps
+    np.testing.assert_array_equal(found.positions, plain.positions)
+
+
+@pytest.mark.parametrize("fps", [24.0, 30.0, 60.0])
+@pytest.mark.parametrize("yaw", ["removed", "kept"])
+def test_positions_alone_are_answered_like_the_motion_they_are_of(fps, yaw):
+    method = smrm_material.learner(yaw=yaw).method()
+    motion = replace(smrm_material.dances("one", (50,))[0], fps=fps)
+    places = motion.character.positions(motion.positions, fps)
+    assert "positions" in method.card.accepts
+    # at 24 fps, joints of the one move straight on in between, those of the other turn
+    near = 0.005 if fps == 24.0 else 1e-5
+    assert apart(*(carried(method, source, BODIES["tall"]) for source in (motion, places))) < near
+
+
+def test_nothing_asked_is_nothing_answered(method):
+    assert method.retarget_batch([], [], contexts=[]) == []
+
+
 def test_begins_where_the_source_begins_for_a_body_of_that_size(method):
     source, target = smrm_material.dances("one", (20,))[0], BODIES["tall"]
     ratio = root_rules.ratio("hip_height", source.character, target)
@@ -136,9 +168,6 @@ def test_training_goes_on_as_it_was(learner):
 def test_says_what_it_cannot_do(method):
     assert method.supports(BODIES["one"], BODIES["tall"]) is None
     assert "of the 22 joints" in method.supports(BODIES["one"], method_bodies.body(spines=2))
-    places = BODIES["one"].positions(smrm_material.dances("one")[0].positions, 30.0)
-    with pytest.raises(NotSupported, match="rotations"):
-        carried(method, places, BODIES["tall"])
 
 
 def test_facts_make_the_method_again():

@@ -1,0 +1,69 @@
+"""Other rates than the 30 frames per second of the networks: there, up to a clip's end, and back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from retarget_bench.api import Prediction
+from retarget_bench.motion import rotation
+from retarget_bench.motion.motion import Motion, Positions
+
+FPS = 30.0
+ROUNDED = 1e-3 * (1 + 1e-6)
+"""Rates in files are rounded, 29.97 for 30: ratios this close to a whole one, 0.1 %, are taken to be it."""
+
+
+def at_thirty(source: Prediction) -> Prediction:
+    """A source at 30 frames per second, up to its last frame or just beyond it, where it stands still."""
+    return at(source, covering(source.frames, source.fps), FPS)
+
+
+def at(source: Prediction, frames: int, fps: float) -> Prediction:
+    """So many frames of a source at another rate: slerp for rotations, linear for places."""
+    low, share = between(frames, fps, source.fps, source.frames)
+    if isinstance(source, Positions):
+        return replace(source, positions=straight(source.positions, low, share), fps=fps)
+    turns, root = turned(source.rotations, low, share), straight(source.root, low, share)
+    return Motion(source.character, turns, root, fps)
+
+
+def covering(frames: int, fps: float) -> int:
+    """How many frames at 30 per second reach the end of so many at ``fps``."""
+    return int(np.ceil((frames - 1) * _ratio(FPS, fps) - 1e-6)) + 1
+
+
+def between(frames: int, fps: float, of: float, known: int) -> tuple[np.ndarray, np.ndarray]:
+    """For every frame at rate ``fps``: the last of the ``known`` frames at rate ``of`` that is not after
+    it, and the share of the way to the next."""
+    place = np.minimum(np.arange(frames) * _ratio(of, fps), known - 1)
+    low = np.floor(place + 1e-9).astype(int)
+    share = place - low
+    return low, np.where(share > 1e-9, share, 0.0)
+
+
+def straight(values: np.ndarray, low: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Values ``(known, ...)`` at frames that ``between`` found, linear in between."""
+    if not share.any():
+        return values[low]
+    high = np.minimum(low + 1, len(values) - 1)
+    way = share.reshape(-1, *[1] * (values.ndim - 1))
+    found: np.ndarray = values[low] + way * (values[high] - values[low])
+    return found
+
+
+def turned(rotations: np.ndarray, low: np.ndarray, share: np.ndarray) -> np.ndarray:
+    """Quaternions ``(known, joints, 4)`` at frames that ``between`` found, by slerp in between."""
+    if not share.any():
+        return rotations[low]
+    high = np.minimum(low + 1, len(rotations) - 1)
+    return rotation.slerp(rotations[low], rotations[high], share[:, None])
+
+
+def _ratio(a: float, b: float) -> float:
+    """a / b, or the whole ratio that it is close to."""
+    for ratio in (a / b, b / a):
+        if abs(ratio - round(ratio)) <= ROUNDED * round(ratio):
+            return float(round(ratio)) if ratio == a / b else 1.0 / round(ratio)
+    return a / b
