@@ -20,9 +20,7 @@ from retarget_bench.commands.table import FORMATS
 @click.option(
     "--budget", metavar="BUDGET", help="Of every row: 90s, 30m, 2h, or 20000it. [default: the preset's]"
 )
-@click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, metavar="N", help="Every row's."
-)
+@click.option("--seed", type=options.SEED, default=0, show_default=True, metavar="N", help="Every row's.")
 @click.option(
     "--device", type=click.Choice(("cpu", "cuda", "auto")), default="auto", show_default=True, help="Where."
 )

@@ -33,6 +33,10 @@ def plugin_names(
     return complete
 
 
+SEED = click.IntRange(0, 2**63 - 1)
+"""What torch takes as a seed."""
+
+
 def dataset_spec(dataset: str, root: str | Path | None = None) -> Spec:
     """The data set that ``-d`` and ``--root`` name together; ``--root`` wins."""
     spec = Spec.parse(dataset)

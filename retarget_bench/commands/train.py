@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     metavar="DIR",
     help="The run's folder. [default: runs/train/METHOD]",
 )
-@click.option("--seed", type=click.IntRange(0), metavar="N", help="Of weights and batches. [default: 0]")
+@click.option("--seed", type=options.SEED, metavar="N", help="Of weights and batches. [default: 0]")
 @click.option(
     "--device", type=click.Choice(("cpu", "cuda", "auto")), default="auto", show_default=True, help="Where."
 )

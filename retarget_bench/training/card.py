@@ -19,6 +19,7 @@ from retarget_bench.training.request import Request, without_places
 POINTS = 40
 """Of the loss curve on a card."""
 UNPARTED = "the data set has no validation part"
+UNKNOWN = "what the weights that training began with have seen is not known in full"
 UNWATCHED = "no weights were chosen by validation, these are the last ones"
 
 
@@ -36,6 +37,7 @@ def card(
             "spec": without_places(request.dataset),
             "label": data.label,
             "content": request.content,
+            "motion": request.motion,
             "clips": sum(map(len, material.clips.values())),
             "hours": round(material.frames / request.recipe.fps / 3600, 3),
         },
@@ -55,8 +57,8 @@ def card(
         "curve": losses,
         "validation": list(at.validation),
         "scores": dict(best.scores) if best else {},
-        "training_manifest": manifest(data, material),
-        "notes": [*material.notes, *([] if best else [UNWATCHED])],
+        "training_manifest": joined(request.seen, manifest(data, material)),
+        "notes": _notes(request, material, at),
     }
 
 
@@ -70,6 +72,17 @@ def manifest(data: Dataset, material: Material) -> dict[str, list[str]]:
     out = {name for mine in offered.values() for name in mine} - set(material.clips)
     out |= {structure for structure, mine in offered.items() if out.issuperset(mine)}
     return {key: [str(name) for name in names if name not in out] for key, names in told.items()}
+
+
+def joined(before: Mapping[str, Sequence[str]], now: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:
+    """Two manifests as one, key by key: of weights that were trained, and trained again."""
+    keys = dict.fromkeys((*now, *before))
+    return {key: list(dict.fromkeys((*before.get(key, ()), *now.get(key, ())))) for key in keys}
+
+
+def _notes(request: Request, material: Material, at: Checkpoint) -> list[str]:
+    unknown = [UNKNOWN] if request.init and not request.seen_all else []
+    return [*material.notes, *unknown, *([] if at.best else [UNWATCHED])]
 
 
 def hardware(device: torch.device) -> str:

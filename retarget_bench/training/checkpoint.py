@@ -89,14 +89,17 @@ def read(folder: Path) -> Checkpoint | None:
     if facts is None:
         return None
     best = facts["best"]
-    return Checkpoint(
-        step=facts["step"],
-        seconds=facts["seconds"],
-        state=_get(folder, facts["state"]),
-        best=Best(best["step"], best["score"], best["scores"]) if best else None,
-        exported=_get(folder, best) if best else {},
-        validation=tuple(facts["validation"]),
-    )
+    try:
+        return Checkpoint(
+            step=int(facts["step"]),
+            seconds=float(facts["seconds"]),
+            state=_get(folder, facts["state"]),
+            best=Best(int(best["step"]), float(best["score"]), dict(best["scores"])) if best else None,
+            exported=_get(folder, best) if best else {},
+            validation=tuple(dict(each) for each in facts["validation"]),
+        )
+    except (KeyError, TypeError, ValueError) as error:
+        raise FileError(folder / NAME, f"is not a readable checkpoint ({error!r})") from error
 
 
 def _listed(folder: Path) -> dict[str, Any] | None:
@@ -105,6 +108,8 @@ def _listed(folder: Path) -> dict[str, Any] | None:
         facts: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
         if facts["schema"] != SCHEMA:
             raise FileError(path, f"is of format {facts['schema']}; this version reads format {SCHEMA}")
+        if lacking := {"step", "seconds", "state", "best", "validation"} - set(facts):
+            raise FileError(path, f"is not a readable checkpoint (it lacks {', '.join(sorted(lacking))})")
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:

@@ -68,10 +68,31 @@ def _lines(columns: Sequence[str], rows: Sequence[Mapping[str, str]]) -> str:
 
 
 def read(folder: Path) -> list[dict[str, str]]:
-    """All whole rows of a log; none where there is no file. A row that a killed process left is dropped."""
+    """All whole rows of a log; none where there is no file. A row that a killed process left is dropped.
+
+    Raises FileError for any other file than a log.
+    """
+    path = folder / NAME
     try:
-        text = (folder / NAME).read_text(encoding="utf-8")
+        text = path.read_text(encoding="utf-8")
+        whole = text[: text.rfind("\n") + 1]
+        rows = [dict(row) for row in csv.DictReader(io.StringIO(whole), strict=True)]
+        for row in rows:
+            _check(row)
     except FileNotFoundError:
         return []
-    whole = text[: text.rfind("\n") + 1]
-    return [dict(row) for row in csv.DictReader(io.StringIO(whole))]
+    except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
+        raise FileError(
+            path, f"is not the log of a training run ({error}); without this file a new one is begun"
+        ) from error
+    return rows
+
+
+def _check(row: Mapping[str, str]) -> None:
+    """Raises ValueError, KeyError or TypeError unless every cell is empty or a number."""
+    int(row["step"])
+    for name, cell in row.items():
+        if name is None or cell != "":
+            float(cell)
+    if missing := set(FIXED) - set(row):
+        raise ValueError(f"it has no {', '.join(sorted(missing))}")

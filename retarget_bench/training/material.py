@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -72,6 +73,17 @@ class Material:
         for name in sorted(self.clips):
             found.setdefault(self.characters[name].structure, []).append(name)
         return {name: tuple(found[name]) for name in sorted(found)}
+
+    @cached_property
+    def hash(self) -> str:
+        """Sixteen hex digits of every array with its name and shape, whose clip it is, in a fixed order."""
+        found = hashlib.sha256()
+        for name in sorted(self.clips):
+            for clip in self.clips[name]:
+                for key, array in sorted(clip.arrays.items()):
+                    found.update(repr((name, clip.name, key, array.shape, array.dtype.str)).encode())
+                    found.update(np.ascontiguousarray(array).tobytes())
+        return found.hexdigest()[:16]
 
     @cached_property
     def frames(self) -> int:

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import dataclasses
 import json
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar, get_origin, get_type_hints
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import write_text
@@ -20,6 +20,8 @@ SCHEMA = 1
 NAME = "run.json"
 PRESET = "default"
 
+T = TypeVar("T", bound="Request | Recipe")
+
 
 @dataclass(frozen=True)
 class Request:
@@ -29,6 +31,9 @@ class Request:
     version, facts:  of the method, which its checkpoints depend on. processes: that train together.
     job:             the ``torchrun`` that trains or trained last, which goes on by itself.
     init:            hash of the weights that training began with; "": none. init_path: as they were given.
+    seen:            the training manifest of those weights. seen_all: whether they are known to have seen
+                     nothing else.
+    motion:          hash of the motion that was gathered; "": not known.
     """
 
     method: str
@@ -43,6 +48,9 @@ class Request:
     content: str
     init: str = ""
     init_path: str = ""
+    seen: Mapping[str, Sequence[str]] = dataclasses.field(default_factory=dict)
+    seen_all: bool = False
+    motion: str = ""
     processes: int = 1
     job: str = ""
     versions: Mapping[str, str] = dataclasses.field(default_factory=dict)
@@ -81,15 +89,32 @@ def read(folder: Path) -> Request | None:
     """The run that a folder holds; None: it holds none. Raises FileError."""
     path = folder / NAME
     try:
-        facts = json.loads(path.read_text(encoding="utf-8"))
+        facts = dict(json.loads(path.read_text(encoding="utf-8")))
         if facts.pop("schema") != SCHEMA:
             raise FileError(path, f"is of a format that this version does not read (it reads {SCHEMA})")
         facts.pop("command")
-        return Request(**(facts | {"recipe": Recipe(**facts["recipe"])}))
+        recipe = _typed(Recipe(**facts["recipe"]), path)
+        return _typed(Request(**(facts | {"recipe": recipe})), path)
     except FileNotFoundError:
         return None
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(path, f"does not describe a training run ({error})") from error
+
+
+def _typed(read: T, path: Path) -> T:
+    """What was read. Raises FileError where a field that must be is no number, text or mapping."""
+    for name, wanted in get_type_hints(type(read)).items():
+        kind = get_origin(wanted) or wanted
+        value = getattr(read, name)
+        if kind is float and type(value) is int:
+            continue
+        if isinstance(kind, type) and type(value) is not kind and not _is_mapping(kind, value):
+            raise FileError(path, f"does not describe a training run ({name} is {value!r})")
+    return read
+
+
+def _is_mapping(kind: type, value: object) -> bool:
+    return issubclass(kind, Mapping) and isinstance(value, kind)
 
 
 def contradicted(kept: Request, asked: Mapping[str, object]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from contextlib import ExitStack
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Protocol
@@ -16,8 +17,9 @@ from retarget_bench.header import versions
 from retarget_bench.spec import Spec
 from retarget_bench.training import checkpoint, curve, parallel, request, weights
 from retarget_bench.training.budget import Budget
-from retarget_bench.training.card import UNPARTED, UNWATCHED, card
+from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
+from retarget_bench.training.lock import locked
 from retarget_bench.training.loop import Loop, Moment
 from retarget_bench.training.material import Material, gather
 from retarget_bench.training.request import Request
@@ -25,6 +27,7 @@ from retarget_bench.training.turns import explicit
 from retarget_bench.training.validate import Judge, held_out
 
 FOLDER = Path("runs/train")
+_OTHER_DATA = "{} is no longer the data that this run began with; train anew in another folder"
 DRAWN = 120.0
 """Seconds between pictures of the curves."""
 
@@ -70,7 +73,9 @@ def train(asked: Asked, voice: Voice) -> Trained:
     explicit(device)
     parallel.join(device)
     try:
-        return _train(asked, voice, device)
+        with ExitStack() as held:
+            folder, wanted = parallel.first(lambda: _begun(asked, held))
+            return _train(folder, wanted, asked, voice, device)
     except torch.cuda.OutOfMemoryError as error:
         raise BenchError(
             f"{device} has not enough memory for this batch; spread it over more processes, or give the "
@@ -93,13 +98,19 @@ def finished(asked: Asked) -> bool:
     return ended and (folder / f"{weights.BEST}.json").exists()
 
 
-def _train(asked: Asked, voice: Voice, device: torch.device) -> Trained:
-    folder, wanted = parallel.first(lambda: _settled(asked))
+def _begun(asked: Asked, held: ExitStack) -> tuple[Path, Request]:
+    """What ``_settled`` gives, with the folder locked until all that is held is given back."""
+    held.enter_context(locked(folder_of(asked)))
+    return _settled(asked)
+
+
+def _train(folder: Path, wanted: Request, asked: Asked, voice: Voice, device: torch.device) -> Trained:
     spec, data_spec = Spec.parse(wanted.method), Spec.parse(wanted.dataset)
     data, recipe = plan.dataset(data_spec), wanted.recipe
     material = parallel.in_turn(
         lambda: gather(data_spec, spec, recipe.fps, asked.jobs, _first_only(voice.gathering))
     )
+    wanted = parallel.first(lambda: _with_motion(wanted, material))
     torch.manual_seed(wanted.seed)
     learner = plan.method(spec).learner(material, recipe)  # type: ignore[attr-defined]
     start = checkpoint.read(folder)
@@ -142,12 +153,19 @@ def _judge(data: Any, learner: Any, cases: int, device: torch.device, voice: Voi
 
 
 # -------------------------------------------------------------------------------------- what is asked
+def folder_of(asked: Asked) -> Path:
+    """Where a run is kept. Raises BenchError where nothing says so."""
+    if asked.out is not None:
+        return asked.out
+    if asked.method is None:
+        raise BenchError("say which METHOD to train, or which run to go on with: --resume --out DIR")
+    return FOLDER / registry.canonical("methods", asked.method).slug
+
+
 def _settled(asked: Asked) -> tuple[Path, Request]:
     """The folder, and the run that it holds or will hold. Raises BenchError."""
     method = registry.canonical("methods", asked.method) if asked.method else None
-    if asked.out is None and method is None:
-        raise BenchError("say which METHOD to train, or which run to go on with: --resume --out DIR")
-    folder = asked.out or FOLDER / (method.slug if method else "")
+    folder = folder_of(asked)
     kept = request.read(folder)
     again = kept is not None and parallel.restarted() and kept.job == parallel.job()
     if kept is not None and not asked.resume and not again:
@@ -159,6 +177,8 @@ def _settled(asked: Asked) -> tuple[Path, Request]:
         return folder, _same(kept, asked, method)
     if method is None:
         raise BenchError(f"{folder} holds no run to go on with; bench train METHOD begins one")
+    if asked.resume and asked.dataset is None:
+        raise BenchError(f"{folder} holds no run to go on with; with -d DATASET one begins")
     return folder, _new(asked, method)
 
 
@@ -176,8 +196,15 @@ def _same(kept: Request, asked: Asked, method: Spec | None) -> Request:
     if asked.init is not None:
         request.contradicted(kept, {"init": trainee.weights(asked.init).hash})
     if plan.dataset(Spec.parse(kept.dataset)).content != kept.content:
-        raise BenchError(f"{kept.dataset} is no longer the data that this run began with; train anew")
+        raise BenchError(_OTHER_DATA.format(kept.dataset))
     return kept
+
+
+def _with_motion(wanted: Request, material: Material) -> Request:
+    """The run with its motion's hash. Raises BenchError where it began with other motion."""
+    if wanted.motion not in ("", material.hash):
+        raise BenchError(_OTHER_DATA.format(wanted.dataset))
+    return replace(wanted, motion=material.hash)
 
 
 def _new(asked: Asked, method: Spec) -> Request:
@@ -189,6 +216,8 @@ def _new(asked: Asked, method: Spec) -> Request:
     recipe = request.preset(method.name, trainee.presets, name)
     if asked.budget and (limit := Budget.parse(asked.budget)).steps:
         recipe = replace(recipe, steps=limit.steps)
+    before = trainee.weights(asked.init).card if asked.init else {}
+    seen = before.get("training_manifest") or {}
     return Request(
         method=str(method),
         dataset=str(data),
@@ -200,8 +229,10 @@ def _new(asked: Asked, method: Spec) -> Request:
         facts=trainee.facts,
         label=plan.dataset(data).label,
         content=plan.dataset(data).content,
-        init=trainee.weights(asked.init).hash if asked.init else "",
+        init=str(before.get("hash", "")),
         init_path=asked.init or "",
+        seen=seen,
+        seen_all=bool(seen) and UNKNOWN not in before.get("notes", ()),
         processes=parallel.world(),
         versions=versions(),
     )

@@ -36,6 +36,15 @@ def test_what_is_no_budget_is_refused_with_the_way_to_write_one(text):
         Budget.parse(text)
 
 
+@pytest.mark.parametrize(
+    "text", ["9" * 400 + "it", "9" * 400 + "s", "9" * 300 + "it", "1" + "0" * 12 + "d"]
+)
+def test_a_budget_beyond_all_counting_is_one_short_sentence(text):
+    with pytest.raises(BenchError, match=r"is more than any training takes") as caught:
+        Budget.parse(text)
+    assert len(str(caught.value)) < 100
+
+
 def test_the_share_that_is_used_is_of_the_one_that_is_limited():
     assert Budget(steps=40).used(10, 1e9) == 0.25
     assert Budget(seconds=40.0).used(10**9, 10.0) == 0.25

@@ -32,6 +32,7 @@ def test_the_card_says_how_the_weights_came_about(toy_run, tmp_path):
         "spec": "toy_walks",
         "label": "toy_walks",
         "content": "one",
+        "motion": done.asked.motion,
         "clips": 6,
         "hours": pytest.approx(6 * 40 / 30 / 3600, abs=1e-3),
     }

@@ -73,3 +73,11 @@ def test_going_on_says_from_where(bench, toy_run, tmp_path):
     status, out, _ = bench("--resume", "--out", str(tmp_path / "run"))
     assert status == 0
     assert out.splitlines()[0] == "going on from step 15"
+
+
+@pytest.mark.parametrize("command", [["train", "nkn"], ["ablate", "smrm", "table2"]])
+def test_a_seed_that_torch_does_not_take_is_refused(command, capsys):
+    with pytest.raises(SystemExit) as ended:
+        cli.main([*command, "-d", "puppets", "--seed", "99999999999999999999"])
+    assert ended.value.code == 2
+    assert "99999999999999999999 is not in the range" in " ".join(capsys.readouterr().err.split())

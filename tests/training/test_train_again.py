@@ -1,0 +1,95 @@
+"""What a run remembers and guards: what its weights have seen, its folder, its motion."""
+
+import json
+
+import pytest
+
+from retarget_bench import plan
+from retarget_bench.errors import BenchError
+from retarget_bench.spec import Spec
+from retarget_bench.training import lock, request, train, weights
+
+
+def card(folder):
+    return json.loads((folder / "weights.json").read_text())
+
+
+# --------------------------------------------------------------------- what earlier training has seen
+def _known_as(monkeypatch, **manifest):
+    data = type(plan.dataset(Spec("toy_walks")))
+    monkeypatch.setattr(data, "training_manifest", lambda self: manifest, raising=False)
+
+
+def test_the_manifest_holds_what_all_generations_of_weights_have_seen(toy_run, tmp_path, monkeypatch):
+    _known_as(monkeypatch, characters=["small", "bob"], kinds=["run"])
+    toy_run("first", preset="quick")
+    _known_as(monkeypatch, characters=["small", "tall"], clips=["walk"])
+    toy_run("second", preset="quick", init=str(tmp_path / "first"))
+    _known_as(monkeypatch, characters=["tall"])
+    toy_run("third", preset="quick", init=str(tmp_path / "second"))
+    found = card(tmp_path / "third")
+    assert {key: set(names) for key, names in found["training_manifest"].items()} == {
+        "characters": {"small", "bob", "tall"},
+        "kinds": {"run"},
+        "clips": {"walk"},
+    }
+    assert found["notes"] == []
+
+
+def test_weights_that_do_not_say_what_they_have_seen_are_noted_for_good(toy_run, tmp_path):
+    toy_run("first", preset="quick")
+    bundle = weights.read(tmp_path / "first")
+    mute = {k: v for k, v in bundle.card.items() if k not in ("hash", "training_manifest")}
+    weights.write(tmp_path, "mute", bundle.tensors, mute)
+    toy_run("second", preset="quick", init=str(tmp_path / "mute.json"))
+    toy_run("third", preset="quick", init=str(tmp_path / "second"))
+    for name in ("second", "third"):
+        (note,) = card(tmp_path / name)["notes"]
+        assert "not known in full" in note
+
+
+# ------------------------------------------------------------------------------- one process, one motion
+def test_a_folder_in_which_another_process_trains_is_refused(toy_run, tmp_path):
+    toy_run(preset="quick", stop=6)
+    with lock.locked(tmp_path / "run"), pytest.raises(BenchError, match="another process is training in"):
+        toy_run(resume=True)
+    done, _ = toy_run(resume=True)
+    assert done.at.step == 10
+    assert not (tmp_path / "run" / lock.NAME).exists()
+
+
+def test_a_run_keeps_its_folder_as_long_as_it_trains(toy_run, tmp_path, monkeypatch):
+    said = []
+
+    def look(*_):
+        with pytest.raises(BenchError) as caught, lock.locked(tmp_path / "run"):
+            pass
+        said.append(str(caught.value))
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(train.Loop, "_after", look)
+    toy_run(preset="quick")
+    assert said == [f"another process is training in {tmp_path / 'run'}"]
+
+
+def test_without_locks_of_the_system_it_trains_all_the_same(toy_run, monkeypatch):
+    monkeypatch.setattr(lock, "fcntl", None)
+    assert toy_run(preset="quick")[0].at.step == 10
+
+
+def test_other_training_motion_than_it_began_with_is_refused(toy_run, monkeypatch):
+    toy_run(preset="quick", stop=6)
+    method = type(plan.method(Spec("toy_trainee")))
+    monkeypatch.setattr(method, "prepare", lambda self, motion: {"root": motion.root + 1e-3})
+    with pytest.raises(BenchError, match="no longer the data that this run began with"):
+        toy_run(resume=True)
+
+
+def test_a_run_from_before_motion_was_hashed_goes_on(toy_run, tmp_path):
+    toy_run(preset="quick", stop=6)
+    path = tmp_path / "run" / request.NAME
+    facts = json.loads(path.read_text())
+    old = {name: value for name, value in facts.items() if name not in ("motion", "seen", "seen_all")}
+    path.write_text(json.dumps(old))
+    done, _ = toy_run(resume=True)
+    assert (done.at.step, done.asked.motion) == (10, facts["motion"])
