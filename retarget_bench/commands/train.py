@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,7 +85,7 @@ def command(
         done = train(asked, voice)
     except KeyboardInterrupt:
         voice.close()
-        click.echo(f"bench: interrupted. {_again(asked)} goes on from the last checkpoint.", err=True)
+        click.echo(f"bench: interrupted{_how_to_go_on(asked)}", err=True)
         return 130
     finally:
         voice.close()
@@ -187,6 +188,15 @@ def _time(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
+def _how_to_go_on(asked: Asked) -> str:
+    from retarget_bench.training import checkpoint
+    from retarget_bench.training.train import folder_of
+
+    if not (folder_of(asked) / checkpoint.NAME).exists():
+        return " before the first checkpoint; there is nothing to go on from."
+    return f". {_again(asked)} goes on from the last checkpoint."
+
+
 def _again(asked: Asked) -> str:
     where = f" --out {asked.out}" if asked.out else ""
     method = f" '{asked.method}'" if asked.method else ""
@@ -197,9 +207,11 @@ def _ending(done: Trained) -> str:
     from retarget_bench.training.request import without_places
 
     method = Spec.parse(done.asked.method).with_parameters(weights=str(done.folder))
+    root = Spec.parse(done.asked.dataset).parameters.get("root")
+    where = f" --root {shlex.quote(str(root))}" if root else ""
     best = done.at.best
     found = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
     return (
         f"{done.asked.method}: {done.at.step} steps in {_time(done.at.seconds)}; {found}.\n"
-        f"Use them: bench run '{method}' -d '{without_places(done.asked.dataset)}'"
+        f"Use them: bench run '{method}' -d '{without_places(done.asked.dataset)}'{where}"
     )

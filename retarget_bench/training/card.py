@@ -41,7 +41,7 @@ def card(
             "clips": sum(map(len, material.clips.values())),
             "hours": round(material.frames / request.recipe.fps / 3600, 3),
         },
-        "recipe": vars(request.recipe) | {},
+        "recipe": _recipe(request),
         "preset": request.preset,
         "budget": request.budget,
         "command": request.command,
@@ -57,6 +57,7 @@ def card(
         "curve": losses,
         "validation": list(at.validation),
         "scores": dict(best.scores) if best else {},
+        "scored_as": _scored_as(request.method) if best else "",
         "training_manifest": joined(request.seen, manifest(data, material)),
         "notes": _notes(request, material, at),
     }
@@ -78,6 +79,17 @@ def joined(before: Mapping[str, Sequence[str]], now: Mapping[str, Sequence[str]]
     """Two manifests as one, key by key: of weights that were trained, and trained again."""
     keys = dict.fromkeys((*now, *before))
     return {key: list(dict.fromkeys((*before.get(key, ()), *now.get(key, ())))) for key in keys}
+
+
+def _scored_as(method: str) -> str:
+    """Without the weights that were asked for: those that are trained were scored."""
+    spec = Spec.parse(method)
+    return str(Spec(spec.name, {name: x for name, x in spec.parameters.items() if name != "weights"}))
+
+
+def _recipe(request: Request) -> dict[str, Any]:
+    """Without the preset's number of steps where the time was limited instead."""
+    return {name: x for name, x in vars(request.recipe).items() if name != "steps" or request.limit.steps}
 
 
 def _notes(request: Request, material: Material, at: Checkpoint) -> list[str]:

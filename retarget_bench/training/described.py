@@ -25,6 +25,7 @@ def described(card: Card) -> list[str]:
         "machine": _machine(card),
         "losses": _pairs(card.get("losses", {}).items()),
         "scores": _scores(card.get("scores", {})),
+        "scored as": _scored_as(card),
         "validation": _curve(card.get("validation", ())),
         "has seen": _seen(card.get("training_manifest", {})),
         "note": "; ".join(card.get("notes", ())),
@@ -49,7 +50,8 @@ def _data(data: Card) -> str:
 
 
 def _recipe(card: Card) -> str:
-    recipe = _pairs(card.get("recipe", {}).items())
+    timed = bool(card.get("budget")) and not str(card["budget"]).endswith("it")
+    recipe = _pairs(item for item in card.get("recipe", {}).items() if not (timed and item[0] == "steps"))
     return f"{card['preset']}: {recipe}" if card.get("preset") else recipe
 
 
@@ -76,6 +78,12 @@ def _machine(card: Card) -> str:
 def _scores(scores: Card) -> str:
     """``intra: mpjpe_h.world 8.1, mpjpe_h.root 5.2, n 12; cross: ...``."""
     return "; ".join(f"{split}: {_pairs(values.items())}" for split, values in scores.items())
+
+
+def _scored_as(card: Card) -> str:
+    """The method as it was validated, where parameters that weights do not depend on were given."""
+    text = str(card.get("scored_as", ""))
+    return text if text and set(Spec.parse(text).parameters) - set(card["facts"]) else ""
 
 
 def _curve(validation: Sequence[Card]) -> str:

@@ -10,7 +10,7 @@ holds this, beside ``schema`` and ``hash``, which ``write`` adds; the first thre
     init                     hash of the weights that training began with, or null
     losses                   term -> mean over the last steps
     validation               a list of ``{"step": 500, "seconds": 61.0, "scores": {...}}``
-    scores                   those of the weights kept
+    scores                   those of the weights kept, measured with the method as ``scored_as`` spells it
     training_manifest        ``characters``, ``structures``, ``kinds`` and/or ``clips`` that training had
     notes                    sentences
 """
@@ -27,6 +27,7 @@ import numpy as np
 from retarget_bench import tensors as files
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.spec import Scalar, Spec
+from retarget_bench.training import fields
 
 if TYPE_CHECKING:
     from torch import Tensor, nn
@@ -86,8 +87,12 @@ def locate(path: str | Path) -> Path:
 
 
 def read_card(path: str | Path) -> Mapping[str, Any]:
-    """The card alone, which is quick. Raises FileError."""
-    return files.read_card(locate(path), SCHEMA, NEEDED, _WHAT)
+    """The card alone, which is quick, its known fields of their types. Raises FileError."""
+    place = locate(path)
+    card = files.read_card(place, SCHEMA, NEEDED, _WHAT)
+    if why := fields.wrong(card):
+        raise FileError(place, f"is damaged: {why}")
+    return card
 
 
 def read(

@@ -8,6 +8,7 @@ from retarget_bench import plan
 from retarget_bench.errors import BenchError
 from retarget_bench.spec import Spec
 from retarget_bench.training import lock, request, train, weights
+from retarget_bench.training.described import described
 
 
 def card(folder):
@@ -93,3 +94,34 @@ def test_a_run_from_before_motion_was_hashed_goes_on(toy_run, tmp_path):
     path.write_text(json.dumps(old))
     done, _ = toy_run(resume=True)
     assert (done.at.step, done.asked.motion) == (10, facts["motion"])
+
+
+# ------------------------------------------------------------------------------------ what the card says
+def test_a_limit_of_time_leaves_no_number_of_steps_in_the_recipe(toy_run, tmp_path):
+    toy_run(preset="quick", budget="0.2s")
+    assert "steps" not in card(tmp_path / "run")["recipe"]
+    assert card(tmp_path / "run")["recipe"]["batch"] == 4
+
+
+def test_the_card_says_as_what_the_scores_were_measured(toy_run, tmp_path):
+    toy_run(method="toy_trainee[does=slowly,weights=some]", preset="quick")
+    found = card(tmp_path / "run")
+    assert found["scored_as"] == "toy_trainee[does=slowly]"
+    assert "scored as: toy_trainee[does=slowly]" in described(found)
+    plain = described({**found, "scored_as": "toy_trainee[kind=linear]"})
+    assert not [line for line in plain if line.startswith("scored as")]
+
+
+def test_cards_of_old_that_were_limited_by_time_are_told_without_their_presets_steps():
+    recipe = {"steps": 6000, "batch": 16}
+    old = {
+        "method": "toy",
+        "version": "1",
+        "facts": {},
+        "hash": "ff",
+        "preset": "default",
+        "recipe": recipe,
+    }
+    assert "recipe: default: batch 16" in described({**old, "budget": "70m"})
+    for budget in ("", "6000it"):
+        assert "recipe: default: steps 6000, batch 16" in described({**old, "budget": budget})

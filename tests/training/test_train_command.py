@@ -6,7 +6,7 @@ import pytest
 from conftest import TOYS
 
 from retarget_bench import cli
-from retarget_bench.training import train
+from retarget_bench.training import checkpoint, train
 
 PLUGINS = ("--plugin", str(TOYS / "toy_walks.py"), "--plugin", str(TOYS / "toy_trainee.py"))
 
@@ -62,6 +62,9 @@ def test_ctrl_c_says_how_to_go_on(bench, tmp_path, monkeypatch):
 
     monkeypatch.setattr(train, "train", interrupted)
     status, _, err = bench("toy_trainee[does=x]", "-d", "toy_walks", "--out", str(tmp_path))
+    assert (status, "goes on" in err, "before the first checkpoint" in err) == (130, False, True)
+    (tmp_path / checkpoint.NAME).write_text("{}")
+    status, _, err = bench("toy_trainee[does=x]", "-d", "toy_walks", "--out", str(tmp_path))
     assert status == 130
     assert err.startswith(
         f"bench: interrupted. bench train 'toy_trainee[does=x]' --resume --out {tmp_path} goes on"
@@ -81,3 +84,18 @@ def test_a_seed_that_torch_does_not_take_is_refused(command, capsys):
         cli.main([*command, "-d", "puppets", "--seed", "99999999999999999999"])
     assert ended.value.code == 2
     assert "99999999999999999999 is not in the range" in " ".join(capsys.readouterr().err.split())
+
+
+def test_the_line_that_uses_the_weights_says_where_the_data_lie(bench, tmp_path):
+    status, out, _ = bench(
+        *("toy_trainee", "-d", "toy_walks", "--root", "/my data", "--preset", "quick"),
+        *("--out", str(tmp_path / "run")),
+    )
+    assert status == 0
+    assert out.splitlines()[-1].endswith(" -d 'toy_walks' --root '/my data'")
+
+
+def test_resume_without_a_run_says_so_before_it_asks_for_data(bench, tmp_path):
+    status, _, err = bench("toy_trainee", "--resume", "--out", str(tmp_path / "run"))
+    assert status == 2
+    assert err == f"bench: {tmp_path / 'run'} holds no run to go on with; with -d DATASET one begins\n"
