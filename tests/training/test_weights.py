@@ -226,6 +226,35 @@ def test_a_full_disk_is_told_and_what_was_there_stays(tmp_path, monkeypatch, nth
     assert sorted(path.name for path in tmp_path.iterdir()) == ["w.json", "w.safetensors"]
 
 
+@pytest.mark.parametrize(
+    ("field", "value"),
+    [
+        ("facts", None),
+        ("facts", [1]),
+        ("version", 1),
+        ("validation", [{}]),
+        ("validation", [{"step": 1, "scores": {}}]),
+        ("validation", {"step": 1}),
+        ("scores", []),
+        ("scores", {"intra": 3}),
+        ("recipe", None),
+        ("training_manifest", []),
+        ("training_manifest", {"characters": "ada"}),
+        ("data", "puppets"),
+        ("steps", "many"),
+        ("seconds", None),
+        ("notes", "all is well"),
+    ],
+)
+def test_a_damaged_field_of_a_card_is_named(tmp_path, field, value):
+    weights.write(tmp_path, "w", some(), CARD)
+    place = tmp_path / "w.json"
+    place.write_text(json.dumps({**json.loads(place.read_text()), field: value}))
+    for read in (weights.read_card, weights.read):
+        with pytest.raises(FileError, match=f"w.json: is damaged: its {field} has to be"):
+            read(tmp_path / "w")
+
+
 # ------------------------------------------------------------------------------------------ into modules
 def test_modules_take_tensors_of_their_own_names_and_shapes_only():
     module, other = nn.GRUCell(3, 4), nn.GRUCell(3, 4)
