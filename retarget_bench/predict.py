@@ -57,11 +57,15 @@ def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Contex
     """Ask a method for several cases, at once if it can (``retarget_batch``).
 
     What it refuses is not part of the batch. Where the batch fails or an answer is not valid, all are
-    asked one by one, so that a fault costs its own row.
+    asked one by one, so that a fault costs its own row. An interrupt costs all of them: who asked is to
+    hear of it.
     """
     pairs = list(zip(cases, contexts, strict=True))
-    together = [number for number, case in enumerate(cases) if _takes(method, case)]
-    answers = _at_once(method, [pairs[number] for number in together])
+    try:
+        together = [number for number, case in enumerate(cases) if _takes(method, case)]
+        answers = _at_once(method, [pairs[number] for number in together])
+    except KeyboardInterrupt as error:
+        return [Outcome("failed", _one_line(error)) for _ in pairs]
     found = dict(zip(together, answers, strict=False))
     return [found.get(number) or predict(method, *pair) for number, pair in enumerate(pairs)]
 
@@ -69,7 +73,7 @@ def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Contex
 def _takes(method: Method, case: Case) -> bool:
     try:
         return not refusal(method, case)
-    except (Exception, KeyboardInterrupt):  # to be told of that case alone
+    except Exception:  # to be told of that case alone
         return False
 
 
@@ -81,7 +85,7 @@ def _at_once(method: Method, pairs: Sequence[tuple[Case, Context]]) -> list[Outc
         answers = ask_batch(method, pairs)
         each = zip(answers, pairs, strict=True)
         return [Outcome("ok", prediction=verified(answer, case)) for answer, (case, _) in each]
-    except (Exception, KeyboardInterrupt):  # told of the case at fault, when it is asked alone
+    except Exception:  # told of the case at fault, when it is asked alone
         return []
 
 

@@ -10,6 +10,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
+import torch
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,6 +19,7 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.plan import Plan
 from retarget_bench.records import STATUSES
 from retarget_bench.spec import Spec
+from retarget_bench.training import validate
 
 HERE = Path(__file__).parent
 TOYS = (
@@ -133,6 +135,28 @@ def test_a_fault_in_a_batch_costs_its_own_row(tmp_path, does, status, words):
     assert all(entry.status == status and words in entry.message for entry in lost.values())
     assert {mates(bad, entry.case) for entry in bad.entries if entry.case not in lost} == {0}
     assert {entry.status for entry in plain.entries} == {"ok"}
+
+
+@pytest.mark.parametrize("where", ["supports", "retarget_batch", "retarget"])
+def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
+    """Ctrl-C comes once: whoever is asked afterwards answers as if nothing had been."""
+    method, pressed = registry.create("methods", "toy_batches"), []
+
+    def interrupted(*args, **options):
+        if not pressed:
+            pressed.append(where)
+            raise KeyboardInterrupt
+        return usual(*args, **options)
+
+    data = registry.create("datasets", "toy_cases")
+    if where == "retarget":
+        monkeypatch.setattr(method, "retarget_batch", None, raising=False)
+    judge = validate.Judge(data, method, 2, torch.device("cpu"), lambda done, total: None)
+    usual = getattr(method, where)
+    monkeypatch.setattr(method, where, interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        judge(torch.nn.ModuleDict(), method)
+    assert pressed
 
 
 def test_what_dies_beside_a_batch_does_not_move_it(tmp_path):
