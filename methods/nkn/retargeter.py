@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
@@ -66,7 +66,6 @@ class Retargeter(Learned):
             )
         self.cell, self.hidden, self.losses = cell, hidden, losses
         self.same, self.drift = same, drift
-        self._networks: dict[str, Mapping[str, Generator]] = {}
         self.facing, self.yaw, self.clean, self.lengths = facing, yaw, clean, lengths
 
     def facts(self) -> Mapping[str, Scalar]:
@@ -103,6 +102,11 @@ class Retargeter(Learned):
         if device not in self._networks:
             self._networks[device] = self._built(device)
         return self._networks[device]
+
+    @cached_property
+    def _networks(self) -> dict[str, Mapping[str, Generator]]:
+        """By device, those that were asked for."""
+        return {}
 
     def _built(self, device: str) -> Mapping[str, Generator]:
         from .generator import Generator

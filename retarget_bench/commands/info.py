@@ -91,7 +91,9 @@ def _weights(factory: Any, spec: Spec) -> list[str]:
     lines = []
     for name, place in places.items():
         lines += ["", f"Weights {name}"]
-        lines += [x for fact in described(weights.read_card(place)) for x in _wrapped(fact, "  ")]
+        card = weights.read_card(place)
+        weights.check(place, card, method=spec.name)
+        lines += [x for fact in described(card) for x in _wrapped(fact, "  ")]
     return lines
 
 

@@ -102,7 +102,13 @@ class Learned:
         return bundles.read(self._at, **self._wanted).tensors
 
     def using(self, tensors: Mapping[str, Tensor]) -> Self:
-        """This method with these tensors, whatever its weights are: for training."""
+        """This method with these tensors, whatever its weights are: for training.
+
+        What it has cached (``cached_property``), such as networks made of other tensors, is forgotten.
+        """
+        for name in list(self.__dict__):
+            if isinstance(inspect.getattr_static(type(self), name, None), cached_property):
+                del self.__dict__[name]
         self.__dict__.update(tensors=tensors, _at=None, _card=None)
         return self
 

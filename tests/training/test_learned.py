@@ -5,6 +5,7 @@ from __future__ import annotations
 import shutil
 import subprocess
 import sys
+from functools import cached_property
 from pathlib import Path
 
 import pytest
@@ -131,6 +132,17 @@ def test_training_goes_on_whatever_weights_lie_there(shifter):
     assert asked.untrained == ""
     assert asked.weights_hash == ""
     assert asked.tensors["shift"].tolist() == [1, 1, 1]
+
+
+def test_networks_made_of_other_tensors_are_forgotten(shifter):
+    class Networked(type(made())):
+        @cached_property
+        def network(self):
+            return 2 * self.tensors["shift"]
+
+    asked = Networked().using({"shift": torch.ones(3)})
+    assert asked.network.tolist() == [2, 2, 2]
+    assert asked.using({"shift": torch.zeros(3)}).network.tolist() == [0, 0, 0]
 
 
 def test_a_card_is_read_without_torch(tmp_path):
@@ -265,6 +277,10 @@ def test_info_shows_the_cards_of_shipped_weights_and_of_a_path(shifter, tmp_path
     for name in ("walks", "runs"):
         write(shifter / "weights", name=name, **FULL)
     write(tmp_path / "own", facts={"cell": "torch", "layers": 1}, seed=77)
+    write(tmp_path / "others", method="lifter")
+    done = CliRunner().invoke(cli.group, ["info", f"shifter[weights='{tmp_path / 'others'}']"])
+    assert isinstance(done.exception, BenchError) or done.exit_code == 2
+    assert "weights of lifter, not of shifter" in f"{done.output} {done.exception}"
     both = info("shifter")
     assert "Weights runs trained as" in both
     assert "Weights walks trained as" in both
