@@ -17,6 +17,8 @@ METRICS = [entry.name for entry in registry.names("metrics") if entry.origin == 
 
 @pytest.mark.parametrize("name", METHODS)
 def test_built_in_methods_keep_the_contract(name):
+    if reason := getattr(registry.create("methods", name), "untrained", ""):
+        pytest.skip(reason)
     testing.assert_contract("methods", name)
 
 

@@ -327,7 +327,7 @@ def test_without_weights_it_says_what_to_do(monkeypatch):
 
 
 def test_shipped_weights_of_other_parameters_are_refused():
-    with pytest.raises(BenchError, match="trained as nkn.*hidden=512"):
+    with pytest.raises(BenchError, match=r"trained as nkn.*hidden=512"):
         plugin(hidden=3).supports(CAST["one"], CAST["one"])
 
 
