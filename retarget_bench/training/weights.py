@@ -81,8 +81,9 @@ def locate(path: str | Path) -> Path:
     path = Path(path).expanduser()
     file, card = files.pair(path / BEST if path.is_dir() else path)
     if not card.exists():
-        why = f"lies without its card {card.name}" if file.exists() else "there are no weights of this name"
-        raise FileError(file, why)
+        if file.exists():
+            raise FileError(file, f"lies without its card {card.name}")
+        raise FileError(path, "there are no weights of this name")
     return card
 
 
