@@ -1,0 +1,133 @@
+"""What of a structure the networks see: slots, and the body parts that slots belong to.
+
+A slot is an edge of the tree, from a joint to one that hangs from it, and carries the rotation of the
+joint that it leaves; several slots that leave one joint each carry that joint's. The slot of the child c
+is c - 1. One slot more, the last, is that of the root's movement; it belongs to every part.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import roles as anatomy
+
+Parts = Mapping[str, tuple[str, ...]]
+"""Name of a part -> what of ``roles.body_part`` belongs to it."""
+
+SIX: Parts = {
+    "left_leg": ("left_leg",),
+    "right_leg": ("right_leg",),
+    "spine": ("trunk",),
+    "head": ("head",),
+    "left_arm": ("left_arm",),
+    "right_arm": ("right_arm",),
+}
+THREE: Parts = {"legs": ("left_leg", "right_leg"), "spine": ("trunk",), "head": ("head",)}
+FOUR_LEGS = ("left_arm", "right_arm")
+"""Of a body on four legs, what ``legs`` has besides."""
+BRANCHES = ("head", "left_arm", "right_arm")
+"""What leaves the trunk at the chest: the slot that leads to the chest is theirs as well."""
+KNOWN = {"six": SIX, "three": THREE}
+
+
+def parts_of(name: str) -> Parts:
+    """``six``, ``three``, or a TOML file of ``part = ["left_leg", ...]``.
+
+    Raises BenchError where the name is none of these, or the file names no body part.
+    """
+    if name in KNOWN:
+        return KNOWN[name]
+    path = Path(name).expanduser()
+    if path.suffix != ".toml":
+        raise BenchError(f"parts of pan are six, three, or a .toml file, and not {name!r}")
+    try:
+        read = tomllib.loads(path.read_text(encoding="utf-8"))
+    except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
+        raise BenchError(f"{path}: no file of body parts can be read here: {error}") from None
+    for part, members in read.items():
+        if not isinstance(members, list) or not set(members) <= set(anatomy.BODY_PARTS) or not members:
+            known = ", ".join(anatomy.BODY_PARTS)
+            raise BenchError(f"{path}: {part} has to be a list of some of {known}")
+    if not read:
+        raise BenchError(f"{path}: there is no part in it")
+    return {part: tuple(members) for part, members in read.items()}
+
+
+@dataclass(frozen=True)
+class Layout:
+    """A structure as slots and parts.
+
+    parents: ``(joints,)`` whose child each joint is, the hips (-1) first. roles: of the joints.
+    names:   the parts that this structure has. parts: the slots of each, without the root's.
+    """
+
+    parents: tuple[int, ...]
+    roles: tuple[str | None, ...]
+    names: tuple[str, ...]
+    parts: tuple[tuple[int, ...], ...]
+
+    @classmethod
+    def of(
+        cls, parents: Sequence[int], roles: Sequence[str | None], parts: Parts, four_legged: bool
+    ) -> Layout:
+        """The parts that a structure with these joints has. Raises BenchError where it has none."""
+        where = _body_parts(parents, roles)
+        found: dict[str, tuple[int, ...]] = {}
+        for name, members in parts.items():
+            wanted = set(members) | set(FOUR_LEGS if four_legged and parts == THREE and name == "legs" else ())
+            own = {joint - 1 for joint in range(1, len(parents)) if where[joint] in wanted}
+            if own:
+                found[name] = tuple(sorted(own | _chest(parents, where, wanted)))
+        if not found:
+            raise BenchError("there is no joint of any of the body parts that pan looks at")
+        return cls(tuple(parents), tuple(roles), tuple(found), tuple(found.values()))
+
+    @property
+    def slots(self) -> int:
+        """Without the root's."""
+        return len(self.parents) - 1
+
+    @cached_property
+    def turned(self) -> np.ndarray:
+        """``(slots,)`` which joint's rotation each slot carries."""
+        return np.array(self.parents[1:])
+
+    @cached_property
+    def above(self) -> np.ndarray:
+        """``(slots,)`` the slot that leads to the joint that each slot leaves; -1 at the hips."""
+        return self.turned - 1
+
+    @cached_property
+    def encoded(self) -> np.ndarray:
+        """``(slots,)`` bool: belongs to a part."""
+        mask = np.zeros(self.slots, dtype=bool)
+        mask[[slot for part in self.parts for slot in part]] = True
+        return mask
+
+
+def _body_parts(parents: Sequence[int], roles: Sequence[str | None]) -> list[str]:
+    """Body part of each joint; one without a role is of what hangs from it, or else of what it hangs from."""
+    found = ["" if role is None else anatomy.body_part(role) for role in roles]
+    for joint in reversed(range(1, len(parents))):
+        if found[joint] and not found[parents[joint]]:
+            found[parents[joint]] = found[joint]
+    for joint in range(1, len(parents)):
+        found[joint] = found[joint] or found[parents[joint]]
+    return found
+
+
+def _chest(parents: Sequence[int], where: Sequence[str], wanted: set[str]) -> set[int]:
+    """The slots that lead to where a part that branches from the chest begins."""
+    begins = (
+        parents[joint]
+        for joint in range(1, len(parents))
+        if where[joint] in wanted and where[joint] in BRANCHES and where[parents[joint]] == "trunk"
+    )
+    return {chest - 1 for chest in begins if chest > 0}
