@@ -13,12 +13,10 @@ from typing import Literal
 import numpy as np
 
 from retarget_bench.api import Prediction
-from retarget_bench.motion import facing, rotation
+from retarget_bench.motion import facing, rates, rotation
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-
-from . import rates
 
 CENTIMETRE = 0.01
 """The unit that the losses' weights and the discriminator were made for, metres."""

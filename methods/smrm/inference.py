@@ -10,11 +10,10 @@ import torch
 from torch import Tensor
 
 from retarget_bench.api import Prediction
-from retarget_bench.motion import root_rules, transfer
+from retarget_bench.motion import rates, root_rules, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from ..nkn import rates
 from .form import JOINTS, Body, Form
 from .network import MOVES, Answer, Generator
 
@@ -124,8 +123,4 @@ def _keep(rows: Sequence[_Row], answer: Answer, first: int) -> None:
 def _answered(form: Form, row: _Row) -> Motion:
     """The answer as a motion at the source's rate, with its number of frames."""
     motion = form.motion(row.body, row.rotations, row.moved, row.seen, row.start)
-    if row.source.fps == motion.fps:
-        return motion
-    low, share = rates.between(row.source.frames, row.source.fps, motion.fps, motion.frames)
-    turns, root = rates.turned(motion.rotations, low, share), rates.straight(motion.root, low, share)
-    return motion.character.motion(turns, root, row.source.fps)
+    return rates.back(motion, row.source)

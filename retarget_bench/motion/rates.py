@@ -1,4 +1,4 @@
-"""Other rates than the 30 frames per second of the networks: there, up to a clip's end, and back."""
+"""Other rates than the 30 frames per second of learned methods: there, up to a clip's end, and back."""
 
 from __future__ import annotations
 
@@ -67,3 +67,12 @@ def _ratio(a: float, b: float) -> float:
         if abs(ratio - round(ratio)) <= ROUNDED * round(ratio):
             return float(round(ratio)) if ratio == a / b else 1.0 / round(ratio)
     return a / b
+
+
+def back(motion: Motion, source: Prediction) -> Motion:
+    """A motion at 30 frames per second with the source's rate and number of frames."""
+    if source.fps == FPS and motion.frames == source.frames:
+        return motion
+    low, share = between(source.frames, source.fps, FPS, motion.frames)
+    turns, root = turned(motion.rotations, low, share), straight(motion.root, low, share)
+    return motion.character.motion(turns, root, source.fps)
