@@ -1,39 +1,23 @@
-"""The gate has been seen red: metrics, methods and data broken on purpose, against our golden rows."""
+"""The gate has been seen red: metrics broken on purpose, against our golden rows."""
 
-import json
-import shutil
-from dataclasses import fields, replace
-from pathlib import PurePosixPath
+from dataclasses import replace
 
 import numpy as np
 import pytest
+from gates import FOLDER, measured, metrics
 
 from retarget_bench import registry
 from retarget_bench.api import CaseFeatures, MetricCard, Value
-from retarget_bench.check import compare, frozen, gate, golden, packing, sets, smoke, snapshot
+from retarget_bench.check import compare, frozen, golden, sets, smoke
 from retarget_bench.check.compare import Mark
 from retarget_bench.comparison import Comparison
-from retarget_bench.errors import BenchError, FileError, NotSupported
-from retarget_bench.motion import rotation
+from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
-
-FOLDER = golden.built_in()
-
-
-def quiet(done, total):
-    pass
 
 
 @pytest.fixture(scope="module")
 def ours():
     return golden.read(FOLDER)
-
-
-def metrics():
-    missing = []
-    built = snapshot._metrics(snapshot.own_metrics(), missing)
-    assert not missing
-    return built
 
 
 def of_cases():
@@ -50,21 +34,6 @@ def only(ours, built):
         for row, columns in ours.frozen.items()
     }
     return replace(ours, frozen={row: columns for row, columns in rows.items() if columns})
-
-
-def measured(ours, folder=FOLDER, built=None):
-    """What metrics say of the frozen motions now, as a snapshot with nothing else in it."""
-    built = metrics() if built is None else built
-    found = frozen.measure(folder, built, quiet)
-    return replace(
-        ours,
-        metrics={each.card.name: each.card.version for each in built},
-        values=snapshot._value_facts(built) | snapshot._feature_facts(built, found.networks),
-        motions=frozen.hashes(folder),
-        frozen=found.table,
-        failures=found.failures,
-        methods={},
-    )
 
 
 # ------------------------------------------------------------------------------------ what golden rows are
@@ -279,214 +248,3 @@ def test_rounding_of_another_processor_is_not_seen(ours, monkeypatch):
     )
     monkeypatch.setattr(cls, attribute, shaken)
     assert compare.verdict(compare.compare(only(ours, of_cases()), measured(ours, built=of_cases()))) == 0
-
-
-# --------------------------------------------------------------------------- broken methods and data
-def checked(*methods):
-    return gate.check(FOLDER, methods, None, quiet)
-
-
-def test_the_methods_are_green():
-    found = checked("copy_rotations", "reference")
-    assert found.verdict == 0
-    assert {line.subject for line in found.lines} == {"copy_rotations", "reference"}
-
-
-def answer(change):
-    """Replaces what copy_rotations answers."""
-    from retarget_bench.methods.copy_rotations import CopyRotations
-
-    before = CopyRotations.retarget
-
-    def broken(self, source, target, *, context):
-        return change(before(self, source, target, context=context), source, target)
-
-    return CopyRotations, "retarget", broken
-
-
-def exchanged(motion, source, target):
-    """What the left side should do the right side does, and the other way round."""
-    twin = list(range(len(target.skeleton)))
-    for role, joint in target.joint_of.items():
-        other = {"left": "right", "right": "left"}.get(role.split("_")[0])
-        twin[joint] = target.joint_of.get(f"{other}_{role.split('_', 1)[-1]}", joint)
-    return replace(motion, rotations=motion.rotations[:, twin])
-
-
-def noisy(motion, source, target):
-    random = np.random.default_rng(3)
-    return replace(motion, root=motion.root + 0.001 * random.standard_normal(motion.root.shape))
-
-
-def rested(motion, source, target):
-    """As if the source's rest pose were the target's."""
-    rotations = motion.rotations.copy()
-    shared = [
-        (target.joint_of[role], source.character.joint_of[role])
-        for role in target.joint_of.keys() & source.character.joint_of.keys()
-    ]
-    ours, theirs = (list(side) for side in zip(*shared, strict=True))
-    rotations[:, ours] = source.rotations[:, theirs]
-    return replace(motion, rotations=rotations)
-
-
-BROKEN = {
-    "frozen": lambda m, s, t: m.at(np.zeros(m.frames, dtype=int)),
-    "root not scaled": lambda m, s, t: replace(m, root=s.root),
-    "left and right exchanged": exchanged,
-    "one frame late": lambda m, s, t: m.at(np.maximum(np.arange(m.frames) - 1, 0)),
-    "a millimetre of noise": noisy,
-    "rest poses taken for alike": rested,
-    "a tenth of a millimetre up": lambda m, s, t: replace(m, root=m.root + np.array([0.0, 1e-4, 0.0])),
-    "a degree more of the head": lambda m, s, t: replace(m, rotations=nodding(m, t)),
-}
-
-
-def nodding(motion, target):
-    rotations = motion.rotations.copy()
-    head = target.joint_of["head"]
-    by = rotation.from_rotation_vector(np.array([np.radians(1.0), 0.0, 0.0]))
-    rotations[:, head] = rotation.multiply(rotations[:, head], by)
-    return rotations
-
-
-@pytest.mark.parametrize("name", BROKEN)
-def test_a_broken_method_is_seen(monkeypatch, name):
-    monkeypatch.setattr(*answer(BROKEN[name]))
-    found = checked("copy_rotations")
-    assert found.verdict == 1
-    assert {line.mark for line in found.lines} & {Mark.WORSE, Mark.BETTER}
-
-
-@pytest.mark.parametrize("wrong", ["nan", "short", "raise"])
-def test_a_method_that_fails_is_newly_failing(monkeypatch, wrong):
-    def failing(motion, source, target):
-        if wrong == "raise":
-            raise RuntimeError("out of ideas")
-        return motion.at(slice(1, None)) if wrong == "short" else replace(motion, root=motion.root * np.nan)
-
-    monkeypatch.setattr(*answer(failing))
-    found = checked("copy_rotations")
-    assert found.verdict == 1
-    assert {line.mark for line in found.lines} == {Mark.FAILING}
-
-
-def test_a_method_that_moves_less_than_its_tolerance_is_the_same(monkeypatch):
-    drift = np.array([1e-10, 1e-10, -1e-10])
-    monkeypatch.setattr(*answer(lambda m, s, t: replace(m, root=m.root + drift)))
-    assert checked("copy_rotations").verdict == 0
-
-
-def test_self_pairs_that_slip_into_intra_are_seen(monkeypatch):
-    Puppets = type(registry.create("datasets", "puppets"))
-    cases = Puppets.cases
-
-    def slipped(self, task, split):
-        more = cases(self, task, "self") if split == "intra" else []
-        return [*cases(self, task, split), *(replace(info, split="intra") for info in more)]
-
-    monkeypatch.setattr(Puppets, "cases", slipped)
-    found = checked("copy_rotations")
-    assert found.verdict == 1
-    (line,) = (line for line in found.lines if line.mark is not Mark.SAME)
-    assert (line.mark, line.where) == (Mark.INCOMPARABLE, "intra")
-
-
-def test_self_pairs_that_a_mean_pools_are_seen(monkeypatch):
-    """Every value is averaged as legacy protocols are, while the cards say that it is not."""
-    write = smoke.records.write_results
-
-    def pooled(place, header, entries, infos):
-        values = {name: facts | {"with_self": True} for name, facts in header["values"].items()}
-        write(place, header | {"values": values}, entries, infos)
-
-    monkeypatch.setattr(smoke.records, "write_results", pooled)
-    found = checked("copy_rotations")
-    assert found.verdict == 1
-    moved = [line for line in found.lines if line.mark is not Mark.SAME]
-    assert {line.where for line in moved} == {"intra"}
-    assert "san_code" not in {line.value for line in moved}
-
-
-def test_a_case_less_cannot_be_measured(monkeypatch, ours):
-    Puppets = type(registry.create("datasets", "puppets"))
-    cases, lost = Puppets.cases, ours.smoke["cross"][0]
-    monkeypatch.setattr(
-        Puppets, "cases", lambda self, t, s: [info for info in cases(self, t, s) if info.id != lost]
-    )
-    found = checked("copy_rotations")
-    assert found.verdict == 2
-    with pytest.raises(BenchError, match="nothing was accepted"):
-        gate.accept(FOLDER, found, "never mind")
-
-
-def test_another_generator_is_told_as_such(monkeypatch):
-    Puppets = type(registry.create("datasets", "puppets"))
-    monkeypatch.setattr(Puppets, "content", "puppets generator 99")
-    found = checked("copy_rotations")
-    assert found.verdict == 1
-    assert {line.mark for line in found.lines} == {Mark.INCOMPARABLE}
-    assert all("puppets generator 99 now" in line.why for line in found.lines)
-
-
-# ------------------------------------------------------------------------------------ frozen motions
-@pytest.fixture
-def copied(tmp_path, monkeypatch):
-    """Our golden rows, but of one method only."""
-    shutil.copytree(FOLDER, tmp_path / "golden")
-    facts = json.loads((tmp_path / "golden" / "golden.json").read_text(encoding="utf-8"))
-    facts["methods"] = {"rest_pose": facts["methods"]["rest_pose"]}
-    (tmp_path / "golden" / "golden.json").write_text(json.dumps(facts), encoding="utf-8")
-    monkeypatch.setattr(smoke, "default_methods", list)
-    return tmp_path / "golden"
-
-
-def test_a_damaged_frozen_motion_is_named_and_cannot_be_measured(copied):
-    path = copied / "frozen" / "stairs.npz"
-    path.write_bytes(path.read_bytes()[:5000])
-    found = gate.check(copied, (), None, quiet)
-    assert found.verdict == 2
-    assert any(line.why.startswith(f"{path}: is not a file of frozen motions") for line in found.lines)
-
-
-def test_another_frozen_motion_is_told_as_such(copied, ours):
-    held = frozen.read(copied / "frozen" / "stairs.npz")
-    moved = {name: replace(each, root=each.root + 1.0) for name, each in held.predictions.items()}
-    frozen.write(copied / "frozen", replace(held, predictions=moved))
-    lines = [x for x in compare.compare(ours, measured(ours, copied)) if x.mark is not Mark.SAME]
-    assert {(line.mark, line.where.split("/")[0]) for line in lines} == {(Mark.INCOMPARABLE, "stairs")}
-
-
-def test_no_frozen_motion_cannot_be_measured(copied):
-    for path in (copied / "frozen").glob("*.npz"):
-        path.unlink()
-    found = gate.check(copied, (), None, quiet)
-    assert found.verdict == 2
-
-
-def test_what_is_packed_is_what_is_read(tmp_path):
-    held = frozen.read(FOLDER / "frozen" / "stairs.npz")
-    frozen.write(tmp_path, held)
-    again = frozen.read(tmp_path / "stairs.npz")
-    assert again.case.info == held.case.info
-    assert again.case.target is again.case.reference.character
-    assert [f.name for f in fields(again.case)] == [f.name for f in fields(held.case)]
-    np.testing.assert_array_equal(again.case.ground.heights, held.case.ground.heights)
-    np.testing.assert_array_equal(again.case.contacts.planted, held.case.contacts.planted)
-    np.testing.assert_allclose(np.linalg.norm(again.case.source.rotations, axis=-1), 1, atol=1e-15)
-    for name, prediction in held.predictions.items():
-        np.testing.assert_allclose(again.predictions[name].positions, prediction.positions, atol=1e-6)
-
-
-def test_a_file_of_a_newer_version_or_of_something_else_is_refused(tmp_path):
-    np.savez(tmp_path / "new.npz", tree=np.array('{"schema": 9, "thing": null}'))
-    with pytest.raises(FileError, match=r"new\.npz: has schema 9 .* reads up to 1"):
-        packing.read(tmp_path / "new.npz")
-    np.savez(tmp_path / "odd.npz", tree=np.array('{"schema": 1, "thing": {"is": "Os", "fields": {}}}'))
-    with pytest.raises(FileError, match=r"odd\.npz: holds something that this version cannot build: 'Os'"):
-        packing.read(tmp_path / "odd.npz")
-    np.savez(tmp_path / "none.npz", x=np.zeros(3))
-    with pytest.raises(FileError, match=r"none\.npz: is not a file of frozen motions"):
-        packing.read(tmp_path / "none.npz")
-    with pytest.raises(BenchError, match="a PurePosixPath cannot be stored"):
-        packing.write(tmp_path / "path.npz", {"where": PurePosixPath("x")})

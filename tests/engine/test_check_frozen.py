@@ -1,0 +1,77 @@
+"""Frozen motions: damaged, exchanged or gone they are told of, and what is packed is what is read."""
+
+import json
+import shutil
+from dataclasses import fields, replace
+from pathlib import PurePosixPath
+
+import numpy as np
+import pytest
+from gates import FOLDER, measured, quiet
+
+from retarget_bench.check import compare, frozen, gate, golden, packing, smoke
+from retarget_bench.check.compare import Mark
+from retarget_bench.errors import BenchError, FileError
+
+
+@pytest.fixture
+def copied(tmp_path, monkeypatch):
+    """Our golden rows, but of one method only."""
+    shutil.copytree(FOLDER, tmp_path / "golden")
+    facts = json.loads((tmp_path / "golden" / "golden.json").read_text(encoding="utf-8"))
+    facts["methods"] = {"rest_pose": facts["methods"]["rest_pose"]}
+    (tmp_path / "golden" / "golden.json").write_text(json.dumps(facts), encoding="utf-8")
+    monkeypatch.setattr(smoke, "default_methods", list)
+    return tmp_path / "golden"
+
+
+def test_a_damaged_frozen_motion_is_named_and_cannot_be_measured(copied):
+    path = copied / "frozen" / "stairs.npz"
+    path.write_bytes(path.read_bytes()[:5000])
+    found = gate.check(copied, (), None, quiet)
+    assert found.verdict == 2
+    assert any(line.why.startswith(f"{path}: is not a file of frozen motions") for line in found.lines)
+
+
+def test_another_frozen_motion_is_told_as_such(copied):
+    ours = golden.read(FOLDER)
+    held = frozen.read(copied / "frozen" / "stairs.npz")
+    moved = {name: replace(each, root=each.root + 1.0) for name, each in held.predictions.items()}
+    frozen.write(copied / "frozen", replace(held, predictions=moved))
+    lines = [x for x in compare.compare(ours, measured(ours, copied)) if x.mark is not Mark.SAME]
+    assert {(line.mark, line.where.split("/")[0]) for line in lines} == {(Mark.INCOMPARABLE, "stairs")}
+
+
+def test_no_frozen_motion_cannot_be_measured(copied):
+    for path in (copied / "frozen").glob("*.npz"):
+        path.unlink()
+    found = gate.check(copied, (), None, quiet)
+    assert found.verdict == 2
+
+
+def test_what_is_packed_is_what_is_read(tmp_path):
+    held = frozen.read(FOLDER / "frozen" / "stairs.npz")
+    frozen.write(tmp_path, held)
+    again = frozen.read(tmp_path / "stairs.npz")
+    assert again.case.info == held.case.info
+    assert again.case.target is again.case.reference.character
+    assert [f.name for f in fields(again.case)] == [f.name for f in fields(held.case)]
+    np.testing.assert_array_equal(again.case.ground.heights, held.case.ground.heights)
+    np.testing.assert_array_equal(again.case.contacts.planted, held.case.contacts.planted)
+    np.testing.assert_allclose(np.linalg.norm(again.case.source.rotations, axis=-1), 1, atol=1e-15)
+    for name, prediction in held.predictions.items():
+        np.testing.assert_allclose(again.predictions[name].positions, prediction.positions, atol=1e-6)
+
+
+def test_a_file_of_a_newer_version_or_of_something_else_is_refused(tmp_path):
+    np.savez(tmp_path / "new.npz", tree=np.array('{"schema": 9, "thing": null}'))
+    with pytest.raises(FileError, match=r"new\.npz: has schema 9 .* reads up to 1"):
+        packing.read(tmp_path / "new.npz")
+    np.savez(tmp_path / "odd.npz", tree=np.array('{"schema": 1, "thing": {"is": "Os", "fields": {}}}'))
+    with pytest.raises(FileError, match=r"odd\.npz: holds something that this version cannot build: 'Os'"):
+        packing.read(tmp_path / "odd.npz")
+    np.savez(tmp_path / "none.npz", x=np.zeros(3))
+    with pytest.raises(FileError, match=r"none\.npz: is not a file of frozen motions"):
+        packing.read(tmp_path / "none.npz")
+    with pytest.raises(BenchError, match="a PurePosixPath cannot be stored"):
+        packing.write(tmp_path / "path.npz", {"where": PurePosixPath("x")})

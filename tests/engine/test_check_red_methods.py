@@ -1,0 +1,160 @@
+"""The gate has been seen red: methods and data broken on purpose, against our golden rows."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from gates import FOLDER, quiet
+
+from retarget_bench import registry
+from retarget_bench.check import gate, golden, smoke
+from retarget_bench.check.compare import Mark
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import rotation
+
+
+def checked(*methods):
+    return gate.check(FOLDER, methods, None, quiet)
+
+
+def test_the_methods_are_green():
+    found = checked("copy_rotations", "reference")
+    assert found.verdict == 0
+    assert {line.subject for line in found.lines} == {"copy_rotations", "reference"}
+
+
+def answer(change):
+    """Replaces what copy_rotations answers."""
+    from retarget_bench.methods.copy_rotations import CopyRotations
+
+    before = CopyRotations.retarget
+
+    def broken(self, source, target, *, context):
+        return change(before(self, source, target, context=context), source, target)
+
+    return CopyRotations, "retarget", broken
+
+
+def exchanged(motion, source, target):
+    """What the left side should do the right side does, and the other way round."""
+    twin = list(range(len(target.skeleton)))
+    for role, joint in target.joint_of.items():
+        other = {"left": "right", "right": "left"}.get(role.split("_")[0])
+        twin[joint] = target.joint_of.get(f"{other}_{role.split('_', 1)[-1]}", joint)
+    return replace(motion, rotations=motion.rotations[:, twin])
+
+
+def noisy(motion, source, target):
+    random = np.random.default_rng(3)
+    return replace(motion, root=motion.root + 0.001 * random.standard_normal(motion.root.shape))
+
+
+def rested(motion, source, target):
+    """As if the source's rest pose were the target's."""
+    rotations = motion.rotations.copy()
+    shared = [
+        (target.joint_of[role], source.character.joint_of[role])
+        for role in target.joint_of.keys() & source.character.joint_of.keys()
+    ]
+    ours, theirs = (list(side) for side in zip(*shared, strict=True))
+    rotations[:, ours] = source.rotations[:, theirs]
+    return replace(motion, rotations=rotations)
+
+
+BROKEN = {
+    "frozen": lambda m, s, t: m.at(np.zeros(m.frames, dtype=int)),
+    "root not scaled": lambda m, s, t: replace(m, root=s.root),
+    "left and right exchanged": exchanged,
+    "one frame late": lambda m, s, t: m.at(np.maximum(np.arange(m.frames) - 1, 0)),
+    "a millimetre of noise": noisy,
+    "rest poses taken for alike": rested,
+    "a tenth of a millimetre up": lambda m, s, t: replace(m, root=m.root + np.array([0.0, 1e-4, 0.0])),
+    "a degree more of the head": lambda m, s, t: replace(m, rotations=nodding(m, t)),
+}
+
+
+def nodding(motion, target):
+    rotations = motion.rotations.copy()
+    head = target.joint_of["head"]
+    by = rotation.from_rotation_vector(np.array([np.radians(1.0), 0.0, 0.0]))
+    rotations[:, head] = rotation.multiply(rotations[:, head], by)
+    return rotations
+
+
+@pytest.mark.parametrize("name", BROKEN)
+def test_a_broken_method_is_seen(monkeypatch, name):
+    monkeypatch.setattr(*answer(BROKEN[name]))
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    assert {line.mark for line in found.lines} & {Mark.WORSE, Mark.BETTER}
+
+
+@pytest.mark.parametrize("wrong", ["nan", "short", "raise"])
+def test_a_method_that_fails_is_newly_failing(monkeypatch, wrong):
+    def failing(motion, source, target):
+        if wrong == "raise":
+            raise RuntimeError("out of ideas")
+        return motion.at(slice(1, None)) if wrong == "short" else replace(motion, root=motion.root * np.nan)
+
+    monkeypatch.setattr(*answer(failing))
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    assert {line.mark for line in found.lines} == {Mark.FAILING}
+
+
+def test_a_method_that_moves_less_than_its_tolerance_is_the_same(monkeypatch):
+    drift = np.array([1e-10, 1e-10, -1e-10])
+    monkeypatch.setattr(*answer(lambda m, s, t: replace(m, root=m.root + drift)))
+    assert checked("copy_rotations").verdict == 0
+
+
+def test_self_pairs_that_slip_into_intra_are_seen(monkeypatch):
+    Puppets = type(registry.create("datasets", "puppets"))
+    cases = Puppets.cases
+
+    def slipped(self, task, split):
+        more = cases(self, task, "self") if split == "intra" else []
+        return [*cases(self, task, split), *(replace(info, split="intra") for info in more)]
+
+    monkeypatch.setattr(Puppets, "cases", slipped)
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    (line,) = (line for line in found.lines if line.mark is not Mark.SAME)
+    assert (line.mark, line.where) == (Mark.INCOMPARABLE, "intra")
+
+
+def test_self_pairs_that_a_mean_pools_are_seen(monkeypatch):
+    """Every value is averaged as legacy protocols are, while the cards say that it is not."""
+    write = smoke.records.write_results
+
+    def pooled(place, header, entries, infos):
+        values = {name: facts | {"with_self": True} for name, facts in header["values"].items()}
+        write(place, header | {"values": values}, entries, infos)
+
+    monkeypatch.setattr(smoke.records, "write_results", pooled)
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    moved = [line for line in found.lines if line.mark is not Mark.SAME]
+    assert {line.where for line in moved} == {"intra"}
+    assert "san_code" not in {line.value for line in moved}
+
+
+def test_a_case_less_cannot_be_measured(monkeypatch):
+    Puppets = type(registry.create("datasets", "puppets"))
+    cases, lost = Puppets.cases, golden.read(FOLDER).smoke["cross"][0]
+    monkeypatch.setattr(
+        Puppets, "cases", lambda self, t, s: [info for info in cases(self, t, s) if info.id != lost]
+    )
+    found = checked("copy_rotations")
+    assert found.verdict == 2
+    with pytest.raises(BenchError, match="nothing was accepted"):
+        gate.accept(FOLDER, found, "never mind")
+
+
+def test_another_generator_is_told_as_such(monkeypatch):
+    Puppets = type(registry.create("datasets", "puppets"))
+    monkeypatch.setattr(Puppets, "content", "puppets generator 99")
+    found = checked("copy_rotations")
+    assert found.verdict == 1
+    assert {line.mark for line in found.lines} == {Mark.INCOMPARABLE}
+    assert all("puppets generator 99 now" in line.why for line in found.lines)

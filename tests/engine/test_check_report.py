@@ -1,0 +1,52 @@
+"""What the regression gate says: the order of its lines, exit statuses, and how far a number may move."""
+
+import pytest
+
+from retarget_bench.check import compare, report
+from retarget_bench.check.compare import Limit, Line, Mark
+
+
+def test_what_moved_comes_first_the_gravest_foremost_then_counts():
+    lines = [
+        Line(Mark.UNMEASURED, "", why="no case"),
+        Line(Mark.WORSE, "m|x", "intra", "v", "1", 1.0, 2.0, 9.0, "most <b>"),
+        *(Line(Mark.MOVED, "frozen motions", f"f{n}", "w", "m", 0.0, 1.0, 2.0) for n in range(40)),
+        *(Line(Mark.SAME, "m", "intra", f"s{n}") for n in range(5)),
+    ]
+    said = report.text(lines, 2)
+    at = [said.index(word) for word in ("could not measure:", "worse:", "moved:", "47 rows: 5 same")]
+    assert at == sorted(at)
+    assert "and 20 more (--all shows them): 40 w" in said
+    assert "f39" in report.text(lines, 2, everything=True)
+    written = report.markdown(lines, 2)
+    assert "`m\\|x`" in written
+    assert "&lt;b&gt;" in written
+
+
+@pytest.mark.parametrize(
+    ("marks", "status"),
+    [
+        ([], 2),
+        ([Mark.SAME], 0),
+        *(([Mark.SAME, mark], 1) for mark in Mark if mark not in (Mark.SAME, Mark.UNMEASURED)),
+        ([Mark.UNMEASURED, Mark.WORSE], 2),
+    ],
+)
+def test_exit_statuses(marks, status):
+    assert compare.verdict([Line(mark, "x") for mark in marks]) == status
+
+
+@pytest.mark.parametrize(
+    ("limit", "golden_", "now", "moved"),
+    [
+        (Limit(1e-3, 0.0), 1.0, 1.0009, False),
+        (Limit(1e-3, 0.0), 1.0, 1.0011, True),
+        (Limit(1e-9, 1e-3), 50.0, 50.04, False),
+        (Limit(1e-9, 1e-3), 50.0, 49.94, True),
+        (Limit(1e-3, 1e-3), 0.0, 9e-4, False),
+        (Limit(0.0, 1e-6), 0.0, 0.0, False),
+        (Limit(0.0, 1e-6), 0.0, 1e-12, True),
+    ],
+)
+def test_limits(limit, golden_, now, moved):
+    assert (limit.passed(golden_, now) > 1) == moved
