@@ -81,7 +81,9 @@ class Layout:
         where = _body_parts(parents, roles)
         found: dict[str, tuple[int, ...]] = {}
         for name, members in parts.items():
-            wanted = set(members) | set(FOUR_LEGS if four_legged and parts == THREE and name == "legs" else ())
+            wanted = set(members)
+            if four_legged and parts == THREE and name == "legs":
+                wanted |= set(FOUR_LEGS)
             own = {joint - 1 for joint in range(1, len(parents)) if where[joint] in wanted}
             if own:
                 found[name] = tuple(sorted(own | _chest(parents, where, wanted)))
@@ -105,6 +107,11 @@ class Layout:
         return self.turned - 1
 
     @cached_property
+    def ends(self) -> np.ndarray:
+        """The slots from whose child no slot leaves."""
+        return np.setdiff1d(np.arange(self.slots), self.above)
+
+    @cached_property
     def encoded(self) -> np.ndarray:
         """``(slots,)`` bool: belongs to a part."""
         mask = np.zeros(self.slots, dtype=bool)
@@ -113,7 +120,7 @@ class Layout:
 
 
 def _body_parts(parents: Sequence[int], roles: Sequence[str | None]) -> list[str]:
-    """Body part of each joint; one without a role is of what hangs from it, or else of what it hangs from."""
+    """Body part of each joint; without a role, that of what hangs from it, or of what it hangs from."""
     found = ["" if role is None else anatomy.body_part(role) for role in roles]
     for joint in reversed(range(1, len(parents))):
         if found[joint] and not found[parents[joint]]:

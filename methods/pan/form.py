@@ -1,0 +1,122 @@
+"""Motions as the numbers that the networks see, and back."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from retarget_bench.motion import facing, root_rules, transfer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.rates import FPS
+
+from .body import Body
+
+Root = Literal["velocity", "position", "height"]
+Lengths = Literal["world", "body"]
+Yaw = Literal["predicted", "source"]
+
+
+@dataclass(frozen=True)
+class Form:
+    """root: the four numbers of the root's slot. ``velocity`` (paper): left, up, ahead of every frame as
+    seen from where the body faces, in units per frame, and its turn in radians per frame. ``height``: the
+    same, but how high the hips are instead of how they rise, so that heights cannot drift. ``position``
+    (released code): where the hips are in the world, and zero; nothing is seen from where the body faces.
+    lengths: the unit, metres (``world``) or hip heights of the body (``body``).
+    smoothing: frames over which the direction that a body faces is averaged.
+    """
+
+    root: Root
+    lengths: Lengths
+    smoothing: float
+
+    @property
+    def local(self) -> bool:
+        """Whether bodies are seen from where they face."""
+        return self.root != "position"
+
+    def unit(self, character: Character) -> float:
+        """Metres."""
+        return character.measures.hip_height if self.lengths == "body" else 1.0
+
+    def bones(self, body: Body) -> np.ndarray:
+        """``(slots + 1, 3)`` float32, in units; none for the root's slot."""
+        bones = np.concatenate([body.bones, np.zeros((1, 3))])
+        return (bones / self.unit(body.character)).astype(np.float32)
+
+    def see(self, motion: Motion, body: Body) -> Mapping[str, np.ndarray]:
+        """A motion at 30 frames per second as arrays ``(frames, ...)``.
+
+        slots: ``(slots + 1, 4)`` rotations, and the root's numbers in the last row.
+        turn:  ``(2,)`` where the body faces, the parts of a unit complex number.
+        hips:  ``(3,)`` where they are, in units.
+        """
+        hips = transfer.hips(motion) / self.unit(motion.character)
+        if self.local:
+            turn = facing.facing(motion.positions, motion.character, self.smoothing)
+            rotations = body.see(motion, facing.rotation(turn))
+        else:
+            turn = np.ones(motion.frames, dtype=complex)
+            rotations = body.see(motion, None)
+        slots = np.concatenate([rotations, self._root(hips, turn)[:, None]], axis=1)
+        return {"slots": slots, "turn": np.stack([turn.real, turn.imag], axis=-1), "hips": hips}
+
+    def _root(self, hips: np.ndarray, turn: np.ndarray) -> np.ndarray:
+        """``(frames, 4)``; the first frame moves as the second does."""
+        if self.root == "position":
+            return np.concatenate([hips, np.zeros((len(hips), 1))], axis=1)
+        steps = facing.seen(np.diff(hips, axis=0, prepend=hips[:1]), turn)
+        turns = np.angle(turn * np.concatenate([turn[:1], turn[:-1]]).conj())
+        moves = np.concatenate([steps, turns[:, None]], axis=1)
+        moves[:1] = moves[1:2] if len(moves) > 1 else moves[:1]
+        if self.root == "height":
+            moves[:, 1] = hips[:, 1]
+        return moves
+
+    def motion(
+        self,
+        body: Body,
+        slots: np.ndarray,
+        source: Mapping[str, np.ndarray],
+        ratio: float,
+        yaw: Yaw,
+        ends: np.ndarray | None,
+    ) -> Motion:
+        """The motion that an answer ``(frames, slots + 1, 4)`` means.
+
+        source: what ``see`` gave of the source. ratio: what the place where its hips begin is scaled by,
+        metres of the target per unit of the source. ends: see ``Body.motion``.
+        """
+        slots = np.asarray(slots, dtype=np.float64)
+        root, unit = slots[:, -1], self.unit(body.character)
+        if not self.local:
+            return body.motion(slots[:, :-1], None, root[:, :3] * unit, FPS, ends)
+        turn = source["turn"][:, 0] + 1j * source["turn"][:, 1]
+        turns, steps = root[1:, 3], root[:, :3].copy()
+        if yaw == "predicted":
+            turn = turn[0] * np.exp(1j * np.concatenate([[0.0], np.cumsum(turns)]))
+        if self.root == "height":
+            steps[:, 1] = 0.0
+        steps[0] = 0.0
+        hips = source["hips"][0] * ratio + np.cumsum(facing.placed(steps, turn), axis=0) * unit
+        if self.root == "height":
+            hips[:, 1] = root[:, 1] * unit
+        return body.motion(slots[:, :-1], facing.rotation(turn), hips, FPS, ends)
+
+    def ratio(self, source: Character, target: Character) -> float:
+        """Metres of the target per unit of the source, for the place where hips begin."""
+        return root_rules.ratio(RULE, source, target) * self.unit(source)
+
+
+RULE = "hip_height"
+
+
+def unfit(character: Character, form: Form) -> str:
+    """What keeps a body of any structure from being seen; "" if nothing does."""
+    if form.local and (why := facing.unknown(character)):
+        return why
+    return root_rules.reason(RULE, character, character) or ""
