@@ -229,6 +229,7 @@ class MethodCard:
 class Context:
     """All that a method may know beside the source motion and the target character.
 
+    ground: the case's floor, for post-processes (``post.py``); None for methods, and where it is not known.
     The privileged inputs are None unless the card's ``needs`` names them.
     second_reference: another answer that is as right as the reference (``Case.alternative``).
     other_clips: motions of the target in other clips of the split, in a fixed order, loaded when indexed;
@@ -239,6 +240,7 @@ class Context:
     seed: int = 0
     device: str = "cpu"
     precision: Literal["float32", "float64"] = "float32"
+    ground: Ground | None = None
     reference: Prediction | None = None
     second_reference: Prediction | None = None
     target_motions: Sequence[Prediction] | None = None

@@ -69,6 +69,7 @@ def _method(cell: Cell) -> dict[str, Any]:
         "label": str(cell.known_as),
         "summary": "" if cell.plan.external else str(getattr(method(cell.method).card, "summary", "")),
         "parameters": dict(cell.known_as.parameters),
+        **_posts(cell),
     }
     if cell.plan.external:
         return common | {
@@ -89,6 +90,19 @@ def _method(cell: Cell) -> dict[str, Any]:
         "stochastic": bool(getattr(card, "stochastic", False)),
         "trained_on": _manifest(method(cell.method)),
     }
+
+
+def _posts(cell: Cell) -> dict[str, Any]:
+    """What was done to the method's answers, in order; nothing where nothing was."""
+    found = []
+    for post in cell.known_as.posts:
+        facts: dict[str, Any] = {"name": post.name, "parameters": dict(post.parameters)}
+        if not cell.plan.external:
+            card = registry.create("posts", post).card
+            origin = registry.find("posts", post.name).origin
+            facts |= {"version": str(card.version), "origin": origin}
+        found.append(facts)
+    return {"posts": found} if found else {}
 
 
 def _manifest(asked: Method) -> dict[str, list[str]] | None:

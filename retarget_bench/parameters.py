@@ -80,7 +80,7 @@ def fit(spec: Spec, factory: Callable[..., Any]) -> Spec:
         example = f"{spec.name}[{missing[0]}=...]"
         raise BenchError(f"{spec.name} needs {', '.join(missing)}: write {example}.{_sentence(factory)}")
     changed = {name: value for name, value in fitted.items() if not _is_default(by_name.get(name), value)}
-    return Spec(spec.name, changed)
+    return Spec(spec.name, changed, spec.posts)
 
 
 def describe(factory: Callable[..., Any]) -> list[str]:

@@ -126,6 +126,8 @@ class Cell:
             "split": self.split,
             "seed": self.plan.seed,
         }
+        if self.known_as.posts:
+            facts["posts"] = [[post.name, dict(post.parameters)] for post in self.known_as.posts]
         return facts | ({"batches": RULE} if self.in_batches else {})
 
     @property
@@ -230,9 +232,10 @@ def dataset_slug(spec: Spec) -> str:
 # ---------------------------------------------------------------------------------------------- hashes
 @cache
 def method_code(spec: Spec) -> str:
-    """A hash of the plug-in's own files and of the engine's motion room."""
+    """A hash of the plug-in's own files, of those of its post-processes and of the engine's motion room."""
     motion = sorted((Path(__file__).parent / "motion").glob("*.py"))
-    return files_hash([*registry.code_files("methods", spec.name), *motion])
+    posts = [path for post in spec.posts for path in registry.code_files("posts", post.name)]
+    return files_hash([*registry.code_files("methods", spec.name), *posts, *motion])
 
 
 @cache

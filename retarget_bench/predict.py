@@ -215,7 +215,7 @@ class Clips(Sequence[Prediction]):
 def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Context:
     """The context of a case, with only those privileged inputs that the method's card declares."""
     needs = declared(method, "needs")
-    context = Context(seed=seed)
+    context = Context(seed=seed, ground=case.ground if hasattr(method, "posts") else None)
     if "reference" in needs:
         context = replace(context, reference=case.reference and case.reference.copy())
     if "second_reference" in needs:

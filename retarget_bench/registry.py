@@ -1,9 +1,10 @@
 """Plug-ins by name: found without being imported, imported when they are used.
 
-A plug-in comes from one of three places: a file or folder in the rooms ``methods/``, ``metrics/`` and
-``datasets/``, whose name is the plug-in's name; an entry point of an installed distribution, in the
-groups ``retarget_bench.methods``, ``.metrics`` and ``.datasets``; a file named on the command line
-(``--plugin``). Whatever goes wrong inside a plug-in becomes a BenchError that names it and its origin.
+A plug-in comes from one of three places: a file or folder in the rooms ``methods/``, ``metrics/``,
+``datasets/`` and ``methods/posts/``, whose name is the plug-in's name; an entry point of an installed
+distribution, in the groups ``retarget_bench.methods``, ``.metrics``, ``.datasets`` and ``.posts``; a file
+named on the command line (``--plugin``). Whatever goes wrong inside a plug-in becomes a BenchError that
+names it and its origin.
 """
 
 from __future__ import annotations
@@ -25,15 +26,23 @@ from retarget_bench import parameters
 from retarget_bench.errors import BenchError
 from retarget_bench.spec import NAME, Spec
 
-Kind = Literal["methods", "metrics", "datasets"]
-KINDS: tuple[Kind, ...] = ("methods", "metrics", "datasets")
-SINGULAR = {"methods": "method", "metrics": "metric", "datasets": "data set"}
+Kind = Literal["methods", "metrics", "datasets", "posts"]
+KINDS: tuple[Kind, ...] = ("methods", "metrics", "datasets", "posts")
+SINGULAR = {"methods": "method", "metrics": "metric", "datasets": "data set", "posts": "post-process"}
+ROOMS: dict[Kind, str] = {
+    "methods": "methods",
+    "metrics": "metrics",
+    "datasets": "datasets",
+    "posts": "methods/posts",
+}
+"""Where the built-in ones lie."""
 BUILT_IN = "built-in"
 _FILE_MODULE = "retarget_bench_file_"
 _MARKS: dict[Kind, tuple[str, ...]] = {
     "methods": ("retarget",),
     "metrics": ("compute", "features"),
     "datasets": ("cases",),
+    "posts": ("process",),
 }
 _FILES: dict[Path, Entry] = {}
 
@@ -117,11 +126,12 @@ def _elsewhere(kind: Kind, name: str) -> str:
 
 def _built_in(kind: Kind) -> Iterator[Entry]:
     for base in retarget_bench.__path__:
-        room = Path(base) / kind
+        room = Path(base) / ROOMS[kind]
         for path in sorted(room.iterdir()) if room.is_dir() else ():
             file = path / "__init__.py" if path.is_dir() else path
             if path.name[0] not in "_." and file.suffix == ".py" and file.is_file():
-                yield Entry(path.stem, kind, BUILT_IN, f"retarget_bench.{kind}.{path.stem}", path=file)
+                module = f"retarget_bench.{ROOMS[kind].replace('/', '.')}.{path.stem}"
+                yield Entry(path.stem, kind, BUILT_IN, module, path=file)
 
 
 @cache
@@ -156,8 +166,8 @@ def _locate(module: str) -> Path | None:
 def add_file(path: str | Path) -> Entry:
     """Make the plug-in in a ``.py`` file (or in a folder with an ``__init__.py``) known by its stem.
 
-    Its kind is told by what its ``plugin`` has: ``retarget``, ``compute`` or ``features``, or ``cases``; so
-    the file is imported here. Adding a file twice is the same as once. Raises BenchError.
+    Its kind is told by what its ``plugin`` has: ``retarget``, ``compute`` or ``features``, ``cases``, or
+    ``process``; so the file is imported here. Adding a file twice is the same as once. Raises BenchError.
     """
     path = Path(path).resolve()
     if path in _FILES:
@@ -175,7 +185,8 @@ def add_file(path: str | Path) -> Entry:
     kind = next((kind for kind, mark in marks if hasattr(factory, mark)), None)
     if kind is None:
         raise BenchError(
-            f"{path}: its plugin has none of retarget (a method), compute (a metric) and cases (a data set)"
+            f"{path}: its plugin has none of retarget (a method), compute (a metric), cases (a data set) "
+            "and process (a post-process)"
         )
     _FILES[path] = Entry(path.stem, kind, str(path), module, path=file)
     return _FILES[path]
@@ -220,18 +231,26 @@ def load(kind: Kind, name: str) -> Callable[..., Any]:
 
 
 def canonical(kind: Kind, spec: Spec | str) -> Spec:
-    """The spec with typed values and without those that equal a default; raises BenchError."""
+    """The spec with typed values and without those that equal a default, and so its post-processes;
+    raises BenchError, also where what is no method is given some."""
     spec = Spec.parse(spec)
-    return parameters.fit(spec, load(kind, spec.name))
+    if spec.posts and kind != "methods":
+        raise BenchError(f"{spec}: post-processes follow a method, and this is a {SINGULAR[kind]}")
+    fitted = parameters.fit(spec.alone, load(kind, spec.name))
+    return Spec(fitted.name, fitted.parameters, tuple(canonical("posts", post) for post in spec.posts))
 
 
 def create(kind: Kind, spec: Spec | str) -> Any:
-    """The plug-in object for a spec, built with its parameters.
+    """The plug-in object for a spec, built with its parameters; a method with its post-processes as one.
 
     Raises BenchError: unknown names and parameters with the known ones; whatever the plug-in's own code
     raises, with its origin. A BenchError of the plug-in passes as it is.
     """
     spec = canonical(kind, spec)
+    if spec.posts:
+        from retarget_bench.post import composed
+
+        return composed(create(kind, spec.alone), [create("posts", post) for post in spec.posts])
     factory = load(kind, spec.name)
     try:
         built = factory(**spec.parameters)

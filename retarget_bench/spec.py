@@ -2,15 +2,16 @@
 
 The grammar::
 
-    spec   = name [ "[" pair { "," pair } "]" ]
+    spec   = plugin { "+" plugin }
+    plugin = name [ "[" pair { "," pair } "]" ]
     pair   = key "=" value
     value  = true | false | integer | number | text | "quoted text" | 'quoted text'
 
 Bare text ends at a comma or a closing bracket; spaces around it do not count. Text that holds one of
 these, a quote or an equals sign, or that would read as a number or a truth value, is quoted; in quotes
 a backslash makes the next quote or backslash an ordinary character and is itself ordinary before
-anything else. A plus sign outside brackets belongs to no name: it is kept for the composition of a
-method with what follows it.
+anything else. A plus sign outside brackets belongs to no name: what follows it are post-processes, which
+work on the answers of the method before them, in this order.
 """
 
 from __future__ import annotations
@@ -40,11 +41,14 @@ _QUOTED = re.compile(r"\"((?:\\.|[^\"\\])*)\"|'((?:\\.|[^'\\])*)'", re.DOTALL)
 class Spec:
     """A plug-in's name and the parameters it is asked for with.
 
+    posts: the post-processes of a method, in their order; they have none of their own.
+
     Two are equal when they are written alike: ``a[n=1]``, ``a[n=1.0]`` and ``a[n=true]`` differ.
     """
 
     name: str
     parameters: Mapping[str, Scalar] = field(default_factory=dict)
+    posts: tuple[Spec, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", dict(sorted(self.parameters.items())))
@@ -56,22 +60,35 @@ class Spec:
 
     def with_parameters(self, **parameters: Scalar) -> Spec:
         """The same plug-in with these parameters set on top of its own."""
-        return Spec(self.name, {**self.parameters, **parameters})
+        return Spec(self.name, {**self.parameters, **parameters}, self.posts)
+
+    @property
+    def alone(self) -> Spec:
+        """The method without its post-processes."""
+        return Spec(self.name, self.parameters)
+
+    @property
+    def names(self) -> str:
+        """Without parameters: ``pan+footfix``."""
+        return "+".join((self.name, *(post.name for post in self.posts)))
 
     @property
     def slug(self) -> str:
-        """A file name: the plug-in's name, and eight hex digits of its parameters where it has some."""
-        if not self.parameters:
+        """A file name: the plug-in's name, and eight hex digits of its parameters where it has some, or of
+        everything where it has post-processes."""
+        if not (self.parameters or self.posts):
             return files.slug(self.name)
-        text = json.dumps(self.parameters, sort_keys=True, separators=(",", ":"))
-        return f"{files.slug(self.name)[:LONGEST_NAME]}-{files.digest(text)}"
+        facts = [[post.name, post.parameters] for post in self.posts]
+        told = [self.parameters, *facts] if facts else self.parameters
+        text = json.dumps(told, sort_keys=True, separators=(",", ":"))
+        name = self.names.replace("+", "-")
+        return f"{files.slug(name)[:LONGEST_NAME]}-{files.digest(text)}"
 
     def __str__(self) -> str:
         """The canonical form, parameters sorted by name; ``Spec.parse`` of it is this spec again."""
-        if not self.parameters:
-            return self.name
-        pairs = (f"{key}={write_value(value)}" for key, value in self.parameters.items())
-        return f"{self.name}[{','.join(pairs)}]"
+        pairs = [f"{key}={write_value(value)}" for key, value in self.parameters.items()]
+        own = f"{self.name}[{','.join(pairs)}]" if pairs else self.name
+        return "+".join((own, *map(str, self.posts)))
 
     def __eq__(self, other: object) -> bool:
         return isinstance(other, Spec) and str(self) == str(other)
@@ -117,12 +134,19 @@ class _Reader:
         self.at = 0
 
     def spec(self) -> Spec:
+        first, *posts = [self._plugin()]
+        while self._take("+"):
+            posts.append(self._plugin())
+        if self.at < len(self.text):
+            last = posts[-1] if posts else first
+            raise self._error("'+' or the end" if last.parameters else "'[', '+' or the end")
+        return Spec(first.name, first.parameters, tuple(posts))
+
+    def _plugin(self) -> Spec:
         name = self._match(NAME, "a name such as copy_rotations")[0]
         if len(name) > LONGEST_NAME:
             raise BenchError(f"{name!r} is longer than the {LONGEST_NAME} characters a name may have")
         parameters = self._parameters() if self._take("[") else {}
-        if self.at < len(self.text):
-            raise self._error("nothing more" if parameters else "'[' or the end")
         return Spec(name, parameters)
 
     def _parameters(self) -> dict[str, Scalar]:
@@ -169,5 +193,5 @@ class _Reader:
         found = repr(self.text[self.at]) if self.at < len(self.text) else "the end"
         return BenchError(
             f"{self.text or 'an empty name'}: expected {wanted} at character {self.at + 1}, found {found}; "
-            "it is written name[parameter=value,parameter=value]"
+            "it is written name[parameter=value,parameter=value], a post-process behind it as +name[...]"
         )

@@ -113,7 +113,8 @@ def _kept(plan: Plan, place: Place, key: str, case: Case) -> Outcome | None:
 
 
 def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) -> dict[str, Outcome]:
-    asked, source, name = method(spec), dataset(data), str(known_as(spec))
+    # post-processes follow the very answers that the method gives alone
+    asked, source, name = method(spec), dataset(data), str(known_as(spec).alone)
     contexts = [
         stage_one.context_for(asked, source, case, records.case_seed(plan.seed, name, case.info.id))
         for case in cases.values()

@@ -222,7 +222,7 @@ def test_info_shows_parameters_and_formulas(bench):
     assert bench("info").code == 2
 
 
-@pytest.mark.parametrize("kind", ["method", "metric", "dataset"])
+@pytest.mark.parametrize("kind", ["method", "metric", "dataset", "post"])
 def test_a_new_plug_in_runs_as_it_is(bench, bows, kind):
     done = bench("new", kind, "mine")
     assert done.code == 0
@@ -254,7 +254,9 @@ def test_new_refuses_names_that_are_taken(bench):
     assert "method copy_rotations (built-in) has this name" in bench("new", "method", "copy_rotations").err
 
 
-@pytest.mark.parametrize(("kind", "group"), [("method", "methods"), ("dataset", "datasets")])
+@pytest.mark.parametrize(
+    ("kind", "group"), [("method", "methods"), ("dataset", "datasets"), ("post", "posts")]
+)
 def test_a_new_package_has_an_entry_point_and_a_test(bench, kind, group):
     import tomllib
 

@@ -51,7 +51,7 @@ def write(folder: Path, name: str, text: str) -> Path:
 
 @pytest.mark.parametrize("kind", registry.KINDS)
 def test_built_in_names_are_the_files_of_the_room(kind):
-    room = Path(__file__).parents[1] / kind
+    room = Path(__file__).parents[1] / registry.ROOMS[kind]
     expected = {p.stem for p in room.glob("*.py") if p.name[0] != "_"}
     expected |= {p.parent.name for p in room.glob("*/__init__.py") if p.parent.name[0] != "_"}
     found = {e.name: e for e in registry.names(kind) if e.origin == registry.BUILT_IN}
@@ -72,6 +72,8 @@ def test_a_file_is_known_by_its_stem_and_by_what_it_does(tmp_path, idle):
     data = write(tmp_path, "set", "class D:\n    def cases(self, task, split): ...\nplugin = D\n")
     assert registry.add_file(metric).kind == "metrics"
     assert registry.add_file(data).kind == "datasets"
+    post = write(tmp_path, "then", "class P:\n    def process(self, p, s, *, context): ...\nplugin = P\n")
+    assert registry.add_file(post).kind == "posts"
 
 
 def test_a_folder_is_a_plug_in_file_too(tmp_path):

@@ -37,6 +37,26 @@ def test_the_canonical_form_reads_as_the_same_spec(name, parameters):
     assert {k: type(v) for k, v in again.parameters.items()} == {k: type(v) for k, v in parameters.items()}
 
 
+PLUGINS = st.builds(Spec, NAMES, st.dictionaries(KEYS, SCALARS, max_size=2))
+
+
+@given(PLUGINS, st.lists(PLUGINS, max_size=3))
+def test_so_does_a_method_with_post_processes(method, posts):
+    spec = Spec(method.name, method.parameters, tuple(posts))
+    again = Spec.parse(str(spec))
+    assert (again, again.alone, again.posts) == (spec, method, tuple(posts))
+    assert again.names.split("+") == [method.name, *(post.name for post in posts)]
+    assert re.fullmatch(r"[a-z0-9_.-]{1,60}", spec.slug)
+
+
+def test_compositions_that_differ_have_slugs_that_differ():
+    texts = "a", "a+b", "a+c", "a+b+c", "a+c+b", "a[x=1]+b", "a+b[x=1]", "a[x=1]", "a-b", "a-b+c", "a+b-c"
+    slugs = {Spec.parse(text).slug for text in texts}
+    assert len(slugs) == len(texts)
+    assert Spec.parse(" a [x=1] + b [ y = 2 ] ") == Spec.parse("a[x=1]+b[y=2]")
+    assert str(Spec.parse("a+b[y=2]").with_parameters(x=1)) == "a[x=1]+b[y=2]"
+
+
 @given(SCALARS)
 def test_a_value_survives_being_written_unless_it_needed_quotes(value):
     text = write_value(value)
@@ -78,7 +98,10 @@ def test_values_have_the_type_they_look_like(text, expected):
         ("m[a=1,,b=2]", "found ','"),
         ("m[a='x]", "closing quote of a"),
         ("m[a=1,a=2]", "'a' is given twice"),
-        ("pan+footfix", "found '+'"),
+        ("pan+", "a name such as copy_rotations at character 5, found the end"),
+        ("+footfix", "character 1, found '+'"),
+        ("pan+footfix[a=1]x", "expected '+' or the end at character 17, found 'x'"),
+        ("pan]", "expected '[', '+' or the end at character 4"),
         ("x" * 51, "longer than the 50 characters"),
     ],
 )

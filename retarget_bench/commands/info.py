@@ -19,7 +19,7 @@ FACTS = (
     ("paper", "paper"),
     ("licence", "licence"),
     ("obtain", "to get it"),
-    ("accepts", "takes sources known by"),
+    ("accepts", "takes motions known by"),
     ("needs", "needs (privileged)"),
     ("tasks", "tasks"),
     ("splits", "splits"),
@@ -31,7 +31,7 @@ FACTS = (
 @click.option("--protocols", is_flag=True, help="Every value of every metric, as a page in Markdown.")
 @plugin_option
 def command(name: str | None, protocols: bool, plugins: tuple[str, ...]) -> None:
-    """Show what a method, metric or data set is, which parameters it takes, how values are defined.
+    """Show what a method, metric, data set or post-process is, its parameters, how values are defined.
 
     Of a learned method the cards of its shipped weights are shown too: data, recipe, time, scores. With
     NAME[weights=PATH] those of a file, or of a folder that bench train wrote.
@@ -45,8 +45,11 @@ def command(name: str | None, protocols: bool, plugins: tuple[str, ...]) -> None
         raise click.UsageError("give a NAME (bench list shows them), or --protocols")
     else:
         spec = Spec.parse(name)
-        for kind in registry.kinds_of(spec.name):
-            click.echo("\n".join(description(kind, spec)) + "\n")
+        asked = [(kind, spec.alone) for kind in registry.kinds_of(spec.name)]
+        if spec.posts:
+            asked = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
+        for kind, each in asked:
+            click.echo("\n".join(description(kind, each)) + "\n")
 
 
 def description(kind: registry.Kind, spec: Spec) -> list[str]:

@@ -9,16 +9,21 @@ import click
 from retarget_bench import registry
 from retarget_bench.commands.options import plugin_option
 
-TITLES = {"methods": "Methods", "metrics": "Metrics", "datasets": "Data sets"}
+TITLES = {
+    "methods": "Methods",
+    "metrics": "Metrics",
+    "datasets": "Data sets",
+    "posts": "Post-processes (METHOD+NAME)",
+}
 
 
 @click.command("list")
 @click.argument(
-    "kinds", nargs=-1, type=click.Choice(registry.KINDS), metavar="[methods|metrics|datasets]..."
+    "kinds", nargs=-1, type=click.Choice(registry.KINDS), metavar=f"[{'|'.join(registry.KINDS)}]..."
 )
 @plugin_option
 def command(kinds: tuple[registry.Kind, ...], plugins: tuple[str, ...]) -> None:
-    """List methods, metrics and data sets: built in, installed, and in files given by --plugin."""
+    """List methods, metrics, data sets and post-processes: built in, installed, or of --plugin."""
     del plugins
     for kind in kinds or registry.KINDS:
         click.echo(section(kind))

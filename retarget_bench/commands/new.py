@@ -12,16 +12,21 @@ from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
 
 TEMPLATES = Path(registry.__file__).parent / "templates"
-KINDS: dict[str, registry.Kind] = {"method": "methods", "metric": "metrics", "dataset": "datasets"}
+KINDS: dict[str, registry.Kind] = {
+    "method": "methods",
+    "metric": "metrics",
+    "dataset": "datasets",
+    "post": "posts",
+}
 _NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 
 
 @click.command("new")
-@click.argument("kind", type=click.Choice(list(KINDS)), metavar="method|metric|dataset")
+@click.argument("kind", type=click.Choice(list(KINDS)), metavar="|".join(KINDS))
 @click.argument("name", metavar="NAME")
 @click.option("--package", is_flag=True, help="Make a package that can be pip-installed and published.")
 def command(kind: str, name: str, package: bool) -> None:
-    """Start a method, metric or data set from a template that already runs.
+    """Start a method, metric, data set or post-process from a template that already runs.
 
     Writes NAME.py here; with --package a folder NAME. Nothing that exists is overwritten.
     """
@@ -39,6 +44,8 @@ def command(kind: str, name: str, package: bool) -> None:
         steps = [f"bench test {name} --plugin {name}.py"]
     if kind == "method":
         steps.append(f"bench run {name} copy_rotations" + ("" if package else f" --plugin {name}.py"))
+    if kind == "post":
+        steps.append(f"bench run copy_rotations+{name}" + ("" if package else f" --plugin {name}.py"))
     click.echo("Now change what it does, and then:\n" + "\n".join(f"  {step}" for step in steps))
 
 

@@ -23,12 +23,15 @@ MOST_JOBS = 8
 def plugin_names(
     *kinds: registry.Kind,
 ) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
-    """Shell completion by the names of plug-ins, without importing any."""
+    """Shell completion by the names of plug-ins, none imported; post-processes behind a ``+``."""
 
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         del ctx, param
-        entries = [entry for kind in kinds for entry in registry.names(kind)]
-        return [CompletionItem(e.name, help=e.summary) for e in entries if e.name.startswith(incomplete)]
+        before, plus, begun = incomplete.rpartition("+")
+        found: tuple[registry.Kind, ...] = ("posts",) if plus else kinds
+        entries = [entry for kind in found for entry in registry.names(kind)]
+        fitting = [entry for entry in entries if entry.name.startswith(begun)]
+        return [CompletionItem(before + plus + e.name, help=e.summary) for e in fitting]
 
     return complete
 
@@ -82,7 +85,7 @@ def plugin_option(command: F) -> F:
         is_eager=True,
         callback=_add_plugins,
         type=click.Path(),
-        help="Also know the method, metric or data set in this Python file.",
+        help="Also know the method, metric, data set or post-process in this Python file.",
     )(command)
 
 

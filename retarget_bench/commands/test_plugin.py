@@ -22,13 +22,14 @@ from retarget_bench.spec import Spec
 def command(name: str, dataset: str | None, root: str | None, plugins: tuple[str, ...]) -> int:
     """Check that a plug-in keeps its contract: one line per demand, exit status 1 if one fails.
 
-    NAME is a method, metric or data set, with parameters in brackets if need be.
+    NAME is a method, metric, data set or post-process, with parameters in brackets if need be. METHOD+POST
+    is checked as the method that it is.
     """
     del plugins
     spec = Spec.parse(name)
     data = dataset_spec(dataset or defaults.DATASET, root if dataset else None)
     failed = 0
-    for kind in registry.kinds_of(spec.name):
+    for kind in ["methods"] if spec.posts else registry.kinds_of(spec.name):
         failed += _tested(kind, dataset_spec(name, root) if kind == "datasets" else spec, data)
     return int(failed > 0)
 

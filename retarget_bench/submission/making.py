@@ -30,8 +30,7 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
     header = records.read_header(places[0].header)
     data = Spec(header["dataset"]["name"], header["dataset"]["parameters"])
     about = header["method"]
-    spec = Spec(about["name"], about["parameters"])
-    measured = cost.measure(spec, data) if about["version"] else None
+    measured = cost.measure(Spec.parse(about["label"]), data) if about["version"] else None
     for place in places:
         _copy(place, folder / ROWS)
     card = {

@@ -15,6 +15,7 @@ from retarget_bench.testing.check import Check, Checks
 from retarget_bench.testing.datasets import check_dataset
 from retarget_bench.testing.methods import check_method
 from retarget_bench.testing.metrics import check_metric
+from retarget_bench.testing.posts import check_post
 from retarget_bench.testing.sets import check_set_metric
 
 __all__ = ["Check", "Checks", "assert_contract", "check"]
@@ -32,6 +33,8 @@ def check(kind: registry.Kind, spec: Spec | str, data: Spec | str = defaults.DAT
         sets = hasattr(registry.load("metrics", spec.name), "features")
         look = check_set_metric if sets else check_metric
         yield from look(spec, registry.create("datasets", data))
+    elif kind == "posts":
+        yield from check_post(spec, registry.create("datasets", data))
     else:
         yield from check_method(spec, registry.create("datasets", data))
 

@@ -56,8 +56,8 @@ class _Trial:
 
     def card(self) -> str | None:
         card = self.method.card
-        if card.name != self.spec.name:
-            return f"card.name is {card.name!r}, but the plug-in is called {self.spec.name!r}"
+        if card.name != self.spec.names:
+            return f"card.name is {card.name!r}, but the plug-in is called {self.spec.names!r}"
         if not (card.summary and card.version):
             return "summary and version must not be empty"
         if unknown := set(card.accepts) - set(KINDS_OF_SOURCE):

@@ -22,6 +22,7 @@ from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.lock import locked
 from retarget_bench.training.loop import Loop, Moment
 from retarget_bench.training.material import Material, gather
+from retarget_bench.training.recipe import Precision
 from retarget_bench.training.request import Request
 from retarget_bench.training.turns import explicit
 from retarget_bench.training.validate import Judge, held_out
@@ -46,6 +47,7 @@ class Asked:
     resume: bool = False
     jobs: int = 1
     device: str = "auto"
+    precision: Precision | None = None
 
 
 class Voice(Protocol):
@@ -185,7 +187,7 @@ def _settled(asked: Asked) -> tuple[Path, Request]:
 def _same(kept: Request, asked: Asked, method: Spec | None) -> Request:
     """The run, with its data where they lie now. Raises BenchError where it cannot go on as it began."""
     given = {"method": method and str(method), "preset": asked.preset, "seed": asked.seed}
-    request.contradicted(kept, {**given, "budget": asked.budget})
+    request.contradicted(kept, {**given, "budget": asked.budget, "precision": asked.precision})
     if asked.dataset is not None:
         data = str(registry.canonical("datasets", asked.dataset))
         if request.without_places(data) != request.without_places(kept.dataset):
@@ -216,6 +218,7 @@ def _new(asked: Asked, method: Spec) -> Request:
     recipe = request.preset(method.name, trainee.presets, name)
     if asked.budget and (limit := Budget.parse(asked.budget)).steps:
         recipe = replace(recipe, steps=limit.steps)
+    recipe = replace(recipe, precision=asked.precision or recipe.precision)
     before = trainee.weights(asked.init).card if asked.init else {}
     seen = before.get("training_manifest") or {}
     return Request(
@@ -242,6 +245,8 @@ class _Trainee:
     """What a method says of itself. Raises BenchError where it cannot be trained."""
 
     def __init__(self, spec: Spec) -> None:
+        if spec.posts:
+            raise BenchError(f"{spec}: post-processes learn nothing; train {spec.alone}")
         built: Any = plan.method(spec)
         if not all(hasattr(built, name) for name in ("presets", "prepare", "learner")):
             raise BenchError(f"{spec.name} has nothing to train; bench info {spec.name} says what it is")
