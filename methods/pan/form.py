@@ -15,6 +15,10 @@ from retarget_bench.motion.rates import FPS
 
 from .body import Body
 
+CENTIMETRE = 0.01
+"""Metres: the unit of the published networks."""
+MIDDLING = 90.0
+"""Of a body's own centimetres, how many its hips stand above the floor."""
 Root = Literal["velocity", "position", "height"]
 Lengths = Literal["world", "body"]
 Yaw = Literal["predicted", "source"]
@@ -26,7 +30,8 @@ class Form:
     seen from where the body faces, in units per frame, and its turn in radians per frame. ``height``: the
     same, but how high the hips are instead of how they rise, so that heights cannot drift. ``position``
     (released code): where the hips are in the world, and zero; nothing is seen from where the body faces.
-    lengths: the unit, metres (``world``) or hip heights of the body (``body``).
+    lengths: the unit, centimetres (``world``), or such that the hips of every body are as high at rest
+    (``body``): a movement that is copied then is one that is scaled.
     smoothing: frames over which the direction that a body faces is averaged.
     """
 
@@ -41,7 +46,7 @@ class Form:
 
     def unit(self, character: Character) -> float:
         """Metres."""
-        return character.measures.hip_height if self.lengths == "body" else 1.0
+        return character.measures.hip_height / MIDDLING if self.lengths == "body" else CENTIMETRE
 
     def bones(self, body: Body) -> np.ndarray:
         """``(slots + 1, 3)`` float32, in units; none for the root's slot."""
@@ -62,10 +67,10 @@ class Form:
         else:
             turn = np.ones(motion.frames, dtype=complex)
             rotations = body.see(motion, None)
-        slots = np.concatenate([rotations, self._root(hips, turn)[:, None]], axis=1)
+        slots = np.concatenate([rotations, self.root_of(hips, turn)[:, None]], axis=1)
         return {"slots": slots, "turn": np.stack([turn.real, turn.imag], axis=-1), "hips": hips}
 
-    def _root(self, hips: np.ndarray, turn: np.ndarray) -> np.ndarray:
+    def root_of(self, hips: np.ndarray, turn: np.ndarray) -> np.ndarray:
         """``(frames, 4)``; the first frame moves as the second does."""
         if self.root == "position":
             return np.concatenate([hips, np.zeros((len(hips), 1))], axis=1)

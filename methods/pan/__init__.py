@@ -1,0 +1,314 @@
+"""PAN: pose-aware attention by body part, between any structures that have parts in common."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, Final, Literal
+
+import numpy as np
+
+from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.errors import BenchError, NotSupported, SkeletonError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.spec import Scalar
+from retarget_bench.training.learned import Learned
+from retarget_bench.training.material import Material
+from retarget_bench.training.recipe import Recipe
+
+from .body import Body, cast, missing, own
+from .card import PARAMETERS, described
+from .form import unfit
+from .layout import KNOWN, Layout, parts_of
+from .settings import SETTINGS, Settings, Variant
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from .learner import Learner
+    from .structure import Structure
+
+AS: Final = ""
+"""A choice that the variant makes."""
+VARIANT: Final = -1.0
+"""A weight that the variant sets."""
+FOUR = "four_legged"
+"""What follows a structure's name where it stands on four legs."""
+
+
+class Pan(Learned):
+    """Pose-aware attention network (Hu, Zhang, Zhong, Jiang, Xia: TVCG 2023).
+
+    Every structure has a motion encoder, a skeleton encoder and a decoder. The encoder pools slots (see
+    ``layout.py``) into tokens of body parts by attention and shortens time by convolutions; a code goes to
+    the decoder of any structure, added to the code of the target's bones. Trained without pairs: motions
+    are reconstructed, carried to the other structure and back, and judged there.
+
+    variant: ``paper`` is sections 3 to 5 as written; ``released`` what the authors' code does, with which
+    their numbers were made; ``own`` the released networks without dropout, on bodies in hip heights that
+    face ahead, with more weight on places of joints. Where a parameter is empty or negative, the variant
+    decides:
+
+    root, lengths, facing: what is seen of a motion; see ``Form``. statistics: eq. 15 by ``structure`` or,
+        as released, by ``character``. target_stats: by character, the deviations that an answer gets:
+        ``transferred`` those of training; ``own`` those of the target's reference motions, which is the
+        leak of the published numbers (rows are marked privileged).
+    conv_mask, decoder: see ``Design``. kinematic: weight of the joints' places in reconstruction and cycle
+        (eq. 13). ends: of end effectors. adversarial: of eq. 12. velocity: of eq. 20. cycle: of the codes.
+    attention, by_part: False for rows of Table 5.
+    parts: ``six``; ``three`` (legs, spine, head: for two legs and four; arms and tails are decoded and not
+        encoded); or a TOML file of part = [body parts].
+    yaw: ``source`` faces where the source faces, ``predicted`` sums up the decoder's turns.
+    tips: ends of chains, which no slot turns: ``copied`` relative to their parents, or ``rest``.
+
+    A body of another structure goes through the known one that shares most roles with it; joints that it
+    lacks are bones of no length (section 6.2.3).
+    """
+
+    presets: Mapping[str, Recipe] = {
+        "paper": Recipe(steps=150_000, batch=256, window=64, rate=1e-3, validate=2000),
+        "default": Recipe(
+            steps=6_000, batch=64, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=200
+        ),
+        "quick": Recipe(steps=20, batch=8, window=16, rate=1e-3, validate=20, cases=2),
+    }
+
+    def __init__(
+        self,
+        variant: Variant = "own",
+        parts: str = "six",
+        root: Literal["", "velocity", "position", "height"] = AS,
+        lengths: Literal["", "world", "body"] = AS,
+        facing: float = VARIANT,
+        yaw: Literal["", "predicted", "source"] = AS,
+        statistics: Literal["", "structure", "character"] = AS,
+        target_stats: Literal["transferred", "own"] = "transferred",
+        conv_mask: Literal["", "paper", "released"] = AS,
+        decoder: Literal["", "full", "parts"] = AS,
+        dropout: float = VARIANT,
+        attention: bool = True,
+        by_part: bool = True,
+        kinematic: float = VARIANT,
+        cycle: float = VARIANT,
+        ends: float = VARIANT,
+        adversarial: float = VARIANT,
+        velocity: float = VARIANT,
+        tips: Literal["copied", "rest"] = "copied",
+        weights: str = "puppets",
+    ) -> None:
+        super().__init__(weights)
+        if dropout >= 1.0:
+            raise BenchError("dropout of pan is a share below 1")
+        self.variant, self.target_stats, self.tips = variant, target_stats, tips
+        self.parts = parts
+        self._part_map = parts_of(parts)
+        chosen = SETTINGS[variant]
+        chosen = chosen.between_legs() if parts == "three" else chosen
+        form = {"root": root, "lengths": lengths}
+        design = {"conv_mask": conv_mask, "decoder": decoder}
+        numbers = {
+            "places": kinematic,
+            "latent": cycle,
+            "ends": ends,
+            "adversarial": adversarial,
+            "velocity": velocity,
+        }
+        weighed: dict[str, Any] = {name: value for name, value in numbers.items() if value >= 0}
+        if kinematic >= 0:
+            weighed["again_places"] = chosen.weights.again_places * kinematic / chosen.weights.places
+        self.settings: Settings = replace(
+            chosen,
+            form=replace(chosen.form, **_given(form), **_at_least(smoothing=facing)),
+            design=replace(
+                chosen.design,
+                **_given(design),
+                **_at_least(dropout=dropout),
+                attention=attention,
+                by_part=by_part,
+            ),
+            weights=replace(chosen.weights, **weighed),
+            **_given({"statistics": statistics, "yaw": yaw}),
+        )
+        privileged = target_stats == "own"
+        if privileged and self.settings.statistics != "character":
+            raise BenchError(
+                "target_stats=own needs statistics=character: of a structure there is nothing to leak"
+            )
+        self.card: MethodCard = described(("target_motions",) if privileged else ())
+
+    # ---------------------------------------------------------------------------------------- training
+    def facts(self) -> Mapping[str, Scalar]:
+        chosen = self.settings
+        parts = self.parts if self.parts in KNOWN else _text(self._part_map)
+        return {
+            "variant": self.variant,
+            "parts": parts,
+            "root": chosen.form.root,
+            "lengths": chosen.form.lengths,
+            "facing": chosen.form.smoothing,
+            "yaw": chosen.yaw,
+            "statistics": chosen.statistics,
+            "conv_mask": chosen.design.conv_mask,
+            "decoder": chosen.design.decoder,
+            "dropout": chosen.design.dropout,
+            "attention": chosen.design.attention,
+            "by_part": chosen.design.by_part,
+            "kinematic": chosen.weights.places,
+            "cycle": chosen.weights.latent,
+            "ends": chosen.weights.ends,
+            "adversarial": chosen.weights.adversarial,
+            "velocity": chosen.weights.velocity,
+        }
+
+    def unfit(self, character: Character) -> str:
+        if character.four_legged and self.parts == "six":
+            return (
+                f"{character.name} stands on four legs; pan[parts=three] is for bodies of two and of four"
+            )
+        try:
+            self._own(character)
+        except (SkeletonError, BenchError) as error:
+            return f"{character.name}: {error}".replace(
+                f"{character.name}: {character.name}", character.name
+            )
+        return unfit(character, self.settings.form)
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        return self.settings.form.see(motion, self._own(motion.character))
+
+    def learner(self, material: Material, recipe: Recipe) -> Learner:
+        """Raises NotSupported where bodies of one structure differ in joints, or there is one body only."""
+        from .learner import Learner
+
+        if recipe.window % 4 or recipe.window < 16:
+            raise NotSupported(
+                f"windows of pan are a multiple of 4 and 16 or more, and not {recipe.window}"
+            )
+        bodies: dict[str, dict[str, Body]] = {}
+        for name in sorted(material.clips):
+            body = self._own(material.characters[name])
+            mine = bodies.setdefault(_key(body.character), {})
+            mine[name] = body
+            first = next(iter(mine.values()))
+            if first.layout != body.layout:
+                raise NotSupported(
+                    f"{first.character.name} and {name} are both of structure {body.character.structure} "
+                    "and have different joints; give one of them another structure"
+                )
+
+        def trained(tensors: Mapping[str, Tensor]) -> Method:
+            return self._again().using(tensors)
+
+        return Learner(material, recipe, bodies, self.settings.design, self.settings.choices, trained)
+
+    def _again(self) -> Pan:
+        facts = dict(self.facts()) | {
+            "parts": self.parts,
+            "tips": self.tips,
+            "target_stats": self.target_stats,
+        }
+        return Pan(**facts)  # type: ignore[arg-type]
+
+    def _own(self, character: Character) -> Body:
+        """The character in its own structure's layout."""
+        mine = own(character)
+        layout = Layout.of(
+            mine.skeleton.parents.tolist(), mine.roles, self._part_map, character.four_legged
+        )
+        return Body(character, layout, mine.joints)
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        if self.untrained:
+            return self.untrained
+        for each in (source, target):
+            if why := unfit(each, self.settings.form) or self._seat(each)[2]:
+                return why
+        return None
+
+    def _seat(self, character: Character) -> tuple[str, Body | None, str]:
+        """The structure that a character goes through, and it there; or why there is none."""
+        if character not in self._seats:
+            self._seats[character] = self._seated(character)
+        return self._seats[character]
+
+    def _seated(self, character: Character) -> tuple[str, Body | None, str]:
+        try:
+            own(character)
+        except SkeletonError as error:
+            return "", None, str(error)
+        fitting = [name for name in self.structures if name.endswith(FOUR) == character.four_legged]
+        if not fitting:
+            legs = "four legs" if character.four_legged else "two legs"
+            return "", None, f"{character.name} stands on {legs}, and these weights know no such body"
+        bodies = {name: cast(character, self.structures[name].layout) for name in fitting}
+        best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name))
+        why = missing(bodies[best], bodies[best].layout.names[:1])
+        return best, bodies[best], why
+
+    @cached_property
+    def _seats(self) -> dict[Character, tuple[str, Body | None, str]]:
+        return {}
+
+    @cached_property
+    def structures(self) -> Mapping[str, Structure]:
+        """The networks by structure. Raises BenchError where there are no weights."""
+        from .structure import rebuilt
+
+        found = {}
+        for name in sorted({key.partition(".")[0] for key in self.tensors}):
+            mine = {
+                key.removeprefix(f"{name}."): each
+                for key, each in self.tensors.items()
+                if key.startswith(f"{name}.")
+            }
+            found[name] = rebuilt(mine, self._part_map, name.endswith(FOUR), self.settings.design)
+        return found
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
+        return self.retarget_batch([source], [target], contexts=[context])[0]
+
+    def retarget_batch(
+        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> list[Motion]:
+        """The motions of the targets; those of one length and one pair of structures together."""
+        from .answers import Answers
+
+        answers = Answers(self)
+        for source, target, context in zip(sources, targets, contexts, strict=True):
+            if why := self.supports(source.character, target):
+                raise NotSupported(why)
+            if not isinstance(source, Motion):
+                raise NotSupported("pan reads rotations, and this source is known by positions only")
+            answers.ask(source, target, context)
+        return answers.given()
+
+
+def _misfit(body: Body) -> tuple[int, int]:
+    """Joints of the body that the layout does not have, and joints of the layout that the body lacks."""
+    known = {joint for joint in body.joints if joint >= 0}
+    return len(set(own(body.character).joints) - known), sum(joint < 0 for joint in body.joints)
+
+
+def _key(character: Character) -> str:
+    """What a structure's tensors begin with."""
+    name = character.structure.replace(".", "_")
+    return f"{name}_{FOUR}" if character.four_legged else name
+
+
+def _text(parts: Mapping[str, tuple[str, ...]]) -> str:
+    return " ".join(f"{name}:{'+'.join(members)}" for name, members in parts.items())
+
+
+def _given(values: Mapping[str, str]) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value != AS}
+
+
+def _at_least(**values: float) -> dict[str, Any]:
+    return {name: value for name, value in values.items() if value >= 0}
+
+
+plugin = Pan
+__all__ = ["PARAMETERS", "Pan", "plugin"]

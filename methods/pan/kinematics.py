@@ -1,0 +1,88 @@
+"""Forward kinematics of slots, differentiable, and the world as a window sees it."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from retarget_bench.motion.kinematics_torch import Tree, forward
+
+from .body import Body
+from .form import Root
+from .layout import Layout
+
+
+class Kinematics(nn.Module):
+    """FK of one structure (eq. 13): slots to places of its joints."""
+
+    _above: Tensor
+    _ends: Tensor
+    _node: Tensor
+    _parents: Tensor
+
+    def __init__(self, body: Body) -> None:
+        """body: any of the structure."""
+        super().__init__()
+        layout = body.layout
+        self._tree = Tree.of(body.chains)
+        for name, value in (
+            ("_above", torch.from_numpy(layout.above)),
+            ("_ends", torch.from_numpy(layout.ends)),
+            ("_node", torch.tensor(_nodes(layout))),
+            ("_parents", torch.tensor(layout.parents[1:])),
+        ):
+            self.register_buffer(name, value, persistent=False)
+
+    def forward(self, slots: Tensor, bones: Tensor) -> Tensor:
+        """``(rows, frames, joints, 3)`` relative to the hips, in the unit of the bones.
+
+        slots: ``(rows, frames, slots + 1, 4)``, need not be unit; the last is not read.
+        bones: ``(rows, slots + 1, 3)``, the last zero.
+        """
+        if self._tree.mask.device != slots.device:
+            self._tree = self._tree.to(slots.device)
+        turns = functional.normalize(slots[..., :-1, :].float(), dim=-1, eps=1e-6)
+        still = turns.new_tensor([1.0, 0.0, 0.0, 0.0])
+        first = still.expand(*turns.shape[:2], 1, 4)
+        last = still.expand(*turns.shape[:2], len(self._ends), 4)
+        offsets = torch.cat(
+            [torch.zeros_like(bones[:, :1]), bones[:, self._above], bones[:, self._ends]], 1
+        )
+        hips = turns.new_zeros(*turns.shape[:2], 3)
+        return forward(self._tree, offsets, torch.cat([first, turns, last], 2), hips)[0][:, :, self._node]
+
+    def vectors(self, places: Tensor) -> Tensor:
+        """``(rows, frames, slots, 3)`` from each joint to the one that hangs from it."""
+        return places[:, :, 1:] - places[:, :, self._parents]
+
+
+def _nodes(layout: Layout) -> list[int]:
+    """Which joint of ``Body.chains`` is where each joint of the layout is."""
+    found = [0]
+    ends = layout.ends.tolist()
+    for joint in range(1, len(layout.parents)):
+        leaving = [slot for slot, parent in enumerate(layout.parents[1:]) if parent == joint]
+        found.append(leaving[0] + 1 if leaving else 1 + layout.slots + ends.index(joint - 1))
+    return found
+
+
+def world(places: Tensor, root: Tensor, kind: Root, turn: Tensor | None = None) -> Tensor:
+    """Places ``(rows, frames, joints, 3)`` in the world, level from where the window's first frame is.
+
+    places: relative to the hips, seen from where the body faces unless ``kind`` is ``position``.
+    root:   ``(rows, frames, 4)``, the root's slot; see ``Form``.
+    turn:   ``(rows, frames)`` complex, where the body faces; None: the root's turns tell.
+    """
+    if kind == "position":
+        return places + root[..., None, :3]
+    if turn is None:
+        angles = torch.cat([torch.zeros_like(root[:, :1, 3]), root[:, 1:, 3].cumsum(1)], 1)
+        turn = torch.polar(torch.ones_like(angles), angles)
+    steps = turn * torch.complex(root[..., 2], root[..., 0])
+    level = steps.cumsum(1) - steps[:, :1]
+    rise = root[..., 1]
+    up = rise if kind == "height" else rise.cumsum(1) - rise[:, :1]
+    seen = turn[..., None] * torch.complex(places[..., 2].contiguous(), places[..., 0].contiguous())
+    moved = seen + level[..., None]
+    return torch.stack([moved.imag, places[..., 1] + up[..., None], moved.real], -1)

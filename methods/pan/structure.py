@@ -1,0 +1,102 @@
+"""What is trained of one structure: networks, statistics, and what tells the structure again."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import torch
+from torch import Tensor, nn
+
+from .design import Design
+from .layout import Layout, Parts
+from .network import Decoder, Encoder, SkeletonEncoder
+
+ROLES, PARENTS, CAST = "roles", "parents", "cast"
+"""Names of the tensors that say what the structure is."""
+ROWS = "\n"
+
+
+class Structure(nn.Module):
+    """Encoder, skeleton encoder and decoder of a structure (G of section 5.5), with what eq. 15 subtracts
+    and divides by.
+
+    mean, deviation: ``(1 + characters, slots + 1, 4)``: of all its training motion, then of each character
+    of ``cast`` where statistics are by character.
+    """
+
+    mean: Tensor
+    deviation: Tensor
+
+    def __init__(self, layout: Layout, design: Design, cast: Sequence[str] = ()) -> None:
+        super().__init__()
+        self.layout, self.cast = layout, tuple(cast)
+        self.encoder = Encoder(layout, design)
+        self.skeleton = SkeletonEncoder(layout, design)
+        self.decoder = Decoder(layout, design)
+        shape = (1 + len(self.cast), layout.slots + 1, 4)
+        self.register_buffer("mean", torch.zeros(shape))
+        self.register_buffer("deviation", torch.ones(shape))
+
+    def which(self, names: Sequence[str]) -> list[int]:
+        """Rows of the statistics: a character's own, or 0, that of all."""
+        return [1 + self.cast.index(name) if name in self.cast else 0 for name in names]
+
+    def normalised(self, slots: Tensor, which: Tensor) -> Tensor:
+        """Eq. 15. slots: ``(rows, frames, slots + 1, 4)``; which: ``(rows,)``, see ``which``."""
+        return (slots - self.mean[which].unsqueeze(1)) / self.deviation[which].unsqueeze(1)
+
+    def plain(self, slots: Tensor, which: Tensor) -> Tensor:
+        """The inverse of ``normalised``."""
+        return slots * self.deviation[which].unsqueeze(1) + self.mean[which].unsqueeze(1)
+
+    def answer(self, code: Tensor, bones: Tensor) -> Tensor:
+        """``(rows, frames, slots + 1, 4)`` normalised slots of bodies with these bones.
+
+        code: ``(rows, frames / 4, parts, width)``. bones: ``(rows, slots + 1, 3)``."""
+        answer: Tensor = self.decoder(code + self.skeleton(bones).unsqueeze(1))
+        return answer
+
+    # -------------------------------------------------------------------------------------- as tensors
+    def marks(self) -> dict[str, Tensor]:
+        """What tells the structure again, as tensors."""
+        roles = ROWS.join(role or "" for role in self.layout.roles)
+        return {
+            PARENTS: torch.tensor(self.layout.parents, dtype=torch.int16),
+            ROLES: _bytes(roles),
+            CAST: _bytes(ROWS.join(self.cast)),
+        }
+
+
+def rebuilt(tensors: Mapping[str, Tensor], parts: Parts, four_legged: bool, design: Design) -> Structure:
+    """The structure that ``marks`` and the state of its modules describe."""
+    parents = [int(each) for each in tensors[PARENTS]]
+    roles = [role or None for role in _text(tensors[ROLES]).split(ROWS)]
+    cast = [name for name in _text(tensors[CAST]).split(ROWS) if name]
+    structure = Structure(Layout.of(parents, roles, parts, four_legged), design, cast)
+    state = {name: each.float() for name, each in tensors.items() if name not in (PARENTS, ROLES, CAST)}
+    structure.load_state_dict(state)
+    return structure.eval()
+
+
+def _bytes(text: str) -> Tensor:
+    return torch.tensor(list(text.encode()) or [0], dtype=torch.uint8)
+
+
+def _text(tensor: Tensor) -> str:
+    return bytes(tensor.tolist()).decode().strip("\0")
+
+
+def arranged(code: Tensor, source: Layout, target: Layout) -> Tensor:
+    """A code ``(rows, frames, parts, width)`` with the parts of another structure in its order; those that
+    the source does not have are zero."""
+    if source.names == target.names:
+        return code
+    there = {name: number for number, name in enumerate(source.names)}
+    empty = torch.zeros_like(code[:, :, 0])
+    found = [code[:, :, there[name]] if name in there else empty for name in target.names]
+    return torch.stack(found, 2)
+
+
+def shared(source: Layout, target: Layout) -> list[int]:
+    """The parts of the target that the source has too, by their numbers."""
+    return [number for number, name in enumerate(target.names) if name in source.names]
