@@ -39,6 +39,8 @@ def of_value(score: Score, value: str, facts: Mapping[str, Any], newest: Newest)
         return NOT_RUN, "scored before this value was there; bench score adds it"
     if facts["with_self"] and score.header.get("split") == "intra":
         return NOT_RUN, "counts self pairs as intra, and there are no results on the self split"
+    if refused := score.header.get("not_applicable", {}).get(value):
+        return NOT_APPLICABLE, str(refused["reason"])
     return NOT_APPLICABLE, lacking([facts], score)
 
 

@@ -35,7 +35,8 @@ class Subject:
 class Reply:
     """What came of one subject: deviations by probe id, and sentences of those that gave none.
 
-    failed: probe id -> why there is no answer to the rewritten question though there is one to the plain.
+    failed:  probe id -> why there is no answer to the rewritten question though there is one to the plain.
+    refused: probe id -> why the method does not take the rewritten question, in its own words: no fault.
     """
 
     subject: Subject
@@ -44,6 +45,7 @@ class Reply:
     deviations: dict[str, float] = field(default_factory=dict)
     skipped: dict[str, str] = field(default_factory=dict)
     failed: dict[str, str] = field(default_factory=dict)
+    refused: dict[str, str] = field(default_factory=dict)
     dependence: dict[str, float] = field(default_factory=dict)
 
 
@@ -81,6 +83,14 @@ def ask(
     return replies + [_dependence(method, label, group) for group in groups]
 
 
+class _NoAnswer(BenchError):
+    """A question without an answer, with the status and message of its outcome."""
+
+    def __init__(self, status: str, message: str) -> None:
+        super().__init__(f"{status}: {message}")
+        self.status, self.message = status, message
+
+
 class _Asking:
     """One method and one subject: questions in, places of the answer out, each asked once."""
 
@@ -89,28 +99,27 @@ class _Asking:
         self.seed = records.case_seed(0, label, about.info.id)
         self._plain: dict[int, np.ndarray] = {}
 
-    def answer(self, question: Question) -> tuple[Prediction | None, str, str]:
-        """The answer, or None with status and message."""
+    def answer(self, question: Question) -> Prediction:
+        """Raises _NoAnswer."""
         case = Case(self.about.info, question.source, question.target)
         outcome = predict(self.method, case, Context(seed=self.seed))
-        return outcome.prediction, outcome.status, outcome.message
+        if outcome.prediction is None:
+            raise _NoAnswer(outcome.status, outcome.message)
+        return outcome.prediction
 
     def plain(self, question: Question) -> np.ndarray:
-        """``(frames, joints, 3)`` of a plain question. Raises BenchError where there is no answer."""
+        """``(frames, joints, 3)`` of a plain question. Raises _NoAnswer."""
         if id(question) not in self._plain:
-            answer, status, message = self.answer(question)
-            if answer is None:
-                raise BenchError(f"{status}: {message}")
-            self._plain[id(question)] = answer.positions
+            self._plain[id(question)] = self.answer(question).positions
         return self._plain[id(question)]
 
 
 def _ask(asking: _Asking, probes: Sequence[Probe]) -> Reply:
     about = asking.about
-    answer, status, message = asking.answer(about.question)
-    if answer is None:
-        return Reply(about, status, message)
-    asking._plain[id(about.question)] = answer.positions
+    try:
+        asking.plain(about.question)
+    except _NoAnswer as error:
+        return Reply(about, error.status, error.message)
     reply = Reply(about)
     for probe in probes:
         asked = probe.ask(about.question)
@@ -119,14 +128,14 @@ def _ask(asking: _Asking, probes: Sequence[Probe]) -> Reply:
             continue
         try:
             plain = asking.plain(asked.plain)
-        except BenchError as error:
-            reply.failed[probe.id] = str(error)
+            new = asking.answer(asked.question).positions
+        except _NoAnswer as error:
+            if error.status == "unsupported":
+                reply.refused[probe.id] = error.message
+            else:
+                reply.failed[probe.id] = str(error)
             continue
-        new, status, message = asking.answer(asked.question)
-        if new is None:
-            reply.failed[probe.id] = f"{status}: {message}"
-        else:
-            reply.deviations[probe.id] = deviation(asked, new.positions, plain)
+        reply.deviations[probe.id] = deviation(asked, new, plain)
     return reply
 
 
@@ -136,9 +145,14 @@ def _dependence(method: Method, label: str, group: Sequence[Subject]) -> Reply:
     questions = [
         Subject(each.info, Question(each.question.source, first.question.target)) for each in group
     ]
-    answers = [_Asking(method, label, each).answer(each.question)[0] for each in questions]
-    both = [(s.question.source, a) for s, a in zip(group, answers, strict=True) if a is not None]
-    found = dependence([source for source, _ in both], [answer for _, answer in both])
+    sources, answers = [], []
+    for each in questions:
+        try:
+            answers.append(_Asking(method, label, each).answer(each.question))
+        except _NoAnswer:
+            continue
+        sources.append(each.question.source)
+    found = dependence(sources, answers)
     return Reply(first, dependence=found)
 
 

@@ -88,7 +88,7 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
         mine = [reply for reply in replies if reply.subject.info.split == split]
         cell = Cell(plan, dataset, split, method)
         listed = entries(mine)
-        header = _header(cell, listed)
+        header = _header(cell, listed, mine)
         cell.place.folder.mkdir(parents=True, exist_ok=True)
         infos = {reply.subject.info.id: reply.subject.info for reply in mine}
         records.write_results(cell.place, header, listed, list(infos.values()))
@@ -96,13 +96,14 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
     return places
 
 
-def _header(cell: Cell, listed: Sequence[Entry]) -> dict[str, Any]:
+def _header(cell: Cell, listed: Sequence[Entry], replies: Sequence[Reply]) -> dict[str, Any]:
     header = header_of(cell, listed)
     code = files_hash(sorted(Path(__file__).parent.glob("*.py")))
     label = header["dataset"]["label"]
     keys = {"prediction_key": header["keys"]["prediction_key"], "score_key": digest(f"probes {code}", 16)}
     values = {value.id: {**value_facts(value), "needs": [], "metric": TASK} for value in VALUES}
     return header | {
+        "not_applicable": {f"probe.{name}": each for name, each in _refused(replies).items()},
         "keys": keys,
         "values": values,
         "metrics": {TASK: f"1+{code}"},
@@ -125,7 +126,8 @@ def findings(label: str, replies: Sequence[Reply]) -> list[str]:
         if broken := [reply for reply in replies if probe.id in reply.failed]:
             first = broken[0]
             found.append(
-                f"{label}: {probe.id} could not be answered in {len(broken)} of {_asked(replies)} cases "
+                f"{label}: {probe.id} could not be answered in {len(broken)} of "
+                f"{sum(map(_asked, replies))} cases "
                 f"(first {first.subject.info.id}: {first.failed[probe.id]})"
             )
         worst = max(numbers, key=lambda case: numbers[case], default=None)
@@ -139,20 +141,31 @@ def findings(label: str, replies: Sequence[Reply]) -> list[str]:
 
 
 def refusals(label: str, replies: Sequence[Reply]) -> list[str]:
-    """Questions that the method declares it cannot answer, which is no fault, in a sentence."""
-    refused = [reply for reply in replies if reply.status == "unsupported"]
-    if not refused:
-        return []
-    asked = len(refused) + sum(bool(each.deviations or each.failed or each.skipped) for each in replies)
-    return [f"{label}: does not answer {len(refused)} of {asked} cases: {refused[0].message}"]
+    """Questions that the method declares it cannot answer, which is no fault, in sentences."""
+    said = []
+    if refused := [reply for reply in replies if reply.status == "unsupported"]:
+        asked = len(refused) + sum(bool(_asked(each) or each.skipped) for each in replies)
+        said = [f"{label}: does not answer {len(refused)} of {asked} cases: {refused[0].message}"]
+    return said + [
+        f"{label}: {name} is not applicable to {each['cases']} of {sum(map(_asked, replies))} cases: "
+        f"{each['reason']}"
+        for name, each in _refused(replies).items()
+    ]
+
+
+def _refused(replies: Sequence[Reply]) -> dict[str, dict[str, Any]]:
+    """Probe id -> of how many cases the method does not take the rewritten question, and its reason."""
+    reasons = {p.id: [r.refused[p.id] for r in replies if p.id in r.refused] for p in PROBES}
+    return {name: {"cases": len(each), "reason": each[0]} for name, each in reasons.items() if each}
 
 
 def _answered(reply: Reply) -> bool:
     return bool(reply.deviations or reply.dependence)
 
 
-def _asked(replies: Sequence[Reply]) -> int:
-    return sum(bool(reply.deviations or reply.failed) for reply in replies)
+def _asked(reply: Reply) -> bool:
+    """Whether any rewritten question was put."""
+    return bool(reply.deviations or reply.failed or reply.refused)
 
 
 def _blindness(label: str, replies: Sequence[Reply]) -> list[str]:
@@ -168,7 +181,7 @@ def _blindness(label: str, replies: Sequence[Reply]) -> list[str]:
 
 def listing(label: str, replies: Sequence[Reply]) -> str:
     """For a terminal: a line per probe, of few cases that no result folder holds."""
-    out, known = [label], skipped(replies)
+    out, known, refused = [label], skipped(replies), _refused(replies)
     for probe in PROBES:
         numbers = list(_numbers(replies, probe.id).values())
         failed = [reply.failed[probe.id] for reply in replies if probe.id in reply.failed]
@@ -176,6 +189,8 @@ def listing(label: str, replies: Sequence[Reply]) -> str:
             said = f"{max(numbers):.4f} % of height  {probe.meaning}"
         elif failed:
             said = f"failed: {failed[0]}"
+        elif probe.id in refused:
+            said = f"not applicable: {refused[probe.id]['reason']}"
         else:
             said = f"not asked: {known.get(probe.id, 'left out')}"
         out.append(f"  {probe.id:<14}  {said}")

@@ -1,0 +1,91 @@
+"""A rewritten question that a method refuses is not applicable, which is no fault; a crash is one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from probe_questions import short_questions
+
+from retarget_bench import records, summary, table
+from retarget_bench.api import MethodCard
+from retarget_bench.cells import NOT_APPLICABLE
+from retarget_bench.errors import NotSupported
+from retarget_bench.probe import report
+from retarget_bench.probe.asking import Reply, Subject, ask
+from retarget_bench.probe.probes import PROBES
+from retarget_bench.registry import create
+from retarget_bench.spec import Spec
+
+ONLY_22 = "takes bodies of 22 joints"
+FEW, MANY = "24 fps are too few", "60 fps are too many"
+REFUSED = {"source_split": ONLY_22, "source_merged": ONLY_22, "rate_24": FEW}
+
+
+class Counting:
+    """copy_rotations for bodies of 22 joints; refuses one frame rate, and breaks at another."""
+
+    card = MethodCard("counting", "toy", "1")
+
+    def supports(self, source, target):
+        return None if len(source.skeleton) == 22 else ONLY_22
+
+    def retarget(self, source, target, *, context):
+        if source.fps == 24.0:
+            raise NotSupported(FEW)
+        if source.fps == 60.0:
+            raise ValueError(MANY)
+        return create("methods", Spec.parse("copy_rotations")).retarget(source, target, context=context)
+
+
+@pytest.fixture(scope="module")
+def subjects() -> list[Subject]:
+    return [each for each in short_questions() if len(each.question.source.skeleton) == 22]
+
+
+@pytest.fixture(scope="module")
+def replies(subjects: list[Subject]) -> list[Reply]:
+    return ask(Counting(), "counting", subjects)
+
+
+def test_what_is_refused_is_kept_apart_from_what_breaks(replies: list[Reply]) -> None:
+    assert replies
+    assert all(reply.refused == REFUSED for reply in replies)
+    assert all(list(reply.failed) == ["rate_60"] and MANY in reply.failed["rate_60"] for reply in replies)
+
+
+def test_refusals_are_told_with_their_reason_and_are_no_finding(replies: list[Reply]) -> None:
+    number = len(replies)
+    (said,) = report.findings("counting", replies)
+    assert f"rate_60 could not be answered in {number} of {number} cases" in said
+    assert report.refusals("counting", replies) == [
+        f"counting: {name} is not applicable to {number} of {number} cases: {reason}"
+        for name, reason in REFUSED.items()
+    ]
+    lines = {line.split()[0]: line for line in report.listing("counting", replies).splitlines()}
+    assert all(lines[name].endswith(f"  not applicable: {reason}") for name, reason in REFUSED.items())
+    assert "  failed: failed: " in lines["rate_60"]
+
+
+def test_in_the_table_a_refused_question_is_no_number_and_says_why(
+    subjects: list[Subject], tmp_path: Path
+) -> None:
+    some = [probe for probe in PROBES if probe.id in ("turned", "source_merged")]
+    asked = ask(Counting(), "counting", subjects, probes=some)
+    places = report.store(Spec("rest_pose"), Spec("puppets"), asked, tmp_path)
+    for place in places:
+        results = records.read_results(place)
+        assert {entry.status for entry in results.entries} == {"ok"}
+        told = results.header["not_applicable"]
+        assert told == {"probe.source_merged": {"cases": len(results.entries), "reason": ONLY_22}}
+    sound = Spec("copy_rotations")  # a column in which nobody has a number would not be there
+    beside = ask(create("methods", sound), "copy_rotations", subjects, probes=some)
+    places += report.store(sound, Spec("puppets"), beside, tmp_path)
+    made = table.tables(summary.sections(places), ["probe.turned", "probe.source_merged"])
+    rows = [row for each in made for group in each.groups for row in group.rows]
+    assert {row.label for row in rows} == {"rest_pose", "copy_rotations"}
+    for row in rows:
+        turned, merged = row.cells
+        assert turned.value is not None
+        refused = (merged.text, merged.reason) == (NOT_APPLICABLE, ONLY_22)
+        assert refused == (merged.value is None) == (row.label == "rest_pose")
