@@ -12,10 +12,14 @@ from torch.nn import functional
 from ..design import Design
 from ..layout import Layout
 from .attention import Attention, Mean
+from .dropout import Noise
 from .plan import Parts, attending, body_parts, convolved_parts
 from .ragged import PartConvolution
+from .wide import wide
 
 BASIS = 10_000.0
+TOGETHER = 256
+"""Frames that go through attention at a time: what they need stays in the cache."""
 
 
 class Encoder(nn.Module):
@@ -59,17 +63,21 @@ class Encoder(nn.Module):
 
     def forward(self, motion: Tensor) -> Tensor:
         """``(rows, frames // 4, parts, width)`` from ``(rows, frames, slots + 1, 4)``."""
-        frames = motion.shape[1]
-        rows = self._dropped(self._embedded(motion)).flatten(0, 1)
-        tokens, slots = self._attended(None, rows, 0, self.early)
-        hidden = self._convolved(tokens, frames, 0, motion)
+        rows, frames = motion.shape[:2]
+        share = self.design.dropout
+        noise = Noise(share, motion.device) if self.training and share > 0.0 else None
+        tokens, slots = self._first(motion, noise)
+        hidden = self.convolutions[0](self._padded(_over_time(tokens, rows)))
+        if self.design.raw:
+            raw = motion.index_select(2, self.raw_slots).flatten(2).transpose(1, 2)
+            hidden = hidden + self.raw(self._padded(raw))
+        hidden = self._rectified(hidden)
         if self.early < len(self.layers):
-            slots = slots.view(-1, 2, *slots.shape[1:]).mean(1)
-            tokens = hidden.transpose(1, 2).reshape(len(slots), -1, slots.shape[-1])
-            tokens, _ = self._attended(tokens, slots, self.early, len(self.layers))
-            hidden = tokens.view(len(motion), frames // 2, -1).transpose(1, 2)
+            tokens = hidden.view(rows, -1, self.design.width, frames // 2)
+            tokens = self._second(tokens.permute(2, 1, 0, 3).flatten(2), slots, noise)
+            hidden = _over_time(tokens, rows)
         hidden = self._rectified(self.convolutions[1](self._padded(hidden)))
-        return hidden.transpose(1, 2).reshape(len(motion), -1, self.parts, self.design.width)
+        return hidden.transpose(1, 2).reshape(rows, -1, self.parts, self.design.width)
 
     def attention(self, motion: Tensor) -> Tensor:
         """How much each part's token heeds each slot in the first layer, the mean over heads.
@@ -81,26 +89,46 @@ class Encoder(nn.Module):
         first = self.layers[0]
         if not isinstance(first, Attention):
             raise ValueError("this encoder was built without attention: there are no weights to show")
-        slots = self._embedded(motion).flatten(0, 1)
-        rows = torch.cat([self.tokens.expand(len(slots), -1, -1), slots], 1)
-        result = motion.new_zeros(len(slots), len(self.rows.tokens), self.width)
+        rows = self._with_tokens(self._embedded(self._chosen(motion)))
+        result = motion.new_zeros(*motion.shape[:2], len(self.rows.tokens), self.width)
         for token, group in enumerate(self.rows.tokens):
             seen = [self.rows.slots[key - len(self.rows.tokens)] for key in group.keys[1:]]
-            result[:, token, seen] = first.weights(rows, group)[:, 0, 1:]
-        return result.view(*motion.shape[:2], *result.shape[1:])
+            weights = first.weights(rows, group)[0, 1:]
+            result[:, :, token, seen] = weights.view(-1, *motion.shape[:2]).permute(1, 2, 0)
+        return result
 
-    def _embedded(self, motion: Tensor) -> Tensor:
-        """``(rows, frames, slots, width)`` of the slots that are rows of attention (eq. 1 to 3)."""
-        values = motion.index_select(2, self.slots)
-        for layer in self.embedding[:-1]:
-            values = functional.relu(layer(values))
-        values = self.embedding[-1](values)
-        return (
-            values * math.sqrt(values.shape[-1]) + self.code if self.design.scaled else values + self.code
-        )
+    def _first(self, motion: Tensor, noise: Noise | None) -> tuple[Tensor, Tensor]:
+        """Tokens and slots ``(width, rows, rows * frames)`` before the first convolution."""
+        found = []
+        for values in torch.split(self._chosen(motion), TOGETHER, 2):
+            slots = self._embedded(values)
+            if noise is not None:
+                slots = slots * noise.kept(noise.bytes(*slots.shape), slots)
+            found.append(self._attended(None, slots, 0, self.early, noise))
+        return torch.cat([tokens for tokens, _ in found], 2), torch.cat([slots for _, slots in found], 2)
+
+    def _second(self, tokens: Tensor, slots: Tensor, noise: Noise | None) -> Tensor:
+        """Tokens behind the layers that follow the first convolution, which has halved the frames."""
+        slots = slots.view(*slots.shape[:2], -1, 2).mean(3)
+        pairs = zip(torch.split(tokens, TOGETHER, 2), torch.split(slots, TOGETHER, 2), strict=True)
+        found = [self._attended(*pair, self.early, len(self.layers), noise)[0] for pair in pairs]
+        return torch.cat(found, 2)
+
+    def _chosen(self, motion: Tensor) -> Tensor:
+        """``(4, slots, rows * frames)`` of the slots that are rows of attention."""
+        return motion.permute(3, 2, 0, 1).index_select(1, self.slots).flatten(2)
+
+    def _embedded(self, values: Tensor) -> Tensor:
+        """``(width, slots, frames)`` from ``(4, slots, frames)`` (eq. 1 to 3)."""
+        flat = wide(values.reshape(4, -1), self.embedding, "relu").view(-1, *values.shape[1:])
+        code = self.code.T.unsqueeze(2)
+        return torch.add(code, flat, alpha=math.sqrt(len(flat)) if self.design.scaled else 1.0)
+
+    def _with_tokens(self, slots: Tensor) -> Tensor:
+        return torch.cat([self.tokens.T.unsqueeze(2).expand(-1, -1, slots.shape[2]), slots], 1)
 
     def _attended(
-        self, tokens: Tensor | None, slots: Tensor, start: int, stop: int
+        self, tokens: Tensor | None, slots: Tensor, start: int, stop: int, noise: Noise | None
     ) -> tuple[Tensor, Tensor]:
         """Tokens and slots behind some of the layers; no slots behind the last layer there is."""
         if not self.design.attention:
@@ -109,22 +137,11 @@ class Encoder(nn.Module):
                 means, slots = layer(slots)
             return means if tokens is None else tokens + means, slots
         count = len(self.rows.tokens)
-        if tokens is None:
-            tokens = self.tokens.expand(len(slots), -1, -1)
-        rows = torch.cat([tokens, slots], 1)
+        rows = self._with_tokens(slots) if tokens is None else torch.cat([tokens, slots], 1)
         for number, layer in enumerate(self.layers[start:stop], start):
             last = number == len(self.layers) - 1
-            rows = layer(rows, self.rows.tokens if last else (*self.rows.tokens, *self.rows.others))
+            rows = layer(rows, self.rows.tokens if last else (*self.rows.tokens, *self.rows.others), noise)
         return rows[:, :count], rows[:, count:]
-
-    def _convolved(self, tokens: Tensor, frames: int, number: int, motion: Tensor) -> Tensor:
-        """The first convolution (eq. 6), and beside it that of what is in the slots themselves."""
-        hidden = tokens.reshape(-1, frames, tokens.shape[1] * tokens.shape[2]).transpose(1, 2)
-        hidden = self.convolutions[number](self._padded(hidden))
-        if self.design.raw:
-            raw = motion.index_select(2, self.raw_slots).flatten(2).transpose(1, 2)
-            hidden = hidden + self.raw(self._padded(raw))
-        return self._rectified(hidden)
 
     def _channels(self) -> tuple[tuple[int, int], tuple[int, int]]:
         """How many the two convolutions read and write."""
@@ -147,8 +164,11 @@ class Encoder(nn.Module):
     def _rectified(self, hidden: Tensor) -> Tensor:
         return functional.leaky_relu(hidden, self.design.leak)
 
-    def _dropped(self, values: Tensor) -> Tensor:
-        return functional.dropout(values, self.design.dropout, self.training)
+
+def _over_time(tokens: Tensor, rows: int) -> Tensor:
+    """``(rows, parts * width, frames)`` from ``(width, parts, rows * frames)``."""
+    width, parts, frames = tokens.shape
+    return tokens.view(width, parts, rows, frames // rows).permute(2, 1, 0, 3).flatten(1, 2)
 
 
 def positions(slots: tuple[int, ...], width: int) -> Tensor:

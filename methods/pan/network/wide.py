@@ -1,0 +1,99 @@
+"""Narrow in, narrow out, wide between: layers whose hidden numbers are never kept.
+
+Columns go through all layers a cacheful at a time, and once more when gradients are wanted. Channels come
+first, ``(channels, columns)``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from typing import Any, Literal
+
+import torch
+from torch import Tensor, nn
+from torch.autograd.function import once_differentiable
+from torch.nn import functional
+
+from .dropout import Noise
+
+Bend = Literal["relu", "gelu"]
+CACHED = 1 << 19
+"""Hidden numbers that are held at a time."""
+
+
+def wide(values: Tensor, layers: nn.ModuleList, bend: Bend, noise: Noise | None = None) -> Tensor:
+    """Linear layers with rectifiers between them, and dropout before the last one.
+
+    values: ``(inputs, columns)``; the result is ``(outputs, columns)``.
+    """
+    weights = [each for layer in layers for each in (layer.weight, layer.bias)]
+    return _wide(values, bend, noise, *weights)
+
+
+class _Wide(torch.autograd.Function):
+    @staticmethod
+    def forward(ctx: Any, values: Tensor, bend: Bend, noise: Noise | None, *weights: Tensor) -> Tensor:
+        result = values.new_empty(len(weights[-1]), values.shape[1])
+        ctx.bend, ctx.noise, ctx.drawn = bend, noise, []
+        *inner, last, bias = weights
+        for piece in _pieces(values, weights):
+            hidden = _hidden(values[:, piece], inner, bend)[-1][1]
+            if noise is not None:
+                ctx.drawn.append(noise.bytes(*hidden.shape))
+                hidden = hidden.mul_(noise.kept(ctx.drawn[-1], hidden))
+            torch.addmm(bias.unsqueeze(1), last, hidden, out=result[:, piece])
+        ctx.save_for_backward(values, *weights)
+        return result
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, pull: Tensor) -> tuple[Tensor | None, ...]:
+        values, *weights = ctx.saved_tensors
+        found = [torch.zeros_like(each) for each in weights]
+        to_values = torch.empty_like(values) if ctx.needs_input_grad[0] else None
+        drawn = iter(ctx.drawn)
+        for piece in _pieces(values, weights):
+            steps = _hidden(values[:, piece], weights[:-2], ctx.bend)
+            given = pull[:, piece]
+            kept = None if ctx.noise is None else ctx.noise.kept(next(drawn), steps[-1][1])
+            read = steps[-1][1] if kept is None else steps[-1][1].mul_(kept)
+            for layer in reversed(range(len(weights) // 2)):
+                found[2 * layer].addmm_(given, read.T)
+                found[2 * layer + 1] += given.sum(1)
+                if layer == 0:
+                    break
+                given = weights[2 * layer].T @ given
+                if kept is not None:
+                    given, kept = given.mul_(kept), None
+                given = _unbent(given, steps[layer][0], ctx.bend)
+                read = steps[layer - 1][1]
+            if to_values is not None:
+                torch.mm(weights[0].T, given, out=to_values[:, piece])
+        return to_values, None, None, *found
+
+
+_wide: Callable[..., Tensor] = _Wide.apply
+
+
+def _pieces(values: Tensor, weights: tuple[Tensor, ...] | list[Tensor]) -> Iterator[slice]:
+    """Columns in turn, so many that a layer's hidden numbers stay in the cache."""
+    columns = values.shape[1]
+    step = max(CACHED // max(len(each) for each in weights[1::2]), 64) if columns else 1
+    return (slice(start, min(start + step, columns)) for start in range(0, columns, step))
+
+
+def _hidden(
+    values: Tensor, weights: tuple[Tensor, ...] | list[Tensor], bend: Bend
+) -> list[tuple[Tensor, Tensor]]:
+    """What layers give before and behind their rectifiers; first the input itself, twice."""
+    steps = [(values, values)]
+    for weight, bias in zip(weights[::2], weights[1::2], strict=True):
+        flat = torch.addmm(bias.unsqueeze(1), weight, steps[-1][1])
+        steps.append((flat, flat.clamp_(min=0.0) if bend == "relu" else functional.gelu(flat)))
+    return steps
+
+
+def _unbent(given: Tensor, flat: Tensor, bend: Bend) -> Tensor:
+    if bend == "relu":
+        return torch.ops.aten.threshold_backward(given, flat, 0.0)
+    return torch.ops.aten.gelu_backward(given, flat)
