@@ -12,6 +12,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.spec import Spec
 
 METHODS = [entry.name for entry in registry.names("methods") if entry.origin == registry.BUILT_IN]
+POSTS = [entry.name for entry in registry.names("posts") if entry.origin == registry.BUILT_IN]
 METRICS = [entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN]
 
 
@@ -25,6 +26,11 @@ def test_built_in_methods_keep_the_contract(name):
 @pytest.mark.parametrize("name", METRICS)
 def test_built_in_metrics_keep_the_contract(name):
     testing.assert_contract("metrics", name)
+
+
+@pytest.mark.parametrize("name", POSTS)
+def test_built_in_post_processes_keep_the_contract(name):
+    testing.assert_contract("posts", name)
 
 
 def test_the_embedded_data_set_keeps_the_contract():

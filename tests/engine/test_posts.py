@@ -1,0 +1,297 @@
+"""Methods followed by post-processes: rows, keys, what is inherited, and what becomes of a fault."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pytest
+
+from retarget_bench import plan as plans
+from retarget_bench import predict, records, registry, run, summary
+from retarget_bench.api import Context, MethodCard
+from retarget_bench.errors import BenchError
+from retarget_bench.plan import Plan
+from retarget_bench.post import composed
+from retarget_bench.spec import Spec
+
+HERE = Path(__file__).parent
+TOYS = (
+    HERE / "toys" / "toy_cases.py",
+    HERE / "toys" / "toy_method.py",
+    HERE / "batch_toys" / "toy_batches.py",
+    HERE / "post_toys" / "toy_post.py",
+)
+
+
+@pytest.fixture(autouse=True)
+def _toys():
+    for file in TOYS:
+        registry.add_file(file)
+
+
+def asked(root: Path, *methods: str, **changes) -> Plan:
+    return Plan(
+        methods=tuple(map(Spec.parse, methods)),
+        datasets=(Spec.parse("toy_cases"),),
+        splits=("intra",),
+        metrics=("position",),
+        root=root,
+        **changes,
+    )
+
+
+def carry_out(*args, **changes) -> list[records.Results]:
+    places = run.run(asked(*args, **changes), lambda done, total: None)
+    return [records.read_results(place) for place in places]
+
+
+def roots(results: records.Results) -> dict[str, np.ndarray]:
+    """Case -> the predicted root path, in single precision."""
+    found = {}
+    for entry in results.entries:
+        with np.load(results.place.prediction(entry.case)) as file:
+            found[entry.case] = file["root"]
+    return found
+
+
+# ----------------------------------------------------------------------------------------- what is done
+def test_every_answer_goes_through_them_in_their_order(tmp_path):
+    plain, lifted, both, other_way = carry_out(
+        tmp_path,
+        "toy_method",
+        "toy_method+toy_post[by=0.25]",
+        "toy_method+toy_post[by=0.25]+toy_post[does=double]",
+        "toy_method+toy_post[does=double]+toy_post[by=0.25]",
+    )
+    up = np.array([0.0, 0.25, 0.0], np.float32)
+    for case, root in roots(plain).items():
+        assert roots(lifted)[case] == pytest.approx(root + up, abs=1e-6)
+        assert roots(both)[case] == pytest.approx(2 * (root + up), abs=1e-6)
+        assert roots(other_way)[case] == pytest.approx(2 * root + up, abs=1e-6)
+
+
+def test_what_does_nothing_gives_the_same_rows(tmp_path):
+    plain, same = carry_out(tmp_path, "toy_method", "toy_method+toy_post+toy_post")
+    assert plain.place.rows.read_bytes() == same.place.rows.read_bytes()
+    assert plain.place.rows != same.place.rows
+
+
+def test_a_stochastic_method_draws_as_it_does_alone(tmp_path):
+    plain, lifted = carry_out(
+        tmp_path, "toy_method[does=noise]", "toy_method[does=noise]+toy_post[by=1]", seed=3
+    )
+    for case, root in roots(plain).items():
+        assert roots(lifted)[case] == pytest.approx(root + np.array([0, 1, 0], np.float32), abs=1e-6)
+
+
+def test_batches_stay_batches(tmp_path):
+    plain, same, lifted = carry_out(
+        tmp_path, "toy_batches", "toy_batches+toy_post", "toy_batches+toy_post[by=0.5]"
+    )
+    assert plain.place.rows.read_bytes() == same.place.rows.read_bytes()
+    offs = {case: root - roots(lifted)[case] for case, root in roots(plain).items()}
+    assert all(off == pytest.approx(np.tile([0, -0.5, 0], (12, 1)), abs=1e-6) for off in offs.values())
+    built = registry.create("methods", "toy_batches+toy_post")
+    assert predict.takes_batches(built)
+    assert not predict.takes_batches(registry.create("methods", "toy_method+toy_post"))
+
+
+@pytest.mark.parametrize("method", ["reference", "toy_method[does=peek]", "toy_method"])
+def test_they_see_the_floor_and_nothing_privileged(tmp_path, method):
+    (results,) = carry_out(tmp_path, f"{method}+toy_post[does=look]")
+    assert results.header["counts"]["ok"] == 6
+
+
+def test_a_method_sees_what_it_sees_alone():
+    seen = []
+
+    class Nosy:
+        card = MethodCard("nosy", "looks", "1", needs=("reference",))
+
+        def supports(self, source, target):
+            return None
+
+        def retarget(self, source, target, *, context):
+            seen.append(context)
+            return target.motion(source.rotations, source.root, source.fps)
+
+    data = registry.create("datasets", "toy_cases")
+    case = data.load(data.cases("retarget", "intra")[0])
+    method = composed(Nosy(), [registry.create("posts", "toy_post[does=look]")])
+    for each in (Nosy(), method):
+        outcome = predict.predict(each, case, predict.context_for(each, data, case, 5))
+        assert outcome.status == "ok", outcome.message
+    alone, followed = seen
+    assert (alone.seed, alone.ground) == (followed.seed, followed.ground) == (5, None)
+    assert (alone.reference.root == followed.reference.root).all()
+
+
+# --------------------------------------------------------------------------------- what rows are known by
+def test_rows_say_what_was_done(tmp_path):
+    (results,) = carry_out(tmp_path, "toy_method+toy_post[by=0.5,does=lift]")
+    method = results.header["method"]
+    assert method["label"] == "toy_method+toy_post[by=0.5]"
+    assert method["name"] == "toy_method"
+    assert method["version"] == "1, toy_post 7"
+    (post,) = method["posts"]
+    assert (post["name"], post["version"], post["parameters"]) == ("toy_post", "7", {"by": 0.5})
+    assert post["origin"].endswith("toy_post.py")
+    (section,) = summary.sections([results.place])
+    assert [score.label for score in section.scores] == ["toy_method+toy_post[by=0.5]"]
+
+
+def test_privilege_and_control_are_inherited(tmp_path):
+    peeking, control = carry_out(tmp_path, "toy_method[does=peek]+toy_post", "reference+toy_post[by=0.1]")
+    assert peeking.header["method"]["privileged"] == ["reference"]
+    assert control.header["method"]["control"]
+    (section,) = summary.sections([peeking.place, control.place])
+    assert {score.unranked for score in section.scores} == {"sees reference", "control"}
+
+
+def test_chance_is_inherited_from_either_side():
+    for spec, chance in (
+        ("toy_method+toy_post", False),
+        ("toy_method[does=noise]+toy_post", True),
+        ("toy_method+toy_post[does=noise]", True),
+    ):
+        assert registry.create("methods", spec).card.stochastic is chance
+
+
+def test_what_learned_methods_say_of_themselves_is_passed_on():
+    class Taught:
+        card = MethodCard("taught", "learned", "2", accepts=("motion", "positions"))
+        weights_hash, weights_label = "abc", "local-abc"
+        training_manifest = MappingProxyType({"characters": ["tall"]})
+
+    built = composed(Taught(), [registry.create("posts", "toy_post")])
+    assert (built.weights_hash, built.weights_label) == ("abc", "local-abc")
+    assert built.training_manifest == {"characters": ["tall"]}
+    assert built.card.accepts == ("motion", "positions")
+
+
+def test_keys_differ_with_the_post_processes_and_not_without(tmp_path):
+    texts = (
+        "toy_method",
+        "toy_method+toy_post",
+        "toy_method+toy_post[by=1]",
+        "toy_method+toy_post+toy_post",
+        "toy_method+toy_post[by=1.0,does=lift]",
+    )
+    found = [plans.cells(asked(tmp_path, text))[0] for text in texts]
+    keys = [cell.keys["prediction_key"] for cell in found]
+    assert len(set(keys)) == 4
+    assert keys[2] == keys[4]
+    assert found[2].place == found[4].place
+    assert "posts" not in found[0].prediction_facts
+
+
+def test_the_code_of_a_post_process_counts(tmp_path, monkeypatch):
+    monkeypatch.setattr(registry, "_FILES", {})
+    for file in TOYS[:2]:
+        registry.add_file(file)
+    post = tmp_path / "then.py"
+    post.write_text(TOYS[3].read_text())
+    registry.add_file(post)
+    spec = Spec.parse("toy_method+then")
+    plans.method_code.cache_clear()
+    before, alone = plans.method_code(spec), plans.method_code(spec.alone)
+    post.write_text(post.read_text() + "\n")
+    plans.method_code.cache_clear()
+    assert plans.method_code(spec) != before
+    assert plans.method_code(spec.alone) == alone
+
+
+def test_a_finished_cell_is_not_asked_again(tmp_path):
+    (first,) = carry_out(tmp_path, "toy_method+toy_post[by=1]")
+    stamp = first.place.header.stat().st_mtime_ns
+    totals = []
+    run.run(asked(tmp_path, "toy_method+toy_post[by=1]"), lambda done, total: totals.append(total))
+    assert totals == [0]
+    assert first.place.header.stat().st_mtime_ns == stamp
+
+
+# ------------------------------------------------------------------------------------------------ faults
+@pytest.mark.parametrize(
+    ("method", "status", "words"),
+    [
+        ("toy_method+toy_post[does=short]", "invalid", "toy_post returned 11 frames; the source has 12"),
+        ("toy_method[does=short]+toy_post", "invalid", "returned 11 frames; the source has 12"),
+        ("toy_method[does=nothing]+toy_post", "invalid", "returned a NoneType"),
+        ("toy_method+toy_post[does=raise]", "failed", "RuntimeError: no idea (toy_post.py:"),
+        (
+            "toy_method[does=positions]+toy_post",
+            "unsupported",
+            "toy_post takes motion, but toy_method gives positions only",
+        ),
+        (
+            "toy_method+toy_post[does=positions]+toy_post",
+            "unsupported",
+            "toy_post takes motion, but toy_post gives positions only",
+        ),
+        (
+            "toy_method+toy_post[does=picky]",
+            "unsupported",
+            "toy_post takes positions, but toy_method gives motion only",
+        ),
+        ("toy_batches+toy_post[does=short]", "invalid", "toy_post returned 11 frames"),
+    ],
+)
+def test_a_fault_costs_its_row_and_names_who_it_is(tmp_path, method, status, words):
+    (results,) = carry_out(tmp_path, method)
+    assert {entry.status for entry in results.entries} == {status}
+    assert all(words in entry.message for entry in results.entries)
+
+
+def test_what_either_refuses_is_refused(tmp_path):
+    for method in ("toy_method+toy_post[does=refuse]", "toy_method[does=picky]+toy_post"):
+        (results,) = carry_out(tmp_path / method, method)
+        refused = {e.case: e.message for e in results.entries if e.status == "unsupported"}
+        assert len(refused) == 3
+        assert all("small" in case and "only know tall" in why for case, why in refused.items())
+
+
+def test_nobody_can_change_what_others_are_given(tmp_path):
+    plain, after = carry_out(tmp_path, "toy_method", "toy_method+toy_post[does=overwrite]+toy_post")
+    assert all(not root.any() for root in roots(after).values())
+    again, _ = carry_out(tmp_path, "toy_method", "toy_method+toy_post[does=overwrite]", redo="always")
+    assert again.place.rows.read_bytes() == plain.place.rows.read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("spec", "words"),
+    [
+        ("toy_method+toy_pots", "no post-process is called 'toy_pots'; did you mean toy_post?"),
+        ("toy_method+toy_method", r"\(toy_method is a method\)"),
+        ("toy_post", r"no method is called 'toy_post'.*\(toy_post is a post-process\)"),
+        ("toy_method+toy_post[high=1]", "toy_post has no parameter 'high'"),
+    ],
+)
+def test_wrong_names_are_answered_with_a_sentence(spec, words):
+    with pytest.raises(BenchError, match=words):
+        registry.create("methods", spec)
+
+
+def test_only_methods_are_followed_by_anything():
+    with pytest.raises(BenchError, match="post-processes follow a method, and this is a data set"):
+        registry.create("datasets", "toy_cases+toy_post")
+    with pytest.raises(BenchError, match="post-processes follow a method, and this is a metric"):
+        registry.create("metrics", "position+toy_post")
+
+
+def test_a_folder_made_elsewhere_may_be_called_so(tmp_path):
+    folder = tmp_path / "theirs"
+    folder.mkdir()
+    data = registry.create("datasets", "toy_cases")
+    for info in data.cases("retarget", "intra"):
+        answer = registry.create("methods", "toy_method").retarget(
+            data.load(info).source, data.load(info).target, context=Context()
+        )
+        predict.write_prediction(folder / f"{records.case_file(info.id)}.npz", answer, "")
+    (results,) = carry_out(tmp_path, "pan+their_own[n=2]", stage="score", external=folder)
+    header = json.loads(results.place.header.read_text())
+    assert header["counts"]["ok"] == 6
+    assert header["method"]["label"] == "pan+their_own[n=2]"
+    assert header["method"]["posts"] == [{"name": "their_own", "parameters": {"n": 2}}]
