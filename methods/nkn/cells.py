@@ -145,9 +145,10 @@ class Layer(nn.Module):
 
     def forward(self, inputs: Tensor, start: Tensor) -> Tensor:
         """``(frames, rows, hidden)`` states from inputs ``(frames, rows, inputs)``."""
-        known = self.known(inputs)
+        known = raised(self.known(inputs))
         if torch.is_grad_enabled():
-            states: Tensor = _Unrolled.apply(known, start, self.weights, self.state_bias, self.cell)  # type: ignore[no-untyped-call]
+            with unrounded(known):
+                states: Tensor = _Unrolled.apply(known, start, self.weights, self.state_bias, self.cell)  # type: ignore[no-untyped-call]
             return states
         states = start.new_empty(len(inputs), *start.shape)
         for frame, each in enumerate(known):
@@ -184,9 +185,20 @@ class _Unrolled(torch.autograd.Function):
         return known, pull, to_weights, to_bias, None
 
 
+def raised(known: Tensor) -> Tensor:
+    """What autocast may have rounded, in single precision again."""
+    return known.float() if known.dtype in (torch.bfloat16, torch.float16) else known
+
+
+def unrounded(like: Tensor) -> torch.autocast:
+    """No autocast: gradients by hand need the dtypes that they are written for, and what is rounded at
+    every step of a loop adds up."""
+    return torch.autocast(like.device.type, enabled=False)
+
+
 def dropped(inputs: Tensor, keep: float) -> Tensor:
     """Dropout by a mask that is drawn apart from the inputs: ``(...)``, 0 or 1 / keep."""
     return torch.empty_like(inputs).bernoulli_(keep).div_(keep)
 
 
-__all__ = ["CELLS", "KINDS", "Cell", "Kind", "Layer", "Saved", "dropped"]
+__all__ = ["CELLS", "KINDS", "Cell", "Kind", "Layer", "Saved", "dropped", "raised", "unrounded"]

@@ -11,6 +11,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from .cells import raised
+
 WIDTHS = (32, 64, 128, 256)
 KERNEL = 4
 LEAK = 0.2
@@ -91,7 +93,7 @@ class Discriminator(nn.Module):
             hidden = functional.leaky_relu(hidden, LEAK)
         hidden = self._input(hidden, offsets, lengths)
         short = max(KERNEL - hidden.shape[-1], 0)
-        scores = self.last(functional.pad(hidden, (0, short))).squeeze(1)
+        scores = raised(self.last(functional.pad(hidden, (0, short))).squeeze(1))
         counted = (lengths - KERNEL + 1).clamp(min=1)
         return (scores * _mask(scores, counted)).sum(-1) / counted
 

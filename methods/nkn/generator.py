@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import torch
 from torch import Tensor, nn
 
-from .cells import Kind, Layer, dropped
+from .cells import Kind, Layer, dropped, raised, unrounded
 from .pose import MOVES, Bodies, Scale
 from .rollout import Drops, Memory, Rolled, Rollout, Weights
 
@@ -66,10 +66,11 @@ class Decoder(nn.Module):
             fed = dropped(codes.new_empty(frames, rows, self.channels), KEEP)
             drops = Drops(fed, dropped(codes, KEEP))
             bones, codes = bones * dropped(bones, KEEP), codes * dropped(codes, KEEP)
-        known = codes @ after + (bones @ before + self.lower.bias)
+        known = raised(codes @ after) + (raised(bones @ before) + self.lower.bias)
         rollout = Rollout(self.lower.cell, bodies, drops, memory)
         if torch.is_grad_enabled():
-            poses, raw = Rolled.apply(rollout, known, *self._weights)  # type: ignore[no-untyped-call]
+            with unrounded(known):
+                poses, raw = Rolled.apply(rollout, known, *self._weights)  # type: ignore[no-untyped-call]
         else:
             poses, raw = rollout.answers(known, self._weights)
         return poses, raw, rollout.memory

@@ -14,7 +14,7 @@ from retarget_bench.files import write_text
 from retarget_bench.plan import without_location
 from retarget_bench.spec import Spec
 from retarget_bench.training.budget import Budget
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.recipe import Precision, Recipe
 
 SCHEMA = 1
 NAME = "run.json"
@@ -60,11 +60,16 @@ class Request:
         return Budget.parse(self.budget) if self.budget else Budget(steps=self.recipe.steps)
 
     @property
+    def precision(self) -> Precision:
+        return self.recipe.precision
+
+    @property
     def command(self) -> str:
         """The command that asks for this, without places of files."""
         data = without_places(self.dataset)
         parts = ["bench train", _quoted(self.method), "-d", _quoted(data), "--preset", self.preset]
         parts += ["--budget", self.budget] if self.budget else []
+        parts += ["--precision", self.precision] if self.precision != Recipe.precision else []
         parts += ["--init", "WEIGHTS"] if self.init else []
         return " ".join([*parts, "--seed", str(self.seed)])
 
