@@ -60,7 +60,9 @@ class Nkn(Retargeter):
 
     presets: Mapping[str, Recipe] = {
         "paper": Recipe(steps=50_000, batch=16, window=60, rate=1e-4),
-        "default": Recipe(steps=6_000, batch=16, window=60, rate=5e-4, schedule="cosine", warm_up=200),
+        "default": Recipe(
+            steps=6_000, batch=16, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
+        ),
         "quick": Recipe(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
     }
 

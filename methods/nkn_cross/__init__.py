@@ -44,7 +44,9 @@ class NknCross(Retargeter):
 
     presets: Mapping[str, Recipe] = {
         **Nkn.presets,
-        "default": Recipe(steps=6_000, batch=32, window=60, rate=5e-4, schedule="cosine", warm_up=200),
+        "default": Recipe(
+            steps=6_000, batch=32, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
+        ),
     }
 
     def __init__(

@@ -162,7 +162,7 @@ def _presets(context: int) -> Mapping[str, Recipe]:
     return {
         "paper": Recipe(steps=1000 * 2330 // 16, batch=16, window=context, rate=1e-4, validate=2500),
         "default": Recipe(
-            steps=8000, batch=32, window=context, rate=1e-3, schedule="cosine", warm_up=200, validate=500
+            steps=8000, batch=32, window=context, rate=1e-3, schedule="cosine", warm_up=200, validate=200
         ),
         "quick": Recipe(
             steps=60,
