@@ -10,11 +10,13 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from retarget_bench.commands import options
+from retarget_bench.errors import BenchError
 from retarget_bench.spec import Spec
 
 if TYPE_CHECKING:
     from retarget_bench.training.checkpoint import Checkpoint
     from retarget_bench.training.loop import Moment
+    from retarget_bench.training.recipe import Precision
     from retarget_bench.training.request import Request
     from retarget_bench.training.train import Asked, Trained
 
@@ -43,6 +45,11 @@ if TYPE_CHECKING:
 @click.option(
     "--device", type=click.Choice(("cpu", "cuda", "auto")), default="auto", show_default=True, help="Where."
 )
+@click.option(
+    "--precision",
+    type=click.Choice(("float32", "bfloat16")),
+    help="Of matrix products while training. [default: the preset's, float32]",
+)
 @click.option("--resume", is_flag=True, help="Go on with the run that DIR holds, from its last checkpoint.")
 @click.option("--init", metavar="WEIGHTS", help="Begin with weights: shipped ones, a card, or a run.")
 @options.jobs_option
@@ -56,6 +63,7 @@ def command(
     out: Path | None,
     seed: int | None,
     device: str,
+    precision: Precision | None,
     resume: bool,
     init: str | None,
     jobs: int,
@@ -74,11 +82,14 @@ def command(
     del plugins
     if method is None and not resume:
         raise click.UsageError("say which METHOD to train, or --resume --out DIR to go on with a run")
+    from retarget_bench.training import parallel
     from retarget_bench.training.train import Asked, train
 
     data = options.dataset_spec(dataset, root) if dataset else None
     asked = Asked(
-        Spec.parse(method) if method else None, data, preset, budget, seed, init, out, resume, jobs, device
+        *(Spec.parse(method) if method else None, data, preset, budget, seed, init, out, resume, jobs),
+        device=device,
+        precision=precision,
     )
     voice = Voice()
     try:
@@ -87,6 +98,9 @@ def command(
         voice.close()
         click.echo(f"bench: interrupted{_how_to_go_on(asked)}", err=True)
         return 130
+    except BenchError as error:
+        parallel.record(error)
+        raise
     finally:
         voice.close()
     if _first():

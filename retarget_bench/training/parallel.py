@@ -6,9 +6,13 @@ torch's DistributedDataParallel, and after every step the first process's buffer
 
 from __future__ import annotations
 
+import json
 import os
+import time
 from collections.abc import Callable
+from contextlib import suppress
 from datetime import timedelta
+from pathlib import Path
 from typing import TypeVar
 
 import torch
@@ -43,6 +47,18 @@ def job() -> str:
     """What is the same for all processes that one ``torchrun`` starts and starts again; "" without it."""
     name = os.environ.get("TORCHELASTIC_RUN_ID")
     return f"{name} {os.getppid()}" if name else ""
+
+
+def record(error: BenchError) -> None:
+    """Leave the sentence where ``torchrun`` looks for it: it ends its own report, whatever it prints above.
+
+    The report shows ``message`` of https://pytorch.org/docs/stable/elastic/errors.html where there is no
+    call stack.
+    """
+    if path := os.environ.get("TORCHELASTIC_ERROR_FILE"):
+        told = {"message": f"bench: {error}", "extraInfo": {"timestamp": str(int(time.time()))}}
+        with suppress(OSError):  # the sentence is printed all the same
+            Path(path).write_text(json.dumps({"message": told}), encoding="utf-8")
 
 
 def device(asked: str) -> torch.device:

@@ -1,5 +1,6 @@
 """The command line of ``bench train``: what is typed, and what is said."""
 
+import json
 import re
 
 import pytest
@@ -48,12 +49,33 @@ def test_without_a_method_it_asks_for_one(bench):
     assert "say which METHOD to train, or --resume --out DIR" in err
 
 
+def test_the_precision_is_an_option(bench, tmp_path):
+    words = ("toy_trainee", "-d", "toy_walks", "--preset", "quick", "--out", str(tmp_path / "run"))
+    assert bench(*words, "--precision", "bfloat16")[0] == 0
+    card = json.loads((tmp_path / "run" / "weights.json").read_text())
+    assert card["recipe"]["precision"] == "bfloat16"
+    status, _, err = bench(*words, "--precision", "float16")
+    assert (status, "'float32', 'bfloat16'" in err) == (2, True)
+
+
 def test_a_mistake_is_one_sentence_and_no_traceback(bench, tmp_path):
     status, _, err = bench(
         "toy_trainee", "-d", "toy_walks", "--out", str(tmp_path / "run"), "--preset", "no"
     )
     assert status == 2
     assert err == "bench: toy_trainee has no preset 'no'; there are default, quick, wild\n"
+
+
+def test_torchrun_is_told_the_sentence_too(bench, tmp_path, monkeypatch):
+    """As torch reads and prints it, in its own report on processes that failed."""
+    from torch.distributed.elastic.multiprocessing.errors import ChildFailedError, ProcessFailure
+
+    monkeypatch.setenv("TORCHELASTIC_ERROR_FILE", str(tmp_path / "error.json"))
+    status, _, err = bench("toy_trainee", "-d", "toy_walks", "--out", str(tmp_path), "--preset", "no")
+    failure = ProcessFailure(0, 1, status, str(tmp_path / "error.json"))
+    report = ChildFailedError("bench", {0: failure}).format_msg()
+    assert f"traceback : {err.strip()}\n" in report
+    assert failure.timestamp > 0
 
 
 def test_ctrl_c_says_how_to_go_on(bench, tmp_path, monkeypatch):
