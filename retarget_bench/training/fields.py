@@ -56,7 +56,8 @@ def _validated(value: Any) -> bool:
 
 FIELDS: Mapping[str, tuple[Check, str]] = {
     **dict.fromkeys(
-        ("hash", "method", "version", "preset", "command", "hardware", "torch"), (_text, "a text")
+        ("hash", "method", "version", "preset", "command", "hardware", "torch", "scored_as"),
+        (_text, "a text"),
     ),
     **dict.fromkeys(("seed", "steps", "step", "processes"), (_whole, "a whole number")),
     "seconds": (_number, "a number"),

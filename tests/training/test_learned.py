@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import shutil
 import subprocess
 import sys
@@ -265,6 +266,22 @@ def test_a_card_is_told_in_words():
 def test_a_card_may_tell_little():
     told = [line.partition(":")[0] for line in described({**card(), "hash": "ff"})]
     assert told == ["trained as", "has seen", "hash"]
+
+
+def test_cards_from_before_they_told_of_motion_and_scoring_are_shown(shifter):
+    later = FULL | {"scored_as": "shifter[speed=2]", "data": FULL["data"] | {"motion": "0f"}}
+    write(shifter / "weights", name="older", **FULL)
+    write(shifter / "weights", name="newer", **later)
+    done = CliRunner().invoke(cli.group, ["info", "shifter"])
+    assert (done.exit_code, done.exception) == (0, None)
+    newer, older = done.output.partition("Weights newer")[2].split("Weights older")
+    assert "scored as: shifter[speed=2]" in newer
+    assert "scored as" not in older
+    assert "data: puppets-1.0 default" in older
+    path = shifter / "weights" / "older.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"scored_as": 3}))
+    with pytest.raises(BenchError, match="its scored_as has to be a text"):
+        weights.read_card(path)
 
 
 def test_info_shows_the_cards_of_shipped_weights_and_of_a_path(shifter, tmp_path):
