@@ -70,7 +70,7 @@ class Pan(Learned):
     presets: Mapping[str, Recipe] = {
         "paper": Recipe(steps=150_000, batch=256, window=64, rate=1e-3, validate=2000),
         "default": Recipe(
-            steps=6_000, batch=64, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=200
+            steps=20_000, batch=16, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=200
         ),
         "quick": Recipe(steps=20, batch=8, window=16, rate=1e-3, validate=20, cases=2),
     }
