@@ -92,8 +92,10 @@ class Answers:
         """Those of its reference motions where the method is given them (the published leak)."""
         if context.target_motions is None or self._method.target_stats != "own":
             return self._of(name, body.character)
-        shown = [rates.at_thirty(each) for each in context.target_motions if isinstance(each, Motion)]
-        slots = np.concatenate([self._method.settings.form.see(each, body)["slots"] for each in shown])
+        form, shown = self._method.settings.form, map(rates.at_thirty, context.target_motions)
+        slots = np.concatenate(
+            [form.see(each, body)["slots"] for each in shown if isinstance(each, Motion)]
+        )
         deviation = slots.std(axis=0)
         both = np.stack([slots.mean(axis=0), np.where(deviation < CONSTANT, 1.0, deviation)])
         return torch.from_numpy(both.astype(np.float32))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 from torch.nn import functional
 
 from retarget_bench.motion.kinematics_torch import Tree, forward
@@ -13,35 +13,24 @@ from .form import Root
 from .layout import Layout
 
 
-class Kinematics(nn.Module):
+class Kinematics:
     """FK of one structure (eq. 13): slots to places of its joints."""
-
-    _above: Tensor
-    _ends: Tensor
-    _node: Tensor
-    _parents: Tensor
 
     def __init__(self, body: Body) -> None:
         """body: any of the structure."""
-        super().__init__()
         layout = body.layout
         self._tree = Tree.of(body.chains)
-        for name, value in (
-            ("_above", torch.from_numpy(layout.above)),
-            ("_ends", torch.from_numpy(layout.ends)),
-            ("_node", torch.tensor(_nodes(layout))),
-            ("_parents", torch.tensor(layout.parents[1:])),
-        ):
-            self.register_buffer(name, value, persistent=False)
+        self._above, self._ends = torch.from_numpy(layout.above), torch.from_numpy(layout.ends)
+        self._node, self._parents = torch.tensor(_nodes(layout)), torch.tensor(layout.parents[1:])
 
-    def forward(self, slots: Tensor, bones: Tensor) -> Tensor:
+    def __call__(self, slots: Tensor, bones: Tensor) -> Tensor:
         """``(rows, frames, joints, 3)`` relative to the hips, in the unit of the bones.
 
         slots: ``(rows, frames, slots + 1, 4)``, need not be unit; the last is not read.
         bones: ``(rows, slots + 1, 3)``, the last zero.
         """
         if self._tree.mask.device != slots.device:
-            self._tree = self._tree.to(slots.device)
+            self._move(slots.device)
         turns = functional.normalize(slots[..., :-1, :].float(), dim=-1, eps=1e-6)
         still = turns.new_tensor([1.0, 0.0, 0.0, 0.0])
         first = still.expand(*turns.shape[:2], 1, 4)
@@ -51,6 +40,11 @@ class Kinematics(nn.Module):
         )
         hips = turns.new_zeros(*turns.shape[:2], 3)
         return forward(self._tree, offsets, torch.cat([first, turns, last], 2), hips)[0][:, :, self._node]
+
+    def _move(self, device: torch.device) -> None:
+        self._tree = self._tree.to(device)
+        for name in ("_above", "_ends", "_node", "_parents"):
+            setattr(self, name, getattr(self, name).to(device))
 
     def vectors(self, places: Tensor) -> Tensor:
         """``(rows, frames, slots, 3)`` from each joint to the one that hangs from it."""

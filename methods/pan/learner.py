@@ -91,9 +91,7 @@ class Learner:
             structures[name] = Structure(layout, design, cast)
             spread(structures[name], material, sorted(bodies[name]), choices.still)
         self._structures = structures
-        self._kinematics = nn.ModuleDict(
-            {name: Kinematics(next(iter(bodies[name].values()))) for name in self._names}
-        )
+        self._kinematics = {name: Kinematics(next(iter(bodies[name].values()))) for name in self._names}
         self._ends = {name: _ends(structures[name].layout.roles) for name in self._names}
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(structures)})
         self.phases: Sequence[Phase] = (Phase("generator", ("generator",)),)
@@ -159,7 +157,7 @@ class Learner:
             names[there], slots, torch.cat(which), torch.cat(bones), torch.cat(units), torch.cat(turns)
         )
         size = len(codes[0])
-        split = [Answer(*each) for each in zip(*(part.split(size) for part in found), strict=True)]
+        split = [Answer(*each) for each in zip(*(torch.split(part, size) for part in found), strict=True)]
         return {**dict(enumerate(split[:-1])), -1: split[-1]}
 
     def _answer(
@@ -292,7 +290,7 @@ class Learner:
         return self._build(self.export())
 
     def export(self) -> Mapping[str, Tensor]:
-        found = {}
+        found: dict[str, Tensor] = {}
         for name, structure in self._structures.items():
             state = {**structure.state_dict(), **structure.marks()}
             found |= {f"{name}.{key}": each.detach().cpu().clone() for key, each in state.items()}
@@ -325,7 +323,7 @@ def _add(terms: dict[str, list[Tensor]], name: str, weight: float, term: Tensor)
 
 def _ends(roles: Sequence[str | None]) -> dict[int, int]:
     """Number of an end effector -> its joint."""
-    found = {}
+    found: dict[int, int] = {}
     for number, wanted in enumerate(ENDS):
         for role in wanted:
             if role in roles:
