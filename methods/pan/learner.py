@@ -188,9 +188,15 @@ class Learner:
             weights.slots,
             losses.squares(answer.slots[:, :, slots], real.slots[:, :, slots]),
         )
-        wrong = losses.squares(answer.places[:, :, joints], real.places[:, :, joints])
+        wrong = losses.squares(self._placed(answer)[:, :, joints], self._placed(real)[:, :, joints])
         _add(terms, "places", weights.places, wrong)
         _add(terms, "root", weights.root, losses.squares(answer.places[:, :, 0], real.places[:, :, 0]))
+
+    def _placed(self, answer: Answer) -> Tensor:
+        """``(rows, frames, joints, 3)`` joints as ``Weights.places`` compares them."""
+        if not self._choices.weights.local:
+            return answer.places
+        return torch.cat([answer.places[:, :, :1], answer.local[:, :, 1:]], 2)
 
     def _cycle(
         self, name: str, codes: Sequence[Tensor], side: Side, real: Answer, terms: dict[str, list[Tensor]]
@@ -206,8 +212,8 @@ class Learner:
         slots, joints = self._counted(name)
         wanted = real.slots[:, :, slots].repeat(times, 1, 1, 1)
         _add(terms, "again", weights.again, losses.squares(found.slots[:, :, slots], wanted))
-        places = real.places[:, :, joints].repeat(times, 1, 1, 1)
-        wrong = losses.squares(found.places[:, :, joints], places)
+        places = self._placed(real)[:, :, joints].repeat(times, 1, 1, 1)
+        wrong = losses.squares(self._placed(found)[:, :, joints], places)
         _add(terms, "again_places", weights.again_places, wrong)
 
     def _compare(

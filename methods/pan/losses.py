@@ -23,7 +23,8 @@ class Weights:
     """Of the terms, all of them means over everything.
 
     slots:    squared error of the reconstruction in normalised slots (eq. 10).
-    places:   of the reconstruction's joints in heights, in the world (eq. 13). root: once more of the hips.
+    places:   of the reconstruction's joints in heights (eq. 13): in the world, or, where ``local``, relative
+              to the hips, and the hips in the world. root: once more of the hips.
     latent:   distance of the codes of source and answer (eq. 11), ``measure`` l1 or squared.
     again:    squared error of the cycle in normalised slots (eq. 11); again_places: of its joints (eq. 13).
     ends:     squared difference of how end effectors move in source and answer.
@@ -33,6 +34,7 @@ class Weights:
 
     slots: float = 1.0
     places: float = 100.0
+    local: bool = False
     root: float = 0.0
     latent: float = 2.5
     measure: Latent = "l2"

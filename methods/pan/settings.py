@@ -39,6 +39,7 @@ class Settings:
 
 RELEASED_WEIGHTS = Weights(
     places=100.0,
+    local=True,
     root=100.0,
     latent=2.5,
     measure="l1",
@@ -56,7 +57,7 @@ SETTINGS: Mapping[Variant, Settings] = {
     "own": Settings(
         replace(RELEASED, dropout=0.0),
         Form("height", "body", 0.0),
-        replace(RELEASED_WEIGHTS, places=1000.0, root=100.0, again_places=100.0, adversarial=0.25),
+        replace(RELEASED_WEIGHTS, places=1000.0, root=20.0, again_places=100.0, adversarial=0.25),
         "structure",
         "source",
         still=0.02,
