@@ -1,0 +1,67 @@
+"""Foot contacts kept, over how slow counts as planted: PAN's Figure 7, with precision below recall."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from retarget_bench.errors import BenchError
+from retarget_bench.plotting import canvas
+
+if TYPE_CHECKING:
+    from retarget_bench.summary import Mean, Section
+
+KINDS = {"pan_recall": "recall", "pan_contact_precision": "precision"}
+"""Value -> what its row of panels is called. A foot that never moves has recall 1; hence both."""
+AXES = {
+    "": "slower is planted: squared step in 1/30 s, cm²",
+    "_h": "slower is planted: step in 1/30 s, heights",
+}
+
+
+def draw(path: Path, sections: Sequence[Section], by_height: bool) -> None:
+    """Draw recall above precision, a column per split, a line per method with its 95 % interval.
+
+    sections: of one data set. by_height: thresholds of speed in heights, not squared ones in centimetres.
+    Raises BenchError where no result has the curves, and where the file is of no known kind.
+    """
+    canvas.ending(path)
+    suffix = "_h" if by_height else ""
+    shown = [section for section in sections if _lines(section, f"pan_recall{suffix}")]
+    if not shown:
+        raise BenchError(
+            f"these results have no pan_recall{suffix}, which the metric pan_contact gives; bench run with "
+            "-m pan_contact, or without -m, computes it from the predictions that there are"
+        )
+    headers = {score.label: score.header for section in shown for score in section.scores}
+    look = canvas.looks(headers)
+    with canvas.drawn(path, 2.6 + 2.9 * len(shown), 5.6) as figure:
+        panels = figure.subplots(len(KINDS), len(shown), squeeze=False, sharex=True, sharey=True)
+        for column, section in zip(panels.T, shown, strict=True):
+            column[0].set_title(f"{section.split}: {section.clips} clips, {section.pairs} pairs")
+            column[-1].set_xlabel(AXES[suffix])
+            for panel, kind in zip(column, KINDS, strict=True):
+                for label, curve in _lines(section, kind + suffix).items():
+                    _line(panel, label, curve, look[label])
+        for row, name in zip(panels, KINDS.values(), strict=True):
+            row[0].set_ylabel(f"{name} of foot contacts")
+        panels[0, 0].set(xscale="log", ylim=(-0.02, 1.02))
+        figure.suptitle(f"{shown[0].dataset}: foot contacts kept (mean over clips, bands 95 %)", fontsize=9)
+        canvas.legend(figure, list(panels.flat))
+
+
+def _lines(section: Section, value: str) -> dict[str, Mapping[str, Mean]]:
+    """Label -> its curve, of those that have it."""
+    return {score.label: score.curves[value] for score in section.scores if value in score.curves}
+
+
+def _line(panel: Any, label: str, curve: Mapping[str, Mean], look: Mapping[str, Any]) -> None:
+    """One method's curve, and a band where all of it has intervals."""
+    points = sorted((float(threshold), mean) for threshold, mean in curve.items())
+    at = [threshold for threshold, _ in points]
+    panel.plot(at, [mean.value for _, mean in points], label=label, **look)
+    known = [mean.interval for _, mean in points if mean.interval is not None]
+    if len(known) == len(points):
+        low, high = zip(*((each.low, each.high) for each in known), strict=True)
+        panel.fill_between(at, low, high, color=look["color"], alpha=0.12, linewidth=0)

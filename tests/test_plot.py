@@ -1,0 +1,184 @@
+"""Pictures of results: what is drawn is what the rows say, and what cannot be drawn is told."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from retarget_bench import cli, summary
+from retarget_bench.plotting import canvas
+from retarget_bench.plotting import recall as picture
+from retarget_bench.statistics import Interval
+from retarget_bench.summary import Mean, Score, Section
+
+EPSILONS = ("0.05", "0.1", "1", "4")
+
+
+def score(label: str, values: dict[str, list[float]], *, control: bool = False, sees=()) -> Score:
+    """A method whose curves are these."""
+    curves = {
+        value: {
+            e: Mean(number, 20, 12, Interval(number - 0.05, number + 0.05))
+            for e, number in zip(EPSILONS, numbers, strict=True)
+        }
+        for value, numbers in values.items()
+    }
+    header = {"method": {"label": label, "control": control, "privileged": list(sees)}}
+    return Score(label, header, {}, curves, None)
+
+
+def both(recalls: list[float], precisions: list[float]) -> dict[str, list[float]]:
+    return {"pan_recall": recalls, "pan_contact_precision": precisions}
+
+
+@pytest.fixture
+def sections() -> list[Section]:
+    scores = [
+        score("frozen", both([1.0] * 4, [0.2, 0.3, 0.6, 0.9]), control=True),
+        score("pan+footfix", both([0.4, 0.5, 0.7, 0.9], [0.9, 0.9, 0.95, 0.97])),
+        score("told", both([0.9, 0.92, 0.95, 0.99], [0.8, 0.9, 0.9, 0.9]), sees=("reference",)),
+    ]
+    return [Section("bows", split, [], scores, 4, 12, 900) for split in ("intra", "cross")]
+
+
+@pytest.fixture
+def figures(monkeypatch) -> list[Figure]:
+    """The figures that are drawn from here on."""
+    made: list[Figure] = []
+    kept = Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
+    return made
+
+
+def test_every_split_shows_recall_above_precision(tmp_path, sections, figures):
+    picture.draw(tmp_path / "out.png", sections, by_height=False)
+    (figure,) = figures
+    assert [panel.get_ylabel() for panel in figure.axes] == [
+        "recall of foot contacts", "", "precision of foot contacts", "",
+    ]  # fmt: skip
+    assert [panel.get_title().split(":")[0] for panel in figure.axes[:2]] == ["intra", "cross"]
+    for panel, value in zip(figure.axes, ("pan_recall",) * 2 + ("pan_contact_precision",) * 2, strict=True):
+        for line, each in zip(panel.lines, sections[0].scores, strict=True):
+            assert line.get_label() == each.label
+            assert list(line.get_xdata()) == [float(e) for e in EPSILONS]
+            assert list(line.get_ydata()) == [each.curves[value][e].value for e in EPSILONS]
+        assert panel.get_xscale() == "log"
+        assert len(panel.collections) == 3
+
+
+def test_controls_are_dashed_and_methods_that_see_more_dotted(tmp_path, sections, figures):
+    picture.draw(tmp_path / "out.png", sections, by_height=False)
+    styles = {line.get_label(): line.get_linestyle() for line in figures[0].axes[0].lines}
+    assert styles == {"frozen": "--", "pan+footfix": "-", "told": ":"}
+    (legend,) = figures[0].legends
+    assert [text.get_text() for text in legend.get_texts()] == ["frozen", "pan+footfix", "told"]
+
+
+def test_bands_are_left_out_where_intervals_are_withheld(tmp_path, sections, figures):
+    bare = sections[0].scores[1].curves["pan_recall"]
+    bare["1"] = Mean(bare["1"].value, 3, 2)
+    picture.draw(tmp_path / "out.png", sections[:1], by_height=False)
+    assert [len(panel.collections) for panel in figures[0].axes] == [2, 3]
+
+
+@pytest.mark.parametrize("form", sorted(canvas.ENDINGS))
+def test_the_same_picture_is_the_same_file(tmp_path, sections, form):
+    first, second = (tmp_path / f"{name}{form}" for name in "ab")
+    for path in (first, second):
+        picture.draw(path, sections, by_height=False)
+    magic = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}[form]
+    assert first.read_bytes().startswith(magic)
+    assert first.read_bytes() == second.read_bytes()
+    assert sorted(path.name for path in tmp_path.iterdir()) == [f"a{form}", f"b{form}"]
+
+
+def test_results_without_the_curves_are_told(tmp_path, sections):
+    with pytest.raises(Exception, match="no pan_recall_h, which the metric pan_contact gives"):
+        picture.draw(tmp_path / "out.png", sections, by_height=True)
+    assert not list(tmp_path.iterdir())
+
+
+def test_nothing_of_how_others_draw_is_changed(tmp_path, sections):
+    before = dict(mpl.rcParams)
+    picture.draw(tmp_path / "out.png", sections, by_height=False)
+    assert dict(mpl.rcParams) == before
+
+
+def test_colours_of_methods_do_not_repeat_soon():
+    headers = {f"m{k}": {"method": {"control": False, "privileged": []}} for k in range(8)}
+    assert len({look["color"] for look in canvas.looks(headers).values()}) == 8
+
+
+# -------------------------------------------------------------------------------------------- the command
+def bench(capsys, *arguments: str) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as stop:
+        cli.main(list(arguments))
+    out, err = capsys.readouterr()
+    return int(stop.value.code or 0), out, err
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory) -> Path:
+    """Results of three methods on the smallest embedded data, one of them with a post-process."""
+    root = tmp_path_factory.mktemp("plots") / "runs"
+    with pytest.raises(SystemExit) as stop:
+        cli.main(
+            "run copy_rotations copy_rotations+footfix[steps=2] rest_pose -s intra -d puppets[size=tiny] "
+            f"-m pan_contact -j 1 --out {root}".split()
+        )
+    assert not stop.value.code
+    return root
+
+
+def test_what_is_drawn_is_what_tables_say(runs, tmp_path, capsys, figures):
+    output = tmp_path / "recall.svg"
+    assert bench(capsys, "plot", "recall", str(runs), "-o", str(output), "--by-height")[0] == 0
+    (section,) = summary.sections(summary_places(runs))
+    lines = {line.get_label(): line for line in figures[0].axes[0].lines}
+    assert set(lines) == {"copy_rotations", "copy_rotations+footfix[steps=2]", "rest_pose"}
+    for each in section.scores:
+        wanted = [mean.value for _, mean in sorted(each.curves["pan_recall_h"].items())]
+        assert sorted(lines[each.label].get_ydata()) == pytest.approx(sorted(wanted))
+    assert np.allclose(lines["rest_pose"].get_ydata(), 1.0)
+
+
+def summary_places(root: Path):
+    from retarget_bench import records
+
+    return records.find_results(root)
+
+
+def test_only_the_methods_asked_for_are_drawn(runs, tmp_path, capsys, figures):
+    asked = ["-m", "copy_rotations + footfix[steps=2.0]", "-m", "rest_pose"]
+    assert bench(capsys, "plot", "recall", str(runs), "-o", str(tmp_path / "a.png"), *asked)[0] == 0
+    assert {line.get_label() for line in figures[0].axes[0].lines} == {
+        "copy_rotations+footfix[steps=2]",
+        "rest_pose",
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["-o", "out.jpg"], "pictures are written as .png, .pdf, .svg"),
+        (["-o", "out.png", "-m", "rest_pse"], "did you mean rest_pose?"),
+        (["-o", "out.png", "-d", "mixamo"], "no results of mixamo in"),
+        (["-o", "out.png", "-s", "cross"], "no results of cross in"),
+    ],
+)
+def test_what_cannot_be_drawn_is_a_sentence(runs, tmp_path, monkeypatch, capsys, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    code, _, err = bench(capsys, "plot", "recall", str(runs), *arguments)
+    assert code == 2
+    assert words in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_command_needs_a_place_to_draw_to(capsys):
+    code, _, err = bench(capsys, "plot", "recall")
+    assert code == 2
+    assert "--output" in err
