@@ -47,6 +47,11 @@ def draw(path: Path, sections: Sequence[Section], by_height: bool) -> None:
         for row, name in zip(panels, KINDS.values(), strict=True):
             row[0].set_ylabel(f"{name} of foot contacts")
         panels[0, 0].set(xscale="log", ylim=(-0.02, 1.02))
+        ticks = _thresholds(shown, f"pan_recall{suffix}")
+        panels[0, 0].set_xticks(ticks, [f"{each:g}" for each in ticks])
+        panels[0, 0].minorticks_off()
+        for panel in panels[-1]:
+            panel.tick_params(axis="x", labelrotation=45)
         figure.suptitle(f"{shown[0].dataset}: foot contacts kept (mean over clips, bands 95 %)", fontsize=9)
         canvas.legend(figure, list(panels.flat))
 
@@ -54,6 +59,11 @@ def draw(path: Path, sections: Sequence[Section], by_height: bool) -> None:
 def _lines(section: Section, value: str) -> dict[str, Mapping[str, Mean]]:
     """Label -> its curve, of those that have it."""
     return {score.label: score.curves[value] for score in section.scores if value in score.curves}
+
+
+def _thresholds(sections: Sequence[Section], value: str) -> list[float]:
+    curves = [curve for section in sections for curve in _lines(section, value).values()]
+    return sorted({float(threshold) for curve in curves for threshold in curve})
 
 
 def _line(panel: Any, label: str, curve: Mapping[str, Mean], look: Mapping[str, Any]) -> None:

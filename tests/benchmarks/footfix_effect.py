@@ -1,0 +1,48 @@
+"""What the post-process footfix does to foot contacts: means of methods alone and with it, on puppets.
+
+    python tests/benchmarks/footfix_effect.py [METHOD...]
+
+Prints, for every method and split, recall and precision of contacts, slide and position error without and with
+footfix. Results are kept in runs/footfix_effect and not computed again.
+"""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+from tqdm import tqdm
+
+from retarget_bench import run, summary
+from retarget_bench.plan import Plan
+from retarget_bench.spec import Spec
+
+VALUES = ("contact_recall", "contact_precision", "foot_slide_h", "mpjpe_h.world", "acceleration")
+
+
+def main(methods: list[str]) -> None:
+    texts = [text for name in methods for text in (name, f"{name}+footfix")]
+    plan = Plan(
+        methods=tuple(map(Spec.parse, texts)),
+        datasets=(Spec.parse("puppets[size=tiny]"),),
+        splits=("intra", "cross"),
+        metrics=("contact", "slide", "position", "smoothness"),
+        root=Path("runs/footfix_effect"),
+    )
+    with tqdm(unit="case", leave=False) as bar:
+
+        def progress(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        places = run.run(plan, progress)
+    print("split   method                        " + "".join(f"{value:>18}" for value in VALUES))
+    for section in summary.sections(places):
+        for score in section.scores:
+            means = [score.means.get(value) for value in VALUES]
+            shown = "".join(f"{mean.value:18.3f}" if mean else f"{'':>18}" for mean in means)
+            print(f"{section.split:<8}{score.label:<30}{shown}  ({score.ok} of {score.asked} cases)")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:] or ["copy_rotations", "nkn"])
