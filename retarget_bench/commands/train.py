@@ -75,9 +75,9 @@ def command(
     card. A run that was interrupted, even killed, goes on with --resume as if it had not been.
 
     \b
-    bench train nkn -d puppets --budget 2h
+    bench train nkn -d 'puppets[size=default]' --budget 2h
     bench train --resume --out runs/train/nkn
-    torchrun --standalone --nproc-per-node 4 -m retarget_bench train nkn -d puppets
+    torchrun --standalone --nproc-per-node 4 -m retarget_bench train nkn -d 'puppets[size=default]'
     """
     del plugins
     if method is None and not resume:

@@ -128,6 +128,8 @@ def _train(folder: Path, wanted: Request, asked: Asked, voice: Voice, device: to
         request.write(folder, replace(wanted, job=parallel.job()))
         for note in material.notes:
             voice.say(note)
+        if start is None:
+            voice.say(_amount(material, recipe.fps))
         if wanted.processes != parallel.world():
             voice.say(f"this run began with {wanted.processes} processes; its batches are now others")
         voice.began(wanted, start or Checkpoint(0, 0.0, {}))
@@ -239,6 +241,14 @@ def _new(asked: Asked, method: Spec) -> Request:
         processes=parallel.world(),
         versions=versions(),
     )
+
+
+def _amount(material: Material, fps: float) -> str:
+    """How much there is to learn from, as a sentence: with a few minutes of motion people have forgotten a
+    parameter of the data set."""
+    clips, bodies = sum(map(len, material.clips.values())), len(material.clips)
+    minutes = material.frames / fps / 60
+    return f"training on {minutes:.0f} minutes of motion: {clips} clips of {bodies} characters"
 
 
 class _Trainee:

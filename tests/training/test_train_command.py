@@ -27,7 +27,8 @@ def bench(toy_run, capsys):
 def test_it_says_every_validation_and_how_to_use_the_weights(bench, tmp_path):
     status, out, _ = bench("toy_trainee", "-d", "toy_walks", "--out", str(tmp_path / "a b"))
     assert status == 0
-    lines = out.splitlines()
+    amount, *lines = out.splitlines()
+    assert re.fullmatch(r"training on \d+ minutes of motion: \d+ clips of \d+ characters", amount)
     said = r"step (\d+), \d+ s: generator [\d.]+, critic [\d.]+; validation intra [\d.]+ / [\d.]+, cross .*"
     assert [re.fullmatch(said, line)[1] for line in lines[:3]] == ["15", "30", "40"]
     assert lines[3].startswith("toy_trainee: 40 steps in ")
