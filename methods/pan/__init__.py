@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Final, Literal
 
 import numpy as np
 
@@ -18,11 +17,12 @@ from retarget_bench.training.learned import Learned
 from retarget_bench.training.material import Material
 from retarget_bench.training.recipe import Recipe
 
+from .ablations import ABLATIONS
 from .body import Body, cast, missing, own
 from .card import PARAMETERS, described
 from .form import unfit
-from .layout import KNOWN, Layout, parts_of
-from .settings import SETTINGS, Settings, Variant
+from .layout import Layout, parts_of
+from .settings import AS, BETWEEN_LEGS, SETTINGS, VARIANT, Settings, Variant
 
 if TYPE_CHECKING:
     from torch import Tensor
@@ -30,11 +30,7 @@ if TYPE_CHECKING:
     from .learner import Learner
     from .structure import Structure
 
-AS: Final = ""
-"""A choice that the variant makes."""
-VARIANT: Final = -1.0
-"""A weight that the variant sets."""
-FOUR = "four_legged"
+FOUR: Final = "four_legged"
 """What follows a structure's name where it stands on four legs."""
 
 
@@ -67,6 +63,7 @@ class Pan(Learned):
     lacks are bones of no length (section 6.2.3).
     """
 
+    ablations = ABLATIONS
     presets: Mapping[str, Recipe] = {
         "paper": Recipe(steps=150_000, batch=256, window=64, rate=1e-3, validate=2000),
         "default": Recipe(
@@ -99,37 +96,27 @@ class Pan(Learned):
         weights: str = "puppets",
     ) -> None:
         super().__init__(weights)
-        if dropout >= 1.0:
-            raise BenchError("dropout of pan is a share below 1")
         self.variant, self.target_stats, self.tips = variant, target_stats, tips
-        self.parts = parts
-        self._part_map = parts_of(parts)
-        chosen = SETTINGS[variant]
-        chosen = chosen.between_legs() if parts == "three" else chosen
-        form = {"root": root, "lengths": lengths}
-        design = {"conv_mask": conv_mask, "decoder": decoder}
-        numbers = {
-            "places": kinematic,
-            "latent": cycle,
-            "ends": ends,
-            "adversarial": adversarial,
-            "velocity": velocity,
-        }
-        weighed: dict[str, Any] = {name: value for name, value in numbers.items() if value >= 0}
-        if kinematic >= 0:
-            weighed["again_places"] = chosen.weights.again_places * kinematic / chosen.weights.places
-        self.settings: Settings = replace(
-            chosen,
-            form=replace(chosen.form, **_given(form), **_at_least(smoothing=facing)),
-            design=replace(
-                chosen.design,
-                **_given(design),
-                **_at_least(dropout=dropout),
-                attention=attention,
-                by_part=by_part,
-            ),
-            weights=replace(chosen.weights, **weighed),
-            **_given({"statistics": statistics, "yaw": yaw}),
+        self._asked = parts
+        self.parts, self._part_map = parts_of(parts)
+        chosen = BETWEEN_LEGS if self.parts == "three" else SETTINGS
+        self.settings: Settings = chosen[variant].but(
+            form={"root": root, "lengths": lengths, "smoothing": facing},
+            design={
+                "conv_mask": conv_mask,
+                "decoder": decoder,
+                "dropout": dropout,
+                "attention": attention,
+                "by_part": by_part,
+            },
+            weights={
+                "places": kinematic,
+                "latent": cycle,
+                "ends": ends,
+                "adversarial": adversarial,
+                "velocity": velocity,
+            },
+            others={"statistics": statistics, "yaw": yaw},
         )
         privileged = target_stats == "own"
         if privileged and self.settings.statistics != "character":
@@ -141,10 +128,9 @@ class Pan(Learned):
     # ---------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
         chosen = self.settings
-        parts = self.parts if self.parts in KNOWN else _text(self._part_map)
         return {
             "variant": self.variant,
-            "parts": parts,
+            "parts": self.parts,
             "root": chosen.form.root,
             "lengths": chosen.form.lengths,
             "facing": chosen.form.smoothing,
@@ -169,10 +155,10 @@ class Pan(Learned):
             )
         try:
             self._own(character)
-        except (SkeletonError, BenchError) as error:
-            return f"{character.name}: {error}".replace(
-                f"{character.name}: {character.name}", character.name
-            )
+        except SkeletonError as error:
+            return str(error)
+        except BenchError as error:
+            return f"{character.name}: {error}"
         return unfit(character, self.settings.form)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
@@ -205,7 +191,7 @@ class Pan(Learned):
 
     def _again(self) -> Pan:
         facts = dict(self.facts()) | {
-            "parts": self.parts,
+            "parts": self._asked,
             "tips": self.tips,
             "target_stats": self.target_stats,
         }
@@ -244,9 +230,9 @@ class Pan(Learned):
             legs = "four legs" if character.four_legged else "two legs"
             return "", None, f"{character.name} stands on {legs}, and these weights know no such body"
         bodies = {name: cast(character, self.structures[name].layout) for name in fitting}
-        best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name))
-        why = missing(bodies[best], bodies[best].layout.names[:1])
-        return best, bodies[best], why
+        mine = _key(character)
+        best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name != mine, name))
+        return best, bodies[best], missing(bodies[best])
 
     @cached_property
     def _seats(self) -> dict[Character, tuple[str, Body | None, str]]:
@@ -293,21 +279,13 @@ def _misfit(body: Body) -> tuple[int, int]:
 
 
 def _key(character: Character) -> str:
-    """What a structure's tensors begin with."""
+    """What a structure's tensors begin with: a name that torch takes for a module, without a dot."""
+    from torch import nn
+
     name = character.structure.replace(".", "_")
-    return f"{name}_{FOUR}" if character.four_legged else name
-
-
-def _text(parts: Mapping[str, tuple[str, ...]]) -> str:
-    return " ".join(f"{name}:{'+'.join(members)}" for name, members in parts.items())
-
-
-def _given(values: Mapping[str, str]) -> dict[str, Any]:
-    return {name: value for name, value in values.items() if value != AS}
-
-
-def _at_least(**values: float) -> dict[str, Any]:
-    return {name: value for name, value in values.items() if value >= 0}
+    if character.four_legged:
+        return f"{name}_{FOUR}"
+    return f"{name}_" if name.endswith(FOUR) or hasattr(nn.ModuleDict(), name) else name
 
 
 plugin = Pan

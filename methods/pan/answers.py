@@ -10,13 +10,14 @@ import torch
 from torch import Tensor
 
 from retarget_bench.api import Context
+from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rates
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
 from .body import Body
 from .inference import answered
-from .windows import CONSTANT
+from .windows import moments
 
 if TYPE_CHECKING:
     from . import Pan
@@ -90,24 +91,25 @@ class Answers:
 
     def _target(self, name: str, body: Body, context: Context) -> Tensor:
         """Those of its reference motions where the method is given them (the published leak)."""
-        if context.target_motions is None or self._method.target_stats != "own":
+        method = self._method
+        if method.target_stats != "own":
             return self._of(name, body.character)
-        form, shown = self._method.settings.form, map(rates.at_thirty, context.target_motions)
-        slots = np.concatenate(
-            [form.see(each, body)["slots"] for each in shown if isinstance(each, Motion)]
-        )
-        deviation = slots.std(axis=0)
-        both = np.stack([slots.mean(axis=0), np.where(deviation < CONSTANT, 1.0, deviation)])
-        return torch.from_numpy(both.astype(np.float32))
+        shown = map(rates.at_thirty, context.target_motions or ())
+        seen = [method.settings.form.see(each, body)["slots"] for each in shown if isinstance(each, Motion)]
+        if not seen:
+            raise NotSupported(f"there is no motion of {body.character.name} to take statistics of")
+        return torch.stack(moments(np.concatenate(seen), method.settings.still))
 
 
 def _tips(source: Motion, actor: Body, body: Body) -> np.ndarray:
     """``(frames, joints of the target's layout, 4)``: how ends of chains are turned relative to their
-    parents, by role; at rest where the source has none."""
+    parents, by role; at rest where the source has none, or where they belong to no part."""
     turned, place = actor.ends_of(source), {role: n for n, role in enumerate(actor.layout.roles) if role}
     found = np.zeros((len(turned), len(body.joints), 4))
     found[..., 0] = 1.0
     for joint, role in enumerate(body.layout.roles):
-        if role in place and (actor.joints[place[role]] >= 0):
-            found[:, joint] = turned[:, place[role]]
+        there = place.get(role or "", 0)
+        known = there > 0 and joint > 0 and actor.joints[there] >= 0
+        if known and actor.layout.encoded[there - 1] and body.layout.encoded[joint - 1]:
+            found[:, joint] = turned[:, there]
     return found

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
@@ -166,9 +165,9 @@ def cast(character: Character, layout: Layout) -> Body:
     return Body(character, layout, tuple(kept))
 
 
-def missing(body: Body, needed: Sequence[str]) -> str:
-    """Why a character cannot be seen in a layout: a part of it that has no joint; "" where it can."""
-    for name, slots in zip(body.layout.names, body.layout.parts, strict=True):
-        if name in needed and all(body.joints[slot + 1] < 0 for slot in slots):
-            return f"{body.character.name} has no joint of the {name.replace('_', ' ')}"
-    return ""
+def missing(body: Body) -> str:
+    """Why a character cannot be seen in a layout: it has a joint of none of its parts; "" where it can."""
+    if any(body.joints[slot + 1] >= 0 for part in body.layout.parts for slot in part):
+        return ""
+    names = ", ".join(name.replace("_", " ") for name in body.layout.names)
+    return f"{body.character.name} has no joint of any part that these weights know ({names})"

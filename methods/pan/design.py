@@ -1,12 +1,12 @@
 """The choices in which the paper and its authors' code differ, for the networks alone.
 
-``paper`` is sections 4 and 5 of Hu et al., TVCG 2023, as written; ``released`` is what their code does for
-people, ``released_three`` what it does between two legs and four.
+``PAPER`` is sections 4 and 5 of Hu et al., TVCG 2023, as written; ``RELEASED`` is what their code does for
+people, ``RELEASED_THREE`` what it does between two legs and four.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 DecoderKind = Literal["full", "parts"]
@@ -79,3 +79,4 @@ RELEASED = Design(
     skeleton_share=0.01,
     decoder="parts",
 )
+RELEASED_THREE = replace(RELEASED, layers=1, heads=1, dropout=0.0, squashed=False)

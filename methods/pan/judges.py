@@ -22,8 +22,8 @@ class Judges(nn.Module):
 
     def __init__(self, slots: Mapping[str, int], frames: int, design: Design, weights: Weights) -> None:
         super().__init__()
-        per_slot = 4 if weights.judge == "motion" else 3
-        channels = {name: per_slot * count + 4 for name, count in slots.items()}
+        per_slot, root = {"motion": (4, 4), "bones": (3, 4), "places": (3, 3)}[weights.judge]
+        channels = {name: per_slot * count + root for name, count in slots.items()}
         self.discriminators = nn.ModuleDict(
             {name: Discriminator(count, design) for name, count in channels.items()}
         )
@@ -64,14 +64,16 @@ class Pool(nn.Module):
         self.register_buffer("count", torch.tensor(0))
 
     def forward(self, answers: Tensor) -> Tensor:
-        """``(rows, frames, channels)`` what is to be judged."""
-        judged = answers.clone()
-        for row, answer in enumerate(answers):
-            if int(self.count) < POOL:
-                self.kept[int(self.count)] = answer
-                self.count += 1
-            elif torch.rand(()) < 0.5:
-                place = int(torch.randint(POOL, ()))
+        """``(rows, frames, channels)`` what is to be judged. Drawn on the processor, so that a GPU judges
+        the same ones."""
+        judged, many = answers.clone(), int(self.count)
+        kept, places = torch.rand(len(answers)) < 0.5, torch.randint(POOL, (len(answers),))
+        for row, (own, place) in enumerate(zip(kept.tolist(), places.tolist(), strict=True)):
+            if many < POOL:
+                self.kept[many] = answers[row]
+                many += 1
+            elif not own:
                 judged[row] = self.kept[place]
-                self.kept[place] = answer
+                self.kept[place] = answers[row]
+        self.count.fill_(many)
         return judged

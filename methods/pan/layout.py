@@ -30,20 +30,27 @@ SIX: Parts = {
     "right_arm": ("right_arm",),
 }
 THREE: Parts = {"legs": ("left_leg", "right_leg"), "spine": ("trunk",), "head": ("head",)}
-FOUR_LEGS = ("left_arm", "right_arm")
-"""Of a body on four legs, what ``legs`` has besides."""
+HIND, FORE = {"left_leg", "right_leg"}, {"left_arm", "right_arm"}
+"""On four legs: a part that has the hind legs has the fore legs too, unless these are a part's by name."""
 BRANCHES = ("head", "left_arm", "right_arm")
 """What leaves the trunk at the chest: the slot that leads to the chest is theirs as well."""
 KNOWN = {"six": SIX, "three": THREE}
 
 
-def parts_of(name: str) -> Parts:
-    """``six``, ``three``, or a TOML file of ``part = ["left_leg", ...]``.
+def parts_of(name: str) -> tuple[str, Parts]:
+    """Parts by name: ``six``, ``three``, or a TOML file of ``part = ["left_leg", ...]``; and how they are
+    known: by a name, where there is one for them, else by all that they have.
 
-    Raises BenchError where the name is none of these, or the file names no body part.
+    Raises BenchError where the name is none of these, or the file does not say what parts have.
     """
-    if name in KNOWN:
-        return KNOWN[name]
+    parts = KNOWN[name] if name in KNOWN else _read(name)
+    for known, same in KNOWN.items():
+        if list(parts.items()) == list(same.items()):
+            return known, parts
+    return " ".join(f"{part}:{'+'.join(members)}" for part, members in parts.items()), parts
+
+
+def _read(name: str) -> Parts:
     path = Path(name).expanduser()
     if path.suffix != ".toml":
         raise BenchError(f"parts of pan are six, three, or a .toml file, and not {name!r}")
@@ -52,7 +59,11 @@ def parts_of(name: str) -> Parts:
     except (OSError, UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
         raise BenchError(f"{path}: no file of body parts can be read here: {error}") from None
     for part, members in read.items():
-        if not isinstance(members, list) or not set(members) <= set(anatomy.BODY_PARTS) or not members:
+        if (
+            not isinstance(members, list)
+            or not members
+            or any(each not in anatomy.BODY_PARTS for each in members)
+        ):
             known = ", ".join(anatomy.BODY_PARTS)
             raise BenchError(f"{path}: {part} has to be a list of some of {known}")
     if not read:
@@ -79,11 +90,12 @@ class Layout:
     ) -> Layout:
         """The parts that a structure with these joints has. Raises BenchError where it has none."""
         where = _body_parts(parents, roles)
+        apart = {member for members in parts.values() for member in members} & FORE
         found: dict[str, tuple[int, ...]] = {}
         for name, members in parts.items():
             wanted = set(members)
-            if four_legged and parts == THREE and name == "legs":
-                wanted |= set(FOUR_LEGS)
+            if four_legged and wanted >= HIND and not apart:
+                wanted |= FORE
             own = {joint - 1 for joint in range(1, len(parents)) if where[joint] in wanted}
             if own:
                 found[name] = tuple(sorted(own | _chest(parents, where, wanted)))

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import torch
@@ -11,7 +10,8 @@ from torch import Tensor
 from torch.nn import functional
 
 Latent = Literal["l1", "l2"]
-Judge = Literal["motion", "bones"]
+Judge = Literal["motion", "bones", "places"]
+Measure = Literal["heights", "units"]
 NEAR = 0.008
 """Ten heights per frame times this: an end effector that is slower is taken to rest (released code)."""
 FASTER, RESTING = 10.0, 100.0
@@ -22,18 +22,24 @@ FASTER, RESTING = 10.0, 100.0
 class Weights:
     """Of the terms, all of them means over everything.
 
-    slots:    squared error of the reconstruction in normalised slots (eq. 10).
-    places:   of the reconstruction's joints in heights (eq. 13): in the world, or, where ``local``, relative
-              to the hips, and the hips in the world. root: once more of the hips.
+    slots:    squared error of the reconstruction in normalised slots (eq. 10). moves: once more of the
+              root's slot.
+    places:   of the reconstruction's joints (eq. 13), in heights or in the ``Form``'s units (``lengths``):
+              in the world, or, where ``local``, relative to the hips, and the hips in the world. root:
+              once more of the hips.
     latent:   distance of the codes of source and answer (eq. 11), ``measure`` l1 or squared.
     again:    squared error of the cycle in normalised slots (eq. 11); again_places: of its joints (eq. 13).
     ends:     squared difference of how end effectors move in source and answer.
-    adversarial: least squares (eq. 12). judge: what discriminators see. pool: they see older answers too.
-    velocity: squared difference of rescaled velocities of the hips (eq. 20).
+    adversarial: least squares (eq. 12). judge: what discriminators see: slots, bones as vectors and the
+              root's slot, or places of joints. pool: they see older answers too.
+    velocity: squared difference of rescaled velocities of the hips (eq. 20); turns: and of how fast bodies
+              turn.
     """
 
     slots: float = 1.0
+    moves: float = 0.0
     places: float = 100.0
+    lengths: Measure = "heights"
     local: bool = False
     root: float = 0.0
     latent: float = 2.5
@@ -45,6 +51,12 @@ class Weights:
     judge: Judge = "motion"
     pool: bool = False
     velocity: float = 0.0
+    turns: bool = True
+
+    def kinematic(self, places: float) -> Weights:
+        """With this weight of ``places``, and what else eq. 13 is about in proportion."""
+        share = places / self.places
+        return replace(self, places=places, root=share * self.root, again_places=share * self.again_places)
 
 
 def squares(a: Tensor, b: Tensor) -> Tensor:
@@ -77,11 +89,8 @@ def told_apart(real: Tensor, shown: Tensor) -> Tensor:
 
 
 def rescaled(velocity: Tensor, range_: Tensor) -> Tensor:
-    """Eq. 20: velocities ``(..., 3)`` whose speeds are those between the slowest and the fastest of a
+    """Eq. 20: velocities ``(..., n)`` whose speeds are those between the slowest and the fastest of a
     structure's training motion, ``range_`` ``(2,)``, as 0 to 1."""
     speed = velocity.norm(dim=-1, keepdim=True)
     slowest, fastest = range_.unbind()
     return velocity / speed.clamp_min(1e-6) * ((speed - slowest) / (fastest - slowest).clamp_min(1e-6))
-
-
-Terms = Mapping[str, Tensor]

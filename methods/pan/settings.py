@@ -2,17 +2,24 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Any, Final, Literal
 
-from .design import PAPER, RELEASED, Design
+from retarget_bench.errors import BenchError
+
+from .design import PAPER, RELEASED, RELEASED_THREE, Design
 from .form import Form, Yaw
-from .learner import Choices
 from .losses import Weights
+from .objective import Choices
 from .windows import Statistics
 
 Variant = Literal["own", "released", "paper"]
+AS: Final = ""
+"""A choice that the variant makes."""
+VARIANT: Final = -1.0
+"""A number that the variant sets."""
 
 
 @dataclass(frozen=True)
@@ -31,10 +38,49 @@ class Settings:
     def choices(self) -> Choices:
         return Choices(self.form, self.yaw, self.weights, self.statistics, self.still, self.reversed_)
 
-    def between_legs(self) -> Settings:
-        """For two legs and four (section 7): one layer, one head, no sigmoid, and eq. 20."""
-        design = replace(self.design, layers=1, heads=1, dropout=0.0, interleaved=False, squashed=False)
-        return replace(self, design=design, weights=replace(self.weights, velocity=1000.0))
+    def but(
+        self,
+        *,
+        form: Mapping[str, Any],
+        design: Mapping[str, Any],
+        weights: Mapping[str, float],
+        others: Mapping[str, Any],
+    ) -> Settings:
+        """With what is given, by names of fields; an empty word or a negative number leaves a field as it
+        is. Raises BenchError where a number is not one, or fields do not go together."""
+        if not all(math.isfinite(number) for number in (*weights.values(), form["smoothing"])):
+            raise BenchError("weights and facing of pan are finite numbers")
+        numbers = _given(weights)
+        places = numbers.pop("places", None)
+        weighed = self.weights if places is None else self.weights.kinematic(places)
+        found = replace(
+            self,
+            form=replace(self.form, **_given(form)),
+            design=replace(self.design, **_given(design)),
+            weights=replace(weighed, **numbers),
+            **_given(others),
+        )
+        found.check()
+        return found
+
+    def check(self) -> None:
+        """Raises BenchError where fields do not go together."""
+        if not self.design.dropout < 1.0:
+            raise BenchError("dropout of pan is a share below 1")
+        if self.weights.velocity and self.form.root == "position":
+            raise BenchError(
+                "eq. 20 (velocity) is about how hips move, and root=position does not say it; "
+                "use root=velocity or root=height"
+            )
+
+
+def _given(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Without what the variant decides."""
+    return {
+        name: value
+        for name, value in values.items()
+        if value != AS and not (isinstance(value, float | int) and value < 0.0)
+    }
 
 
 RELEASED_WEIGHTS = Weights(
@@ -63,3 +109,30 @@ SETTINGS: Mapping[Variant, Settings] = {
         still=0.02,
     ),
 }
+BETWEEN_LEGS: Mapping[Variant, Settings] = {
+    "paper": replace(SETTINGS["paper"], weights=Weights(velocity=1000.0, turns=False)),
+    "released": Settings(
+        RELEASED_THREE,
+        Form("velocity", "world", 8.0),
+        Weights(
+            moves=100.0,
+            places=0.01,
+            lengths="units",
+            latent=1e-3,
+            again=0.0,
+            again_places=1e-3,
+            judge="places",
+            velocity=1000.0,
+        ),
+        "structure",
+        "source",
+    ),
+    "own": replace(
+        SETTINGS["own"],
+        design=RELEASED_THREE,
+        weights=replace(SETTINGS["own"].weights, ends=0.0, adversarial=1.0, velocity=1000.0),
+    ),
+}
+"""For two legs and four (section 7). ``paper``: eq. 14 as it is, and eq. 20. ``released``: lengths in
+centimetres; directions are averaged over 8 frames, which the code does for dogs alone. ``own``: feet of two
+legs and of four need not move alike."""

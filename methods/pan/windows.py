@@ -73,9 +73,7 @@ class Windows:
         for number in chosen:
             name = self._names[number]
             cast = self._material.cast(numbers, size, self._casts[name])
-            sides.append(
-                {"structure": np.array(number), **self._window(numbers, cast), **self._of(name, cast)}
-            )
+            sides.append({"structure": number, **self._window(numbers, cast), **self._of(name, cast)})
         for side, number in zip(sides, chosen, strict=True):
             name = self._names[number]
             taken = [
@@ -124,11 +122,16 @@ def _order(known: int, frames: int, backwards: bool) -> np.ndarray:
 def spread(structure: Structure, material: Material, cast: Sequence[str], still: float) -> None:
     """Mean and deviation of all motion of a structure, and of each character that it has statistics of."""
     for row, names in enumerate([list(cast), *([name] for name in structure.cast)]):
-        values = material.stacked("slots", names).astype(np.float64)
-        deviation = values.std(axis=0)
-        deviation = np.maximum(np.where(deviation < CONSTANT, 1.0, deviation), still)
-        structure.mean[row] = torch.from_numpy(values.mean(axis=0))
-        structure.deviation[row] = torch.from_numpy(deviation)
+        mean, deviation = moments(material.stacked("slots", names), still)
+        structure.mean[row], structure.deviation[row] = mean, deviation
 
 
-__all__ = ["Statistics", "Windows", "spread"]
+def moments(slots: np.ndarray, still: float) -> tuple[Tensor, Tensor]:
+    """Mean and deviation ``(slots + 1, 4)`` of ``(frames, slots + 1, 4)``; still: the least deviation."""
+    values = slots.astype(np.float64)
+    deviation = values.std(axis=0)
+    deviation = np.maximum(np.where(deviation < CONSTANT, 1.0, deviation), still)
+    return torch.from_numpy(values.mean(axis=0)).float(), torch.from_numpy(deviation).float()
+
+
+__all__ = ["Statistics", "Windows", "moments", "spread"]
