@@ -36,7 +36,7 @@ def attend(
 
 
 def weigh(queries: Tensor, keys: Tensor) -> Tensor:
-    """Softmax of scaled products, ``(heads, queries, keys, frames)``, from ``(heads, size, rows, frames)``."""
+    """Softmax of products, ``(heads, queries, keys, frames)``, from ``(heads, size, rows, frames)``."""
     scores = (queries.unsqueeze(3) * keys.unsqueeze(2)).sum(1)
     return scores.mul_(queries.shape[1] ** -0.5).softmax(2)
 

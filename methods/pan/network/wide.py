@@ -17,7 +17,7 @@ from torch.nn import functional
 from .dropout import Noise
 
 Bend = Literal["relu", "gelu"]
-CACHED = 1 << 19
+CACHED = 1 << 18
 """Hidden numbers that are held at a time."""
 
 
