@@ -2,8 +2,8 @@
 
     python tests/benchmarks/footfix_effect.py [METHOD...]
 
-Prints, for every method and split, recall and precision of contacts, slide and position error without and with
-footfix. Results are kept in runs/footfix_effect and not computed again.
+Prints, for every method and split, recall and precision of contacts, slide and position error without and
+with footfix. Results are kept in runs/footfix_effect and not computed again.
 """
 
 from __future__ import annotations
