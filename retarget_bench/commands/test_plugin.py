@@ -29,7 +29,8 @@ def command(name: str, dataset: str | None, root: str | None, plugins: tuple[str
     spec = Spec.parse(name)
     data = dataset_spec(dataset or defaults.DATASET, root if dataset else None)
     failed = 0
-    for kind in ["methods"] if spec.posts else registry.kinds_of(spec.name):
+    kinds: list[registry.Kind] = ["methods"] if spec.posts else registry.kinds_of(spec.name)
+    for kind in kinds:
         failed += _tested(kind, dataset_spec(name, root) if kind == "datasets" else spec, data)
     return int(failed > 0)
 
