@@ -31,10 +31,13 @@ def wide(values: Tensor, layers: nn.ModuleList, bend: Bend, noise: Noise | None 
 
 
 class _Wide(torch.autograd.Function):
+    """The first bias is a column more of the first weights: adding it, and its gradient, cost no pass."""
+
     @staticmethod
     def forward(ctx: Any, values: Tensor, bend: Bend, noise: Noise | None, *weights: Tensor) -> Tensor:
         result = values.new_empty(len(weights[-1]), values.shape[1])
         ctx.bend, ctx.noise, ctx.drawn = bend, noise, []
+        values = torch.cat([values, values.new_ones(1, values.shape[1])])
         *inner, last, bias = weights
         for piece in _pieces(values, weights):
             hidden = _hidden(values[:, piece], inner, bend)[-1][1]
@@ -50,23 +53,25 @@ class _Wide(torch.autograd.Function):
     def backward(ctx: Any, pull: Tensor) -> tuple[Tensor | None, ...]:
         values, *weights = ctx.saved_tensors
         found = [torch.zeros_like(each) for each in weights]
-        to_values = torch.empty_like(values) if ctx.needs_input_grad[0] else None
+        to_values = torch.empty_like(values[:-1]) if ctx.needs_input_grad[0] else None
         drawn = iter(ctx.drawn)
         for piece in _pieces(values, weights):
             steps = _hidden(values[:, piece], weights[:-2], ctx.bend)
             given = pull[:, piece]
             kept = None if ctx.noise is None else ctx.noise.kept(next(drawn), steps[-1][1])
-            read = steps[-1][1] if kept is None else steps[-1][1].mul_(kept)
-            for layer in reversed(range(len(weights) // 2)):
+            for layer in reversed(range(1, len(weights) // 2)):
+                flat, read = steps[layer - 1]
+                if kept is not None:
+                    read = read.mul_(kept)
                 found[2 * layer].addmm_(given, read.T)
                 found[2 * layer + 1] += given.sum(1)
-                if layer == 0:
-                    break
                 given = weights[2 * layer].T @ given
                 if kept is not None:
                     given, kept = given.mul_(kept), None
-                given = _unbent(given, steps[layer][0], ctx.bend)
-                read = steps[layer - 1][1]
+                given = _unbent(given, flat, ctx.bend)
+            both = given @ values[:, piece].T
+            found[0] += both[:, :-1]
+            found[1] += both[:, -1]
             if to_values is not None:
                 torch.mm(weights[0].T, given, out=to_values[:, piece])
         return to_values, None, None, *found
@@ -85,10 +90,13 @@ def _pieces(values: Tensor, weights: tuple[Tensor, ...] | list[Tensor]) -> Itera
 def _hidden(
     values: Tensor, weights: tuple[Tensor, ...] | list[Tensor], bend: Bend
 ) -> list[tuple[Tensor, Tensor]]:
-    """What layers give before and behind their rectifiers; first the input itself, twice."""
-    steps = [(values, values)]
+    """What hidden layers give before and behind their rectifiers; values: with ones for the first bias."""
+    steps: list[tuple[Tensor, Tensor]] = []
     for weight, bias in zip(weights[::2], weights[1::2], strict=True):
-        flat = torch.addmm(bias.unsqueeze(1), weight, steps[-1][1])
+        if steps:
+            flat = torch.addmm(bias.unsqueeze(1), weight, steps[-1][1])
+        else:
+            flat = torch.cat([weight, bias.unsqueeze(1)], 1) @ values
         steps.append((flat, flat.clamp_(min=0.0) if bend == "relu" else functional.gelu(flat)))
     return steps
 
