@@ -47,7 +47,7 @@ class Pan(Learned):
     face ahead, with more weight on places of joints. Where a parameter is empty or negative, the variant
     decides:
 
-    root, lengths, facing: what is seen of a motion; see ``Form``. statistics: eq. 15 by ``structure`` or,
+    root, lengths, facing, path: what is seen of a motion; see ``Form``. statistics: eq. 15 by ``structure`` or,
         as released, by ``character``. target_stats: by character, the deviations that an answer gets:
         ``transferred`` those of training; ``own`` those of the target's reference motions, which is the
         leak of the published numbers (rows are marked privileged).
@@ -80,6 +80,7 @@ class Pan(Learned):
         lengths: Literal["", "world", "body"] = AS,
         facing: float = VARIANT,
         yaw: Literal["", "predicted", "source"] = AS,
+        path: Literal["", "decoded", "carried"] = AS,
         statistics: Literal["", "structure", "character"] = AS,
         target_stats: Literal["transferred", "own"] = "transferred",
         conv_mask: Literal["", "paper", "released"] = AS,
@@ -101,7 +102,7 @@ class Pan(Learned):
         self.parts, self._part_map = parts_of(parts)
         chosen = BETWEEN_LEGS if self.parts == "three" else SETTINGS
         self.settings: Settings = chosen[variant].but(
-            form={"root": root, "lengths": lengths, "smoothing": facing},
+            form={"root": root, "lengths": lengths, "smoothing": facing, "path": path},
             design={
                 "conv_mask": conv_mask,
                 "decoder": decoder,
@@ -135,6 +136,7 @@ class Pan(Learned):
             "lengths": chosen.form.lengths,
             "facing": chosen.form.smoothing,
             "yaw": chosen.yaw,
+            "path": chosen.form.path,
             "statistics": chosen.statistics,
             "conv_mask": chosen.design.conv_mask,
             "decoder": chosen.design.decoder,

@@ -71,6 +71,7 @@ class Answers:
                     torch.stack([each.statistics[0] for each in asked]),
                     torch.stack([each.statistics[1] for each in asked]),
                 ),
+                form.path == "carried",
             )
             for row, each, answer in zip(rows, asked, slots, strict=True):
                 found[row] = self._motion(each, answer)

@@ -11,6 +11,7 @@ PARAMETERS = {
     "lengths": "world (centimetres) or body (hip heights); empty: as the variant",
     "facing": "frames over which the direction faced is averaged; negative: as the variant",
     "yaw": "source (faces where it does) or predicted; empty: as the variant",
+    "path": "of the root: decoded, or carried (the source's plus what is decoded); empty: as the variant",
     "statistics": "mean and deviation by structure or by character; empty: as the variant",
     "target_stats": "by character: transferred, or own (of the target's reference motions: privileged)",
     "conv_mask": "paper, or released (shifted by one slot); empty: as the variant",

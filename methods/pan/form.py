@@ -22,6 +22,7 @@ MIDDLING = 90.0
 Root = Literal["velocity", "position", "height"]
 Lengths = Literal["world", "body"]
 Yaw = Literal["predicted", "source"]
+Path = Literal["decoded", "carried"]
 
 
 @dataclass(frozen=True)
@@ -33,11 +34,14 @@ class Form:
     lengths: the unit, centimetres (``world``), or such that the hips of every body are as high at rest
     (``body``): a movement that is copied then is one that is scaled.
     smoothing: frames over which the direction that a body faces is averaged.
+    path: ``carried``: the root's slot of an answer is that of its source, in the target's unit, plus what
+    the decoder says; ``decoded``: the decoder says all of it (as published).
     """
 
     root: Root
     lengths: Lengths
     smoothing: float
+    path: Path = "decoded"
 
     @property
     def local(self) -> bool:

@@ -21,12 +21,17 @@ LEAST = 16
 
 
 def answered(
-    source: Structure, target: Structure, slots: np.ndarray, bones: np.ndarray, statistics: Statistic
+    source: Structure,
+    target: Structure,
+    slots: np.ndarray,
+    bones: np.ndarray,
+    statistics: Statistic,
+    carried: bool,
 ) -> np.ndarray:
     """``(rows, frames, slots + 1, 4)`` of the targets.
 
     slots: ``(rows, frames, slots + 1, 4)`` of the sources. bones: ``(rows, slots + 1, 3)``.
-    statistics: mean and deviation of each source and of each target.
+    statistics: mean and deviation of each source and of each target. carried: see ``Form.path``.
     """
     frames = slots.shape[1]
     device = target.mean.device
@@ -42,6 +47,8 @@ def answered(
             answer = target.answer(code, body)
             out.append(answer[:, first - start :][:, :PIECE])
     plain = torch.cat(out, 1)[:, :frames] * wanted[:, 1:] + wanted[:, :1]
+    if carried:
+        plain[:, :, -1] += whole[:, :frames, -1] - wanted[:, 0, -1:]
     return np.asarray(plain.cpu().numpy())
 
 

@@ -15,6 +15,7 @@ from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.material import Material
 from retarget_bench.training.recipe import Recipe
 
+from .beginning import begin_alike
 from .body import Body
 from .design import Design
 from .judges import Judges
@@ -55,6 +56,8 @@ class Learner:
             layout = next(iter(bodies[name].values())).layout
             structures[name] = Structure(layout, design, cast)
             spread(structures[name], material, sorted(bodies[name]), choices.still)
+        if choices.alike:
+            begin_alike(list(structures.values()), design)
         self._structures = structures
         self._kinematics = {name: Kinematics(next(iter(bodies[name].values()))) for name in self._names}
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(structures)})
@@ -87,7 +90,7 @@ class Learner:
         objective.begin()
         shown: list[dict[int, Answer]] = []
         for there, side in enumerate(sides):
-            answers = self._answers(names, there, codes, side)
+            answers = self._answers(names, there, codes, side, real)
             objective.reconstruction(names[there], answers.pop(-1), real[there])
             shown.append(answers)
         again = [
@@ -98,7 +101,8 @@ class Learner:
             back = [
                 arranged(returned[there][here], parts[there].layout, parts[here].layout) for there in count
             ]
-            self._cycle(names[here], back, side, real[here])
+            roots = [shown[there][here].plain[:, :, -1] for there in count]
+            self._cycle(names[here], back, side, real[here], roots)
             for there in count:
                 pair = names[here], names[there]
                 objective.compare(pair, codes[here], returned[there][here])
@@ -108,7 +112,12 @@ class Learner:
         return objective.total()
 
     def _answers(
-        self, names: Sequence[str], there: int, codes: Sequence[Tensor], side: Side
+        self,
+        names: Sequence[str],
+        there: int,
+        codes: Sequence[Tensor],
+        side: Side,
+        real: Sequence[Answer],
     ) -> dict[int, Answer]:
         """Of every side's motion on bodies of this one; -1: this side's own motion on its own bodies."""
         structure = self._structures[names[there]]
@@ -119,6 +128,9 @@ class Learner:
         units = [*(side["unit_of"][here] for here in range(len(codes))), side["unit"]]
         turns = [*(side["turn_of"][here] for here in range(len(codes))), side["turn"]]
         slots = structure.answer(torch.cat([*coded, coded[there]]), torch.cat(bones))
+        if self._choices.form.path == "carried":
+            roots = [each.plain[:, :, -1] for each in (*real, real[there])]
+            slots = structure.with_path(slots, torch.cat(roots), torch.cat(which))
         found = self._answer(
             names[there], slots, torch.cat(which), torch.cat(bones), torch.cat(units), torch.cat(turns)
         )
@@ -145,13 +157,17 @@ class Learner:
         found = self._answer(name, slots, side["which"], side["bones"], side["unit"], side["turn"])
         return Answer(*found)
 
-    def _cycle(self, name: str, codes: Sequence[Tensor], side: Side, real: Answer) -> None:
-        """What comes back to its own bodies from each side."""
+    def _cycle(
+        self, name: str, codes: Sequence[Tensor], side: Side, real: Answer, roots: Sequence[Tensor]
+    ) -> None:
+        """What comes back to its own bodies from each side; roots: the plain slots that come back."""
         weights, times = self._choices.weights, len(codes)
         if not weights.again and not weights.again_places:
             return
         bones, which = side["bones"].repeat(times, 1, 1), side["which"].repeat(times)
         answer = self._structures[name].answer(torch.cat(list(codes)), bones)
+        if self._choices.form.path == "carried":
+            answer = self._structures[name].with_path(answer, torch.cat(list(roots)), which)
         unit, turn = side["unit"].repeat(times), side["turn"].repeat(times, 1, 1)
         found = Answer(*self._answer(name, answer, which, bones, unit, turn))
         self._objective.cycle(name, found, real, times)

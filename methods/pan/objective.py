@@ -30,7 +30,7 @@ ENDS = (
 @dataclass(frozen=True)
 class Choices:
     """statistics: of what eq. 15 takes mean and deviation. still: the least deviation. reversed_: windows
-    run backwards half of the time."""
+    run backwards half of the time. alike: structures begin with the same weights for what they share."""
 
     form: Form
     yaw: Yaw
@@ -38,6 +38,7 @@ class Choices:
     statistics: Statistics
     still: float
     reversed_: bool
+    alike: bool = False
 
 
 @dataclass

@@ -33,10 +33,13 @@ class Settings:
     yaw: Yaw
     still: float = 0.0
     reversed_: bool = False
+    alike: bool = False
 
     @property
     def choices(self) -> Choices:
-        return Choices(self.form, self.yaw, self.weights, self.statistics, self.still, self.reversed_)
+        return Choices(
+            self.form, self.yaw, self.weights, self.statistics, self.still, self.reversed_, self.alike
+        )
 
     def but(
         self,
@@ -102,11 +105,12 @@ SETTINGS: Mapping[Variant, Settings] = {
     ),
     "own": Settings(
         replace(RELEASED, dropout=0.0),
-        Form("height", "body", 0.0),
+        Form("height", "body", 0.0, "carried"),
         replace(RELEASED_WEIGHTS, places=1000.0, root=20.0, again_places=100.0, adversarial=0.25),
         "structure",
         "source",
         still=0.02,
+        alike=True,
     ),
 }
 BETWEEN_LEGS: Mapping[Variant, Settings] = {

@@ -56,6 +56,12 @@ class Structure(nn.Module):
         answer: Tensor = self.decoder(code + self.skeleton(bones).unsqueeze(1))
         return answer
 
+    def with_path(self, slots: Tensor, root: Tensor, which: Tensor) -> Tensor:
+        """Normalised slots ``(rows, frames, slots + 1, 4)`` with a root's plain slot ``(rows, frames, 4)``
+        added to the last."""
+        path = (root - self.mean[which, -1].unsqueeze(1)) / self.deviation[which, -1].unsqueeze(1)
+        return torch.cat([slots[:, :, :-1], slots[:, :, -1:] + path.unsqueeze(2)], 2)
+
     # -------------------------------------------------------------------------------------- as tensors
     def marks(self) -> dict[str, Tensor]:
         """What tells the structure again, as tensors."""
