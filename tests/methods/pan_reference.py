@@ -322,3 +322,22 @@ class PlainDecoder(nn.Module):
 
 def doubled(values: Tensor) -> Tensor:
     return functional.interpolate(values, scale_factor=2, mode="linear")
+
+
+# --------------------------------------------------------------------------------- what tests begin with
+def motion(layout: Layout, rows: int = 2, frames: int = 24) -> Tensor:
+    return torch.randn(rows, frames, layout.slots + 1, 4)
+
+
+def bones(layout: Layout, rows: int = 2) -> Tensor:
+    return torch.cat([torch.randn(rows, layout.slots, 3), torch.zeros(rows, 1, 3)], 1)
+
+
+def codes(layout: Layout, rows: int = 2, frames: int = 6, width: int = 32) -> Tensor:
+    return torch.randn(rows, frames, len(layout.parts), width)
+
+
+def close(found: Tensor, expected: Tensor) -> None:
+    """To 1e-5 of the largest number."""
+    scale = max(1.0, float(expected.detach().abs().max()))
+    torch.testing.assert_close(found, expected, rtol=0.0, atol=1e-5 * scale)
