@@ -47,10 +47,10 @@ class Pan(Learned):
     face ahead, with more weight on places of joints. Where a parameter is empty or negative, the variant
     decides:
 
-    root, lengths, facing, path: what is seen of a motion; see ``Form``. statistics: eq. 15 by ``structure`` or,
-        as released, by ``character``. target_stats: by character, the deviations that an answer gets:
-        ``transferred`` those of training; ``own`` those of the target's reference motions, which is the
-        leak of the published numbers (rows are marked privileged).
+    root, lengths, facing, path: what is seen of a motion and of an answer; see ``Form``.
+    statistics: eq. 15 by ``structure`` or, as released, by ``character``. target_stats: by character, the
+        deviations that an answer gets: ``transferred`` those of training; ``own`` those of the target's
+        reference motions, which is the leak of the published numbers (rows are marked privileged).
     conv_mask, decoder: see ``Design``. kinematic: weight of the joints' places in reconstruction and cycle
         (eq. 13). ends: of end effectors. adversarial: of eq. 12. velocity: of eq. 20. cycle: of the codes.
     attention, by_part: False for rows of Table 5.
