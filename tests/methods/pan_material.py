@@ -103,7 +103,9 @@ def learner(
 ) -> Learner:
     method = Pan(**parameters)
     torch.manual_seed(seed)
-    return method.learner(material(method, names, lengths), Recipe(steps=1, batch=4, window=window))
+    return method.learner(
+        material(method, names, lengths), Recipe(steps=1, batch=4, window=window, rate=1e-3)
+    )
 
 
 def batch(learner: Learner, rows: int = 4, seed: int = 0) -> Any:

@@ -1,0 +1,289 @@
+"""Every term of PAN's objective against plain NumPy, by the paper's numbers of equations."""
+
+from __future__ import annotations
+
+import numpy as np
+import pan_material
+import pytest
+import torch
+from hypothesis import given
+from hypothesis import strategies as st
+
+from retarget_bench.methods.pan import Pan, losses
+from retarget_bench.methods.pan.form import Form
+from retarget_bench.methods.pan.kinematics import Kinematics, world
+from retarget_bench.methods.pan.objective import ends_of
+from retarget_bench.methods.pan.settings import BETWEEN_LEGS, SETTINGS
+from retarget_bench.methods.pan.windows import moments
+from retarget_bench.motion import facing
+
+SEEDS = st.integers(0, 1000)
+BODIES = pan_material.BODIES
+
+
+# ----------------------------------------------------------------------------------------- kinematics
+@pytest.mark.parametrize("given_turn", [True, False])
+@pytest.mark.parametrize("root", ["velocity", "height", "position"])
+@pytest.mark.parametrize("name", ["one", "legs", "one_one_armed", "rex"])
+def test_places_are_those_of_the_motion(name, root, given_turn):
+    """Eq. 13's FK: in the world, level from where the hips begin, turned as the first frame faces."""
+    body, form = Pan(parts="three")._own(BODIES[name]), Form(root, "world", 0.0)
+    (motion,) = pan_material.dances(name, (20,))
+    seen = form.see(motion, body)
+    slots = torch.from_numpy(seen["slots"][None]).float()
+    bones = torch.from_numpy(form.bones(body)[None])
+    local = Kinematics(body)(slots, bones)
+    turn = seen["turn"][:, 0] + 1j * seen["turn"][:, 1]
+    level = torch.from_numpy((turn * turn[0].conj())[None]).to(torch.complex64) if given_turn else None
+    found = world(local, slots[:, :, -1], root, level)[0].numpy()
+
+    places = motion.positions[:, list(body.joints)] / 0.01
+    hips = places[0, 0].copy()
+    if root == "position":
+        wanted = places
+    else:
+        start = np.array([hips[0], hips[1] if root == "velocity" else 0.0, hips[2]])
+        wanted = facing.seen(places - start, np.broadcast_to(turn[0], places.shape[:2]))
+    height = BODIES[name].height / 0.01
+    assert np.abs(found - wanted).max() / height < 1e-5
+    relative = motion.positions[:, list(body.joints)] - motion.positions[:, [body.joints[0]]]
+    if root != "position":
+        relative = facing.seen(relative, np.broadcast_to(turn[:, None], relative.shape[:2]))
+    assert np.abs(local[0].numpy() - relative / 0.01).max() / height < 1e-5
+
+
+def test_quaternions_need_not_be_unit():
+    body, form = Pan()._own(BODIES["one"]), Form("velocity", "world", 0.0)
+    slots = torch.from_numpy(form.see(pan_material.dances("one", (8,))[0], body)["slots"][None]).float()
+    bones, fk = torch.from_numpy(form.bones(body)[None]), Kinematics(body)
+    stretched = slots * torch.linspace(0.5, 3.0, slots.shape[2])[None, None, :, None]
+    torch.testing.assert_close(fk(slots, bones), fk(stretched, bones), atol=1e-3, rtol=0)
+    vectors = fk.vectors(fk(slots, bones))
+    torch.testing.assert_close(
+        vectors.norm(dim=-1), bones[:, None, :-1].norm(dim=-1).expand(vectors.shape[:-1]), atol=1e-3, rtol=0
+    )
+
+
+# ----------------------------------------------------------------------------------------- one by one
+def arrays(seed: int, *shape: int, count: int = 2):
+    random = np.random.default_rng(seed)
+    return [random.normal(size=shape) for _ in range(count)]
+
+
+def tensors(*found):
+    return [torch.from_numpy(each) for each in found]
+
+
+@given(SEEDS)
+def test_eq_10_reconstruction_is_a_mean_square(seed):
+    a, b = arrays(seed, 2, 6, 5, 4)
+    assert losses.squares(*tensors(a, b)).item() == pytest.approx(np.mean((a - b) ** 2))
+
+
+@given(SEEDS)
+def test_eq_11_codes_lie_apart(seed):
+    a, b = arrays(seed, 2, 4, 3, 8)
+    assert losses.apart(*tensors(a, b), "l2").item() == pytest.approx(np.mean((a - b) ** 2))
+    assert losses.apart(*tensors(a, b), "l1").item() == pytest.approx(np.mean(np.abs(a - b)))
+
+
+@given(SEEDS)
+def test_eq_12_real_is_one_and_an_answer_is_zero(seed):
+    """The direction of least-squares GANs; as typed, eq. 12 is this judge's loss with 0 and 1 exchanged."""
+    real, shown = arrays(seed, 3, 7)
+    found = losses.told_apart(*tensors(real, shown)).item()
+    assert found == pytest.approx(0.5 * (np.mean((real - 1) ** 2) + np.mean(shown**2)))
+    assert losses.fooled(*tensors(shown)).item() == pytest.approx(np.mean((shown - 1) ** 2))
+
+
+def test_eq_12_judge_and_generator_pull_in_opposite_directions():
+    scores = torch.full((2, 3), 0.5, requires_grad=True)
+    losses.fooled(scores).backward()
+    assert (scores.grad < 0).all(), "answers are to score more"
+    scores.grad = None
+    losses.told_apart(torch.ones(2, 3), scores).backward()
+    assert (scores.grad > 0).all(), "and the judge is to score them less"
+
+
+@given(SEEDS)
+def test_eq_15_is_the_z_score_of_all_training_motion(seed):
+    values = np.random.default_rng(seed).normal(2.0, 3.0, (50, 4, 4))
+    values[:, 0] = 1.5  # what never changes is left alone
+    mean, deviation = moments(values, 0.0)
+    wanted = values.std(axis=0)
+    wanted[0] = 1.0
+    np.testing.assert_allclose(mean.numpy(), values.mean(axis=0), rtol=1e-5)
+    np.testing.assert_allclose(deviation.numpy(), wanted, rtol=1e-5)
+    _, at_least = moments(values, 3.0)
+    np.testing.assert_allclose(at_least.numpy(), np.maximum(wanted, 3.0), rtol=1e-5)
+
+
+@given(SEEDS)
+def test_eq_20_speeds_are_rescaled_to_the_range_of_training(seed):
+    a, _ = arrays(seed, 3, 5, 3)
+    low, high = 0.2, 2.5
+    speed = np.linalg.norm(a, axis=-1, keepdims=True)
+    wanted = a / speed * (speed - low) / (high - low)
+    found = losses.rescaled(torch.from_numpy(a), torch.tensor([low, high], dtype=torch.float64))
+    np.testing.assert_allclose(found.numpy(), wanted, atol=1e-9)
+
+
+def test_eq_20_of_a_body_that_never_moves_is_finite():
+    still = torch.zeros(2, 3, 3, requires_grad=True)
+    losses.rescaled(still, torch.zeros(2)).sum().backward()
+    assert still.grad.isfinite().all()
+
+
+@given(SEEDS)
+def test_end_effectors_move_alike_and_rest_together(seed):
+    """The released code's term: ten heights per frame, and a hundredfold where the *answer* rests."""
+    source, answer = arrays(seed, 2, 6, 3, 3)
+    source, answer = 0.001 * source, 0.0003 * answer
+    a, b = 10 * np.diff(source, axis=1), 10 * np.diff(answer, axis=1)
+    rests = (np.linalg.norm(b, axis=-1, keepdims=True) < 0.008).astype(float)
+    assert 0 < rests.sum() < rests.size
+    wanted = np.mean((a - b) ** 2) + 100 * np.mean(((a - b) * rests) ** 2)
+    assert losses.ends(*tensors(source, answer)).item() == pytest.approx(wanted)
+
+
+def test_ends_of_bodies_that_lack_some():
+    ends = {name: ends_of(Pan(parts="three")._own(BODIES[name]).layout) for name in ("one", "rex")}
+    roles = {
+        name: {Pan(parts="three")._own(BODIES[name]).layout.roles[joint] for joint in found.values()}
+        for name, found in ends.items()
+    }
+    assert roles["one"] == {"head", "left_toe", "right_toe"}, "hands belong to none of three parts"
+    assert roles["rex"] == {"head", "left_foot", "right_foot", "left_hand", "right_hand"}
+    one_armed = Pan()._own(BODIES["one_one_armed"]).layout
+    assert 2 not in ends_of(one_armed)
+    assert one_armed.roles[ends_of(one_armed)[1]] == "left_hand"
+
+
+# ---------------------------------------------------------------------------------------- in one step
+def everything(learner, seed=0):
+    """Terms of a step, and by hand what they are of: real motion, answers, codes, as NumPy arrays."""
+    batch, memory = pan_material.batch(learner, 4, seed), {}
+    return batch, learner.losses("generator", batch, memory), memory
+
+
+def by_hand(learner, batch):
+    """Sources, what they become on every side, and what comes back, through the networks one by one."""
+    names = [learner._names[side["structure"]] for side in batch["sides"]]
+    parts = [learner._structures[name] for name in names]
+    real = [learner._real(name, side) for name, side in zip(names, batch["sides"], strict=True)]
+    codes = [part.encoder(each.slots) for part, each in zip(parts, real, strict=True)]
+    shown, again, back = {}, {}, {}
+    for there, side in enumerate(batch["sides"]):
+        for here in (0, 1):
+            at = [side[f"{key}_of"][here] for key in ("which", "bones", "unit", "turn")]
+            shown[here, there] = _answered(learner, names[there], codes[here], *at)
+            again[here, there] = parts[there].encoder(shown[here, there].slots)
+    for here, side in enumerate(batch["sides"]):
+        at = [side[key] for key in ("which", "bones", "unit", "turn")]
+        shown[here, here, "own"] = _answered(learner, names[here], codes[here], *at)
+        for there in (0, 1):
+            back[here, there] = _answered(learner, names[here], again[here, there], *at)
+    return names, real, codes, shown, again, back
+
+
+def _answered(learner, name, code, which, bones, unit, turn):
+    slots = learner._structures[name].answer(code, bones)
+    return learner._real(
+        name,
+        {
+            "slots": learner._structures[name].plain(slots, which),
+            "which": which,
+            "bones": bones,
+            "unit": unit,
+            "turn": turn,
+        },
+    )
+
+
+def square(a, b):
+    return float(np.mean((a.detach().numpy().astype(np.float64) - b.detach().numpy()) ** 2))
+
+
+def test_terms_of_the_paper_are_those_of_eq_10_to_14():
+    learner = pan_material.learner(variant="paper")
+    batch, terms, _ = everything(learner)
+    with torch.no_grad():
+        names, real, codes, shown, again, back = by_hand(learner, batch)
+    pairs = [(here, there) for here in (0, 1) for there in (0, 1)]
+    wanted = {  # eq. 14's coefficients
+        "slots": np.mean([square(shown[k, k, "own"].slots, real[k].slots) for k in (0, 1)]),
+        "places": 100 * np.mean([square(shown[k, k, "own"].places, real[k].places) for k in (0, 1)]),
+        "latent": 2.5 * np.mean([square(codes[pair[0]], again[pair]) for pair in pairs]),
+        "again": 2.5 * np.mean([square(back[pair].slots, real[pair[0]].slots) for pair in pairs]),
+        "again_places": 100 * np.mean([square(back[pair].places, real[pair[0]].places) for pair in pairs]),
+        "adversarial": np.mean(
+            [
+                square(
+                    learner._judges.discriminators[names[there]](shown[1 - there, there].slots.flatten(2)),
+                    torch.ones(1),
+                )
+                for there in (0, 1)
+            ]
+        ),
+    }
+    assert set(terms) == set(wanted)
+    for name, value in wanted.items():
+        assert terms[name].item() == pytest.approx(value, rel=2e-4), name
+
+
+def test_terms_of_the_released_code():
+    learner = pan_material.learner(variant="released", dropout=0.0)
+    batch, terms, _ = everything(learner)
+    with torch.no_grad():
+        _, real, codes, shown, again, back = by_hand(learner, batch)
+    pairs = [(here, there) for here in (0, 1) for there in (0, 1)]
+
+    def placed(each):  # relative to the hips, and the hips where they are
+        return torch.cat([each.places[:, :, :1], each.local[:, :, 1:]], 2)
+
+    own = [(shown[k, k, "own"], real[k]) for k in (0, 1)]
+    wanted = {
+        "slots": np.mean([square(a.slots, b.slots) for a, b in own]),
+        "places": 100 * np.mean([square(placed(a), placed(b)) for a, b in own]),
+        "root": 100 * np.mean([square(a.places[:, :, 0], b.places[:, :, 0]) for a, b in own]),
+        "latent": 2.5 * np.mean([np.abs((codes[pair[0]] - again[pair]).numpy()).mean() for pair in pairs]),
+        "again_places": 2.5
+        * np.mean([square(placed(back[pair]), placed(real[pair[0]])) for pair in pairs]),
+    }
+    assert set(terms) == {*wanted, "ends", "adversarial"}
+    for name, value in wanted.items():
+        assert terms[name].item() == pytest.approx(value, rel=2e-4), name
+
+
+def test_judges_learn_from_what_they_are_shown():
+    learner = pan_material.learner(variant="paper")
+    batch, _, memory = everything(learner)
+    with torch.no_grad():
+        names, real, _, shown, _, _ = by_hand(learner, batch)
+        wanted = [
+            0.5
+            * (
+                square(judge(real[k].slots.flatten(2)), torch.ones(1))
+                + square(judge(shown[1 - k, k].slots.flatten(2)), torch.zeros(1))
+            )
+            for k, judge in ((k, learner._judges.discriminators[names[k]]) for k in (0, 1))
+        ]
+    found = learner.losses("discriminator", batch, memory)["told_apart"].item()
+    assert found == pytest.approx(np.mean(wanted), rel=1e-4)
+    assert not any(each.requires_grad for _, *seen in memory["shown"] for each in seen)
+
+
+def test_variants_have_the_weights_of_the_record():
+    paper, released = (SETTINGS[name].weights for name in ("paper", "released"))
+    assert (paper.slots, paper.latent, paper.again) == (1.0, 2.5, 2.5)
+    assert (paper.places, paper.again_places, paper.adversarial, paper.ends) == (100.0, 100.0, 1.0, 0.0)
+    assert (released.slots, released.latent, released.again, released.again_places) == (1.0, 2.5, 0.0, 2.5)
+    assert (released.places, released.root, released.ends, released.adversarial) == (100, 100, 50, 1)
+    legs = BETWEEN_LEGS["paper"].weights
+    assert (legs.slots, legs.latent, legs.again, legs.places) == (1.0, 2.5, 2.5, 100.0)
+    assert (legs.velocity, legs.turns, legs.adversarial) == (1000.0, False, 1.0)
+    code = BETWEEN_LEGS["released"]
+    assert (code.weights.slots, code.weights.moves, code.weights.places) == (1.0, 100.0, 0.01)
+    assert (code.weights.latent, code.weights.again_places, code.weights.velocity) == (1e-3, 1e-3, 1000.0)
+    assert (code.design.layers, code.design.heads, code.design.squashed) == (1, 1, False)
+    assert (code.form.root, code.yaw, code.weights.judge) == ("velocity", "source", "places")
