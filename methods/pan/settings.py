@@ -106,7 +106,7 @@ SETTINGS: Mapping[Variant, Settings] = {
     "own": Settings(
         replace(RELEASED, dropout=0.0),
         Form("height", "body", 0.0, "carried"),
-        replace(RELEASED_WEIGHTS, places=1000.0, root=20.0, again_places=100.0, adversarial=0.25),
+        replace(RELEASED_WEIGHTS, places=1000.0, root=300.0, again_places=100.0, adversarial=0.25),
         "structure",
         "source",
         still=0.02,
