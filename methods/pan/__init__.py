@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Final, Literal
+from typing import TYPE_CHECKING, Any, Final, Literal
 
 import numpy as np
 
@@ -272,6 +272,12 @@ class Pan(Learned):
                 raise NotSupported("pan reads rotations, and this source is known by positions only")
             answers.ask(source, target, context)
         return answers.given()
+
+    def attention(self, source: Motion) -> Mapping[str, Any]:
+        """What parts of the body heed (``retarget_bench/attention.py``)."""
+        from .attention import attended
+
+        return attended(self, source)
 
 
 def _misfit(body: Body) -> tuple[int, int]:

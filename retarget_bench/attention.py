@@ -1,0 +1,123 @@
+"""How much a learned method heeds each joint: what it may offer to be looked at, and as numbers.
+
+A method may have ``attention(source)``, beside what the contracts in ``api.py`` ask of it. It is never
+called by a run.
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from retarget_bench.api import Method
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.files import atomic
+from retarget_bench.motion.motion import Motion
+
+SLACK = 1e-4
+"""By how much rounding may bring weights beyond 0 and 1."""
+COLUMNS = ("frame", "seconds", "part", "joint", "weight")
+
+
+class Attentive(Method, Protocol):
+    """A method that can say what it heeds."""
+
+    def attention(self, source: Motion) -> Mapping[str, Any]:
+        """The keys of ``Attention``; ``note`` may be left out. Raises NotSupported where there is none."""
+
+
+@dataclass(frozen=True, eq=False)
+class Attention:
+    """How much each part of a body heeds each joint, frame by frame.
+
+    parts:   what heeds: names of body parts.
+    joints:  ``(n,)`` the joints of the source's character that are heeded by any part.
+    sees:    ``(parts, n)`` bool: the joint is one that the part can heed.
+    weights: ``(frames, parts, n)`` from 0 to 1, at the source's frames; 0 where the part does not see.
+             Those of a part add up to at most 1: the rest goes to what is no joint of this body.
+    note:    a sentence on how the body was understood, or "".
+    """
+
+    parts: tuple[str, ...]
+    joints: np.ndarray
+    sees: np.ndarray
+    weights: np.ndarray
+    note: str = ""
+
+    @property
+    def largest(self) -> np.ndarray:
+        """``(frames, n)``: of a joint that several parts heed, the weight of the one that does most."""
+        found: np.ndarray = self.weights.max(axis=1)
+        return found
+
+
+def ask(method: Method, source: Motion, name: str) -> Attention:
+    """What a method heeds in a motion; name: of the method, for messages.
+
+    Raises NotSupported where it does not say, and BenchError where what it says is none of that."""
+    heeds = getattr(method, "attention", None)
+    if not callable(heeds):
+        raise NotSupported(f"{name} does not say what it attends to; pan does")
+    if why := method.supports(source.character, source.character):
+        raise NotSupported(f"{name}: {why}")
+    if not source.frames:
+        raise BenchError(f"there is no frame in the motion of {source.character.name}")
+    said = heeds(source.copy())
+    try:
+        found = Attention(
+            tuple(said["parts"]),
+            np.asarray(said["joints"], dtype=np.int64),
+            np.asarray(said["sees"], dtype=bool),
+            np.asarray(said["weights"], dtype=np.float64),
+            str(said.get("note", "")),
+        )
+    except (KeyError, TypeError, ValueError, AttributeError) as error:
+        raise BenchError(f"{name} does not say its attention as Attention wants it: {error!r}") from None
+    if wrong := _wrong(found, source):
+        raise BenchError(f"{name} says something else than attention: {wrong}")
+    return found
+
+
+def _wrong(found: Attention, source: Motion) -> str:
+    """What is not as ``Attention`` says; "" where all is."""
+    parts, joints = len(found.parts), len(found.joints)
+    if found.weights.shape != (source.frames, parts, joints) or found.sees.shape != (parts, joints):
+        return (
+            f"weights of shape {found.weights.shape} and sees of {found.sees.shape} for {source.frames} "
+            f"frames, {parts} parts and {joints} joints"
+        )
+    if not parts or not joints or np.unique(found.joints).size < joints:
+        return "there is no part, no joint, or one joint twice"
+    if found.joints.min() < 0 or found.joints.max() >= len(source.skeleton):
+        return f"joints from {found.joints.min()} to {found.joints.max()} of {len(source.skeleton)}"
+    weights = found.weights
+    if not np.isfinite(weights).all() or weights.min() < -SLACK or weights.sum(-1).max() > 1.0 + SLACK:
+        return "weights that are not finite, are below 0, or add up to more than 1"
+    return "" if not weights[:, ~found.sees].any() else "a part heeds a joint that it does not see"
+
+
+def frames_at(seconds: Sequence[float], source: Motion) -> list[int]:
+    """The frames nearest to these times. Raises BenchError for a time beyond the motion's end."""
+    last = (source.frames - 1) / source.fps
+    for time in seconds:
+        if not 0.0 <= time <= last + 0.5 / source.fps:
+            raise BenchError(f"{time:g} s is no time of this motion, which goes from 0 to {last:.2f} s")
+    return [min(round(time * source.fps), source.frames - 1) for time in seconds]
+
+
+def write(path: Path, found: Attention, source: Motion, frames: Sequence[int]) -> None:
+    """A row of ``COLUMNS`` per frame asked for, part, and joint that the part sees. Raises FileError."""
+    names = [source.skeleton.names[joint] for joint in found.joints]
+    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        rows = csv.writer(file, lineterminator="\n")
+        rows.writerow(COLUMNS)
+        for frame in frames:
+            time = f"{frame / source.fps:.6g}"
+            for part, joint in np.argwhere(found.sees):
+                weight = f"{found.weights[frame, part, joint]:.6g}"
+                rows.writerow((frame, time, found.parts[part], names[joint], weight))
