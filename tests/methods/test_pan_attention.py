@@ -1,0 +1,149 @@
+"""What PAN says that it attends to: whose weights these are, at which joints, at which frames."""
+
+from __future__ import annotations
+
+import method_bodies
+import numpy as np
+import pan_material
+import pytest
+import torch
+
+from retarget_bench import attention as asking
+from retarget_bench import plan
+from retarget_bench.errors import NotSupported
+from retarget_bench.methods.pan import Pan
+from retarget_bench.motion import roles
+from retarget_bench.spec import Spec
+
+BODIES = pan_material.BODIES
+ARMS = ("left_arm", "right_arm")
+
+
+def asked(method, motion) -> asking.Attention:
+    return asking.ask(method, motion, "pan")
+
+
+def marked(method, name, by_frame=False) -> None:
+    """The encoder of a structure says in the place of weights which slot it is, or which frame."""
+    encoder = method.structures[name].encoder
+    parts = len(encoder.rows.tokens)
+
+    def attention(seen):
+        rows, frames, slots = seen.shape[:3]
+        which = torch.arange(frames if by_frame else slots) / 1000.0
+        each = which[:, None] if by_frame else which[None]
+        mask = torch.zeros(parts, slots)
+        for part, group in enumerate(encoder.rows.tokens):
+            mask[part, [encoder.rows.slots[key - parts] for key in group.keys[1:]]] = 1.0
+        return (each[:, None] * mask).expand(rows, frames, parts, slots)
+
+    encoder.attention = attention
+
+
+def fresh(names=pan_material.TWO, **parameters) -> Pan:
+    """A method of its own, whose networks may be spoilt."""
+    return pan_material.learner(names, **parameters).method()
+
+
+@pytest.mark.parametrize("variant", ["own", "released", "paper"])
+def test_a_part_heeds_joints_of_its_own_and_weights_add_up_to_less_than_one(variant):
+    method = pan_material.trained(variant=variant)
+    (motion,) = pan_material.dances("one", (20,))
+    found = asked(method, motion)
+    assert found.parts == ("left_leg", "right_leg", "spine", "head", "left_arm", "right_arm")
+    assert found.weights.shape == (20, 6, len(found.joints))
+    assert sorted(found.joints) == list(range(len(motion.skeleton)))
+    total = found.weights.sum(-1)
+    assert ((total > 0.3) & (total < 1.0)).all()
+    assert (found.weights[:, found.sees] > 0.0).all()
+    names = np.array(motion.skeleton.names)[found.joints]
+    of = {part: set(names[sees]) for part, sees in zip(found.parts, found.sees, strict=True)}
+    assert of["left_leg"] == {"Hips", "LeftUpLeg", "LeftLeg", "LeftFoot", "LeftToeBase"}
+    assert of["head"] == {"Hips", "Spine2", "Neck", "Head"}
+    assert of["right_arm"] == {
+        "Hips",
+        "Spine2",
+        *(f"Right{p}" for p in ("Shoulder", "Arm", "ForeArm", "Hand")),
+    }
+    assert asked(method, motion).weights.tobytes() == found.weights.tobytes()
+
+
+def test_a_joint_has_the_weight_of_the_slot_that_leads_to_it_and_the_hips_that_of_the_root():
+    """In these bodies joint c hangs at the end of slot c - 1; the root's slot is the last."""
+    method = fresh()
+    marked(method, "plain")
+    body = BODIES["one"]
+    found = asked(method, method_bodies.dance(body, 3))
+    slots = len(body.skeleton) - 1
+    for joint, weight in zip(found.joints, found.largest[0], strict=True):
+        wanted = slots if body.roles[joint] == "hips" else joint - 1
+        assert weight == pytest.approx(wanted / 1000.0), body.skeleton.names[joint]
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
+def test_weights_are_those_of_the_sources_own_frames(fps):
+    method = fresh()
+    marked(method, "plain", by_frame=True)
+    (motion,) = pan_material.dances("one", (31,))
+    other = motion.character.motion(motion.rotations, motion.root, fps)
+    found = asked(method, other)
+    seconds = np.arange(31) / fps
+    wanted = np.minimum(seconds, (31 - 1) / fps) * 30.0 / 1000.0
+    np.testing.assert_allclose(found.largest, np.repeat(wanted[:, None], len(found.joints), 1), atol=1e-7)
+
+
+def test_long_clips_go_in_pieces(monkeypatch):
+    from retarget_bench.methods.pan import attention
+
+    method = pan_material.trained()
+    (motion,) = pan_material.dances("legs", (50,))
+    whole = asked(method, motion)
+    monkeypatch.setattr(attention, "PIECE", 16)
+    np.testing.assert_allclose(asked(method, motion).weights, whole.weights, atol=1e-6)
+
+
+def test_a_whole_body_is_one_part():
+    found = asked(fresh(by_part=False), method_bodies.dance(BODIES["one"], 4))
+    assert found.parts == ("whole body",)
+    assert found.sees.all()
+
+
+def test_arms_and_tails_are_heeded_by_none_of_three_parts():
+    method = pan_material.trained(pan_material.LEGS, parts="three")
+    body = BODIES["one"]
+    found = asked(method, method_bodies.dance(body, 4))
+    heeded = {roles.body_part(body.roles[joint]) for joint in found.joints}
+    assert heeded == {"trunk", "head", "left_leg", "right_leg"}
+    dog = asked(method, method_bodies.dance(BODIES["rex"], 4))
+    names = {BODIES["rex"].skeleton.names[joint] for joint in dog.joints}
+    assert {"Tail", "Tail1"}.isdisjoint(names)
+    assert {"LeftHand", "RightFoot", "Head", "Hips"} <= names
+
+
+def test_without_attention_there_is_none_to_show():
+    with pytest.raises(NotSupported, match="MLP in the place of attention"):
+        asked(fresh(attention=False), method_bodies.dance(BODIES["one"], 4))
+
+
+def test_a_body_of_no_known_structure_is_explained():
+    """Section 6.2.3: what it lacks has no joint to show a weight on, so that weights add up to less."""
+    hugo = plan.dataset(Spec.parse("puppets[size=tiny]")).characters()["hugo"]
+    method = fresh()
+    seat = method._seat(hugo)[1]
+    marked(method, "plain" if len(seat.layout.parents) == 22 else "short_spine")
+    found = asked(method, method_bodies.dance(hugo, 4))
+    assert sorted(found.joints) == list(range(17))
+    assert "hugo (h36m17) goes through the networks of" in found.note
+    lacking = sum(joint < 0 for joint in seat.joints)
+    assert f"{lacking} joints there that it lacks are bones of no length" in found.note
+    place = {role: n for n, role in enumerate(seat.layout.roles) if role}
+    for joint, weight in zip(found.joints, found.largest[0], strict=True):
+        role = hugo.roles[joint]
+        wanted = seat.layout.slots if role == "hips" else place[role] - 1
+        assert weight == pytest.approx(wanted / 1000.0), role
+
+
+def test_bodies_that_were_trained_on_need_no_explanation():
+    method = pan_material.trained()
+    for name in pan_material.TWO:
+        assert asked(method, method_bodies.dance(BODIES[name], 2)).note == ""
