@@ -13,6 +13,7 @@ from torch import nn
 from retarget_bench.methods.pan.design import PAPER
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder
 from retarget_bench.methods.pan.network.attention import Attention
+from retarget_bench.methods.pan.network.core import Blocks
 from retarget_bench.methods.pan.network.plan import Group
 from retarget_bench.methods.pan.network.wide import wide
 
@@ -38,7 +39,7 @@ def embedded(encoder: Encoder, seen: np.ndarray) -> np.ndarray:
 def test_equation_1_embeds_a_slot_by_three_layers_256_wide():
     encoder = Encoder(S23, PAPER)
     seen = torch.randn(7, 4)
-    found = wide(seen.T, encoder.embedding, "relu").T
+    found = wide(seen, encoder.embedding, "relu")
     assert [len(each) for each in arrays(encoder.embedding)[::2]] == [256, 256, 32]
     close(found, torch.from_numpy(embedded(encoder, seen.double().numpy())).float())
 
@@ -91,16 +92,19 @@ def attended(layer: Attention, rows: np.ndarray, sees: np.ndarray, heads: int) -
 def test_equations_4_and_5_are_masked_attention(heads):
     layer = Attention(replace(PAPER, heads=heads))
     nn.init.normal_(layer.qkv.bias)
-    rows = torch.randn(32, 6, 5)
-    groups = (Group(slice(0, 2), (0, 1, 4)), Group(slice(2, 3), (2, 5)), Group(slice(3, 6), (5, 3, 4)))
+    rows = torch.randn(5, 6, 32)
+    groups = [((0, 1), (0, 1, 4)), ((2,), (2, 5)), ((3, 4, 5), (3, 4, 5))]
     sees = np.zeros((6, 6), dtype=bool)
-    for group in groups:
-        for query in range(6)[group.queries]:
-            sees[query, list(group.keys)] = True
-    found = layer(rows, groups, None)
+    for queries, keys in groups:
+        sees[np.ix_(queries, keys)] = True
+    sees[4, 5] = False
+    first, second, third = (
+        Group(queries, keys, tuple(map(tuple, sees[np.ix_(queries, keys)]))) for queries, keys in groups
+    )
+    found = layer(rows, Blocks([[first, second], [third]], heads), None)
     for frame in range(5):
-        expected = attended(layer, rows[..., frame].T.double().numpy(), sees, heads)
-        np.testing.assert_allclose(found[..., frame].T.detach().numpy(), expected, atol=1e-5)
+        expected = attended(layer, rows[frame].double().numpy(), sees, heads)
+        np.testing.assert_allclose(found[frame].detach().numpy(), expected, atol=1e-5)
 
 
 def reflected(values: np.ndarray, reach: int) -> np.ndarray:
@@ -127,7 +131,7 @@ def test_equation_6_convolves_each_part_for_itself():
     found = encoder(seen)[0].detach().numpy()
     assert found.shape == (5, 6, 32)
     for part in range(6):
-        values = tokens[:, part].T.detach().double().numpy()
+        values = tokens[:, part].detach().double().numpy()
         for layer in encoder.convolutions:
             weight, bias = arrays(layer)
             own = slice(part * 32, (part + 1) * 32)

@@ -35,3 +35,8 @@ class Noise:
     def kept(self, drawn: Tensor, like: Tensor) -> Tensor:
         """What elements are multiplied by: 0, or a little more than 1."""
         return torch.ge(drawn, self.limit, out=torch.empty_like(like)).mul_(self.scale)
+
+
+def dropped(values: Tensor, noise: Noise | None) -> Tensor:
+    """Values behind dropout."""
+    return values if noise is None else values * noise.kept(noise.bytes(*values.shape), values)

@@ -12,7 +12,8 @@ from torch.nn import functional
 from ..design import Design
 from ..layout import Layout
 from .attention import Attention, Mean
-from .dropout import Noise
+from .core import Blocks
+from .dropout import Noise, dropped
 from .plan import Parts, attending, body_parts, convolved_parts
 from .ragged import PartConvolution
 from .wide import wide
@@ -51,6 +52,8 @@ class Encoder(nn.Module):
         if design.attention:
             self.tokens = nn.Parameter(0.1 * torch.randn(len(parts), design.width))
             self.layers = nn.ModuleList(Attention(design) for _ in range(design.layers))
+            self.blocks = Blocks([self.rows.parts, *([each] for each in self.rows.shared)], design.heads)
+            self.last = Blocks([self.rows.tokens], design.heads)
         else:
             placed = tuple(tuple(self.rows.slots.index(slot) for slot in part) for part in parts)
             self.layers = nn.ModuleList(Mean(design, placed) for _ in range(design.layers))
@@ -74,7 +77,7 @@ class Encoder(nn.Module):
         hidden = self._rectified(hidden)
         if self.early < len(self.layers):
             tokens = hidden.view(rows, -1, self.design.width, frames // 2)
-            tokens = self._second(tokens.permute(2, 1, 0, 3).flatten(2), slots, noise)
+            tokens = self._second(tokens.permute(0, 3, 1, 2).flatten(0, 1), slots, noise)
             hidden = _over_time(tokens, rows)
         hidden = self._rectified(self.convolutions[1](self._padded(hidden)))
         return hidden.transpose(1, 2).reshape(rows, -1, self.parts, self.design.width)
@@ -90,42 +93,42 @@ class Encoder(nn.Module):
         if not isinstance(first, Attention):
             raise ValueError("this encoder was built without attention: there are no weights to show")
         rows = self._with_tokens(self._embedded(self._chosen(motion)))
+        (weights,) = first.weights(rows, self.last)
+        weights = weights.view(*motion.shape[:2], *weights.shape[1::2])
         result = motion.new_zeros(*motion.shape[:2], len(self.rows.tokens), self.width)
         for token, group in enumerate(self.rows.tokens):
             seen = [self.rows.slots[key - len(self.rows.tokens)] for key in group.keys[1:]]
-            weights = first.weights(rows, group)[0, 1:]
-            result[:, :, token, seen] = weights.view(-1, *motion.shape[:2]).permute(1, 2, 0)
+            result[:, :, token, seen] = weights[:, :, token, 1 : len(group.keys)]
         return result
 
     def _first(self, motion: Tensor, noise: Noise | None) -> tuple[Tensor, Tensor]:
-        """Tokens and slots ``(width, rows, rows * frames)`` before the first convolution."""
+        """Tokens and slots ``(rows * frames, of them, width)`` before the first convolution."""
         found = []
-        for values in torch.split(self._chosen(motion), TOGETHER, 2):
-            slots = self._embedded(values)
-            if noise is not None:
-                slots = slots * noise.kept(noise.bytes(*slots.shape), slots)
+        for values in torch.split(self._chosen(motion), TOGETHER):
+            slots = dropped(self._embedded(values), noise)
             found.append(self._attended(None, slots, 0, self.early, noise))
-        return torch.cat([tokens for tokens, _ in found], 2), torch.cat([slots for _, slots in found], 2)
+        return torch.cat([tokens for tokens, _ in found]), torch.cat([slots for _, slots in found])
 
     def _second(self, tokens: Tensor, slots: Tensor, noise: Noise | None) -> Tensor:
         """Tokens behind the layers that follow the first convolution, which has halved the frames."""
-        slots = slots.view(*slots.shape[:2], -1, 2).mean(3)
-        pairs = zip(torch.split(tokens, TOGETHER, 2), torch.split(slots, TOGETHER, 2), strict=True)
-        found = [self._attended(*pair, self.early, len(self.layers), noise)[0] for pair in pairs]
-        return torch.cat(found, 2)
+        slots = slots.view(-1, 2, *slots.shape[1:]).mean(1)
+        pairs = zip(torch.split(tokens, TOGETHER), torch.split(slots, TOGETHER), strict=True)
+        return torch.cat([self._attended(*pair, self.early, len(self.layers), noise)[0] for pair in pairs])
 
     def _chosen(self, motion: Tensor) -> Tensor:
-        """``(4, slots, rows * frames)`` of the slots that are rows of attention."""
-        return motion.permute(3, 2, 0, 1).index_select(1, self.slots).flatten(2)
+        """``(rows * frames, slots, 4)`` of the slots that are rows of attention."""
+        if len(self.slots) < self.width:
+            motion = motion.index_select(2, self.slots)
+        return motion.flatten(0, 1)
 
     def _embedded(self, values: Tensor) -> Tensor:
-        """``(width, slots, frames)`` from ``(4, slots, frames)`` (eq. 1 to 3)."""
-        flat = wide(values.reshape(4, -1), self.embedding, "relu").view(-1, *values.shape[1:])
-        code = self.code.T.unsqueeze(2)
-        return torch.add(code, flat, alpha=math.sqrt(len(flat)) if self.design.scaled else 1.0)
+        """``(frames, slots, width)`` from ``(frames, slots, 4)`` (eq. 1 to 3)."""
+        width = self.design.width
+        flat = wide(values.flatten(0, 1), self.embedding, "relu").view(*values.shape[:2], width)
+        return torch.add(self.code, flat, alpha=math.sqrt(width) if self.design.scaled else 1.0)
 
     def _with_tokens(self, slots: Tensor) -> Tensor:
-        return torch.cat([self.tokens.T.unsqueeze(2).expand(-1, -1, slots.shape[2]), slots], 1)
+        return torch.cat([self.tokens.expand(len(slots), -1, -1), slots], 1)
 
     def _attended(
         self, tokens: Tensor | None, slots: Tensor, start: int, stop: int, noise: Noise | None
@@ -136,11 +139,10 @@ class Encoder(nn.Module):
             for layer in self.layers[start:stop]:
                 means, slots = layer(slots)
             return means if tokens is None else tokens + means, slots
-        count = len(self.rows.tokens)
         rows = self._with_tokens(slots) if tokens is None else torch.cat([tokens, slots], 1)
         for number, layer in enumerate(self.layers[start:stop], start):
-            last = number == len(self.layers) - 1
-            rows = layer(rows, self.rows.tokens if last else (*self.rows.tokens, *self.rows.others), noise)
+            rows = layer(rows, self.last if number == len(self.layers) - 1 else self.blocks, noise)
+        count = len(self.rows.tokens)
         return rows[:, :count], rows[:, count:]
 
     def _channels(self) -> tuple[tuple[int, int], tuple[int, int]]:
@@ -166,9 +168,8 @@ class Encoder(nn.Module):
 
 
 def _over_time(tokens: Tensor, rows: int) -> Tensor:
-    """``(rows, parts * width, frames)`` from ``(width, parts, rows * frames)``."""
-    width, parts, frames = tokens.shape
-    return tokens.view(width, parts, rows, frames // rows).permute(2, 1, 0, 3).flatten(1, 2)
+    """``(rows, parts * width, frames)`` from ``(rows * frames, parts, width)``."""
+    return tokens.flatten(1).view(rows, -1, tokens[0].numel()).transpose(1, 2)
 
 
 def positions(slots: tuple[int, ...], width: int) -> Tensor:

@@ -5,6 +5,7 @@ The root's slot, the last one, belongs to every part.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from ..design import Design
@@ -14,21 +15,27 @@ Parts = tuple[tuple[int, ...], ...]
 
 
 class Group(NamedTuple):
-    """Neighbouring rows of attention, the queries, that see the same rows, the keys."""
+    """Rows of attention, the queries, and the rows that any of them sees, the keys.
 
-    queries: slice
+    sees: for each query, which of the keys.
+    """
+
+    queries: tuple[int, ...]
     keys: tuple[int, ...]
+    sees: tuple[tuple[bool, ...], ...]
 
 
 class Rows(NamedTuple):
-    """Who attends to whom. Rows are the tokens of the parts, then slots in the order of ``slots``.
+    """Who attends to whom. Rows are the tokens of the parts, then ``slots``.
 
-    tokens: a group for each token. others: groups of slots.
+    tokens: a group for each token. parts: one for each token with the slots of its part alone. shared: of
+    slots that are of the same several parts.
     """
 
     slots: tuple[int, ...]
     tokens: tuple[Group, ...]
-    others: tuple[Group, ...]
+    parts: tuple[Group, ...]
+    shared: tuple[Group, ...]
 
 
 def body_parts(layout: Layout, design: Design) -> Parts:
@@ -60,19 +67,25 @@ def written(layout: Layout, design: Design) -> Parts:
 
 def attending(parts: Parts, mutual: bool) -> Rows:
     """A token sees itself and its part; a slot what shares a part with it, if ``mutual`` tokens too."""
-    alike: dict[tuple[int, ...], list[int]] = {}
-    for slot in sorted({slot for part in parts for slot in part}):
-        own = tuple(token for token, part in enumerate(parts) if slot in part)
-        alike.setdefault(own, []).append(slot)
-    slots = tuple(slot for several in alike.values() for slot in several)
+    slots = tuple(sorted({slot for part in parts for slot in part}))
     row = {slot: len(parts) + place for place, slot in enumerate(slots)}
-    tokens = tuple(
-        Group(slice(token, token + 1), (token, *(row[slot] for slot in part)))
-        for token, part in enumerate(parts)
+    sees = {token: {token, *(row[slot] for slot in part)} for token, part in enumerate(parts)}
+    alike: dict[tuple[int, ...], list[int]] = {}
+    for slot in slots:
+        own = tuple(token for token, part in enumerate(parts) if slot in part)
+        alike.setdefault(own, []).append(row[slot])
+        seen = set().union(*(sees[token] for token in own))
+        sees[row[slot]] = seen if mutual else seen - set(own)
+    tokens = [(token,) for token in range(len(parts))]
+    own = [(token, *alike.pop((token,), ())) for token in range(len(parts))]
+    return Rows(
+        slots,
+        tuple(_group(each, sees) for each in tokens),
+        tuple(_group(each, sees) for each in own),
+        tuple(_group(each, sees) for each in alike.values()),
     )
-    others = []
-    for own, several in alike.items():
-        seen = sorted({row[slot] for token in own for slot in parts[token]})
-        start = row[several[0]]
-        others.append(Group(slice(start, start + len(several)), (*(own if mutual else ()), *seen)))
-    return Rows(slots, tokens, tuple(others))
+
+
+def _group(queries: Sequence[int], sees: Mapping[int, set[int]]) -> Group:
+    keys = tuple(sorted(set().union(*(sees[row] for row in queries))))
+    return Group(tuple(queries), keys, tuple(tuple(key in sees[row] for key in keys) for row in queries))
