@@ -99,9 +99,14 @@ def learner(
     lengths: Sequence[int] = (30, 40),
     window: int = WINDOW,
     seed: int = 0,
+    small: bool = False,
     **parameters: Any,
 ) -> Learner:
+    """small: networks that are narrower than a parameter makes them."""
     method = Pan(**parameters)
+    if small:
+        thin = replace(method.settings.design, embedding=(32,), feedforward=32, judging=16)
+        method.settings = replace(method.settings, design=thin)
     torch.manual_seed(seed)
     return method.learner(
         material(method, names, lengths), Recipe(steps=1, batch=4, window=window, rate=1e-3)

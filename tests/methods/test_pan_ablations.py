@@ -1,0 +1,48 @@
+"""Table 5's rows: what each leaves out, and that its columns are two means."""
+
+from __future__ import annotations
+
+import pan_material
+import pytest
+
+from retarget_bench.methods.pan import Pan
+from retarget_bench.spec import Spec
+from retarget_bench.training import ablating
+
+TABLE = ablating.find(Spec.parse("pan"), "table5")
+
+
+def test_the_printed_numbers():
+    printed = [tuple(row.printed[column.label] for column in TABLE.columns) for row in TABLE.rows]
+    wanted = [("0.50", "1.62"), ("0.58", "2.29"), ("1.19", "2.28"), ("1.11", "48.08"), ("1.16", "3.23")]
+    assert printed == wanted
+    assert [column.splits for column in TABLE.columns] == [("intra",), ("cross",)]
+    assert {column.value for column in TABLE.columns} == {"san_code"}
+
+
+@pytest.mark.parametrize("variant", ["own", "released", "paper"])
+@pytest.mark.parametrize("row", TABLE.rows, ids=lambda row: row.label)
+def test_rows_train(row, variant):
+    learner = pan_material.learner(small=True, variant=variant, **row.parameters)
+    batch, memory = pan_material.batch(learner), {}
+    found = {phase.name: learner.losses(phase.name, batch, memory) for phase in learner.phases}
+    assert all(term.isfinite() for terms in found.values() for term in terms.values())
+    left_out = {
+        "w.o. L_kine": {"places", "again_places", "root"},
+        "w.o. L_adv": {"adversarial"},
+    }.get(row.label, set())
+    assert not left_out & set(found["generator"])
+    assert ("discriminator" in found) == (row.label != "w.o. L_adv")
+
+
+def test_rows_differ_in_what_they_say():
+    designs = [Pan(**row.parameters).settings.design for row in TABLE.rows]
+    assert [(each.by_part, each.attention) for each in designs] == [
+        (True, True),
+        (False, True),
+        (True, False),
+        (True, True),
+        (True, True),
+    ]
+    facts = [tuple(Pan(**row.parameters).facts().items()) for row in TABLE.rows]
+    assert len(set(facts)) == len(facts), "no row can pass for another one"

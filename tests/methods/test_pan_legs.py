@@ -1,0 +1,117 @@
+"""PAN between two legs and four (section 7): three parts, arms and tails decoded only, eq. 20."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pan_material
+import pytest
+import torch
+
+from retarget_bench.api import Context
+
+BODIES, LEGS = pan_material.BODIES, pan_material.LEGS
+DOG = "dog_four_legged"
+
+
+@pytest.mark.parametrize("variant", ["own", "released", "paper"])
+def test_both_ways(variant):
+    method = pan_material.trained(LEGS, parts="three", variant=variant)
+    assert set(method.structures) == {DOG, "plain"}
+    for source, target in (("one", "rex"), ("rex", "tall"), ("rex", "pup"), ("one", "tall")):
+        (motion,) = pan_material.dances(source, (24,))
+        found = method.retarget(motion, BODIES[target], context=Context())
+        assert found.frames == 24
+        assert np.isfinite(found.positions).all()
+
+
+@pytest.mark.parametrize("variant", ["own", "released", "paper"])
+def test_arms_and_tails_are_decoded_and_not_encoded(variant):
+    learner = pan_material.learner(LEGS, small=True, parts="three", variant=variant)
+    for name, left_out in ((DOG, {"tail_1", "tail_2"}), ("plain", {"left_hand", "right_arm"})):
+        structure = learner._structures[name]
+        layout = structure.layout
+        hidden = np.flatnonzero(~layout.encoded)
+        assert left_out <= {layout.roles[slot + 1] for slot in hidden}
+        motion = torch.randn(1, 16, layout.slots + 1, 4)
+        code = structure.encoder(motion)
+        changed = motion.clone()
+        changed[:, :, hidden] += 3.0
+        assert torch.equal(structure.encoder(changed), code)
+        bones = torch.randn(1, layout.slots + 1, 3)
+        answer = structure.answer(code, bones)[:, :, hidden]
+        other = structure.answer(code + 1.0, bones)[:, :, hidden]
+        assert (answer - other).abs().flatten(0, 1).amax((0, 2)).min() > 1e-3, (
+            "every one of them is decoded"
+        )
+
+
+def test_losses_are_over_common_parts_only():
+    """What arms and tails do changes no loss but what judges say."""
+    learner = pan_material.learner(LEGS, small=True, parts="three", variant="paper")
+    batch = pan_material.batch(learner)
+    before = learner.losses("generator", batch, {})
+    for side in batch["sides"]:
+        hidden = np.flatnonzero(~learner._structures[learner._names[side["structure"]]].layout.encoded)
+        side["slots"][:, :, hidden] = torch.randn_like(side["slots"][:, :, hidden])
+    memory: dict = {}
+    after = learner.losses("generator", batch, memory)
+    assert {name: term.item() for name, term in after.items()} == pytest.approx(
+        {name: term.item() for name, term in before.items()}, rel=1e-6
+    )
+    assert memory["shown"], "judges see whole bodies"
+
+
+def test_eq_20_takes_the_range_of_the_training_motion():
+    learner = pan_material.learner(LEGS, small=True, parts="three", variant="paper")
+    clips = learner._windows._material.clips
+    for name, cast in ((DOG, ("pup", "rex")), ("plain", ("one", "tall"))):
+        speeds = np.concatenate(
+            [
+                np.linalg.norm(clip.arrays["slots"][:, -1, :3], axis=-1)
+                for each in cast
+                for clip in clips[each]
+            ]
+        )
+        found = learner._objective._ranges[name].numpy()
+        np.testing.assert_allclose(found, [speeds.min(), speeds.max()], rtol=1e-5)
+
+
+@pytest.mark.parametrize("turns", [False, True])
+def test_eq_20_in_a_step(turns):
+    """Eq. 20 by hand: rescaled velocities of sources and answers; the released code adds their turns."""
+    learner = pan_material.learner(LEGS, small=True, parts="three", variant="paper")
+    objective = learner._objective
+    objective.weights = replace(objective.weights, turns=turns)
+    batch = pan_material.batch(learner)
+    names = [learner._names[side["structure"]] for side in batch["sides"]]
+    real = [learner._real(name, side) for name, side in zip(names, batch["sides"], strict=True)]
+    codes = [learner._structures[name].encoder(each.slots) for name, each in zip(names, real, strict=True)]
+    squares = []
+    for there, side in enumerate(batch["sides"]):
+        answers = learner._answers(names, there, codes, side, real)
+        for here in (0, 1):
+            moves = [each.plain[:, :, -1].detach().numpy() for each in (real[here], answers[here])]
+            ranges = [objective._ranges[names[k]].numpy() for k in (here, there)]
+            scaled = [_rescaled(m[..., :3], *r) for m, r in zip(moves, ranges, strict=True)]
+            square = np.mean((scaled[0] - scaled[1]) ** 2)
+            squares.append(square + turns * np.mean((moves[0][..., 3] - moves[1][..., 3]) ** 2))
+    found = learner.losses("generator", batch, {})["velocity"].item()
+    assert found == pytest.approx(1000.0 * np.mean(squares), rel=1e-4)
+
+
+def _rescaled(velocity, low, high):
+    speed = np.linalg.norm(velocity, axis=-1, keepdims=True)
+    return velocity / speed * (speed - low) / (high - low)
+
+
+@pytest.mark.parametrize("variant", ["own", "released", "paper"])
+def test_both_structures_learn(variant):
+    learner = pan_material.learner(LEGS, small=True, parts="three", variant=variant, dropout=0.0)
+    batch, memory = pan_material.batch(learner), {}
+    for phase in learner.phases:
+        sum(learner.losses(phase.name, batch, memory).values()).backward()
+    for name, each in learner.modules.named_parameters():
+        assert each.grad is not None, name
+        assert each.grad.abs().max() > 0, name
