@@ -1,0 +1,166 @@
+"""Section 6.2.3: bodies of a structure that is in no training go through one that is, both ways, with bones
+of no length where they lack joints."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import method_bodies
+import numpy as np
+import pan_material
+import pytest
+import torch
+
+from retarget_bench import plan
+from retarget_bench.api import Context
+from retarget_bench.methods.pan import Pan
+from retarget_bench.motion import alignment, kinematics, roles, rotation
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.spec import Spec
+from retarget_bench.training.material import Clip, Material
+from retarget_bench.training.recipe import Recipe
+
+
+@cache
+def puppets():
+    return plan.dataset(Spec.parse("puppets[size=tiny]")).characters()
+
+
+@cache
+def trained(structures: tuple[str, ...]) -> Pan:
+    """Weights that are drawn, not learnt, of puppets of these structures."""
+    method = Pan()
+    bodies = [each for each in puppets().values() if each.structure in structures]
+    clips = {
+        each.name: [
+            Clip(each.name, "dance", {key: a.astype(np.float32) for key, a in seen.items()})
+            for seen in [method.prepare(method_bodies.dance(each, 24))]
+        ]
+        for each in bodies
+    }
+    torch.manual_seed(0)
+    material = Material({each.name: each for each in bodies}, clips)
+    recipe = Recipe(steps=1, batch=4, window=pan_material.WINDOW, rate=1e-3)
+    return method.learner(material, recipe).method()
+
+
+def filled(character: Character, like: Character) -> Character:
+    """The character with all joints of another: at rest in its reference pose, and those that it lacks at
+    the place of the joint that they hang from. Made without PAN's code."""
+    places = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))[0]
+    known = [character.joint_of.get(role, -1) for role in like.roles]
+    found = np.zeros((len(known), 3))
+    for joint, (same, parent) in enumerate(zip(known, like.skeleton.parents, strict=True)):
+        found[joint] = places[same] if same >= 0 else found[parent]
+    offsets = found - found[np.maximum(like.skeleton.parents, 0)]
+    still = np.zeros((len(known), 4))
+    still[:, 0] = 1.0
+    skeleton = Skeleton(like.skeleton.names, like.skeleton.parents, offsets)
+    return Character("filled", skeleton, like.structure, like.roles, still, character.measures)
+
+
+def performed(motion: Motion, body: Character) -> Motion:
+    """The motion by a body that ``filled`` made: joints that were lacking turn with their parents."""
+    character = motion.character
+    turned = alignment.relative(motion)
+    found = np.zeros((motion.frames, len(body.skeleton), 4))
+    for joint, (role, parent) in enumerate(zip(body.roles, body.skeleton.parents, strict=True)):
+        same = character.joint_of.get(role, -1)
+        found[:, joint] = turned[:, same] if same >= 0 else found[:, parent]
+    local = kinematics.local_from_global(body.skeleton, found)
+    return body.motion(local, motion.positions[:, character.joint_of["hips"]], motion.fps)
+
+
+def carried(method: Pan, source: Motion, target: Character) -> Motion:
+    assert method.supports(source.character, target) is None
+    return method.retarget(source, target, context=Context())
+
+
+@pytest.fixture
+def points() -> Character:
+    return puppets()["hugo"]
+
+
+@pytest.fixture
+def mixamo_like() -> Character:
+    return puppets()["clara"]
+
+
+def test_the_structure_with_the_same_joints_is_chosen(points):
+    """Each of body22, body23 and body28 has all joints of h36m17; the fewest bones of no length decide."""
+    assert trained(("body22", "body28"))._seat(points)[0] == "body22"
+    assert trained(("body23", "body28"))._seat(points)[0] == "body23"
+    assert trained(("body28",))._seat(points)[0] == "body28"
+    for name in ("ada", "clara"):
+        assert trained(("body22", "body28"))._seat(puppets()[name])[0] == puppets()[name].structure
+
+
+def test_filled_bodies_have_bones_of_no_length(points, mixamo_like):
+    body = filled(points, mixamo_like)
+    lacking = [j for j, role in enumerate(body.roles) if j and role not in points.joint_of]
+    assert len(lacking) == 28 - 17
+    assert not np.abs(body.skeleton.offsets[lacking]).any()
+    motion = method_bodies.dance(points, 10)
+    shown = performed(motion, body)
+    both = [(points.joint_of[role], body.joint_of[role]) for role in points.joint_of]
+    mine, theirs = (list(each) for each in zip(*both, strict=True))
+    np.testing.assert_allclose(shown.positions[:, theirs], motion.positions[:, mine], atol=1e-9)
+
+
+def test_as_a_source_it_is_the_body_with_bones_of_no_length(points, mixamo_like):
+    method = trained(("body28",))
+    motion = method_bodies.dance(points, 37)
+    found = carried(method, motion, mixamo_like)
+    wanted = carried(method, performed(motion, filled(points, mixamo_like)), mixamo_like)
+    assert (found.frames, found.fps, found.skeleton) == (37, 30.0, mixamo_like.skeleton)
+    apart = np.abs(found.positions - wanted.positions).max()
+    assert apart < 1e-4 * mixamo_like.height
+    still = carried(method, motion.at(np.zeros(37, dtype=int)), mixamo_like)
+    assert np.abs(found.positions - still.positions).max() > 0.01 * mixamo_like.height, (
+        "it heeds the source"
+    )
+
+
+def test_as_a_target_it_is_the_body_with_bones_of_no_length(points, mixamo_like):
+    method = trained(("body28",))
+    motion = method_bodies.dance(mixamo_like, 37)
+    body = filled(points, mixamo_like)
+    found, wanted = carried(method, motion, points), carried(method, motion, body)
+    assert (found.frames, found.fps, found.skeleton) == (37, 30.0, points.skeleton)
+    both = [(points.joint_of[role], body.joint_of[role]) for role in points.joint_of]
+    mine, theirs = (list(each) for each in zip(*both, strict=True))
+    turned, wanted_turns = alignment.relative(found)[:, mine], alignment.relative(wanted)[:, theirs]
+    assert rotation.angle(turned, wanted_turns).max() < 1e-3
+    legs = [role for role in points.joint_of if roles.body_part(role).endswith("leg")]
+    assert len(legs) == 6
+    apart = found.positions[:, points.joints(legs)] - wanted.positions[:, body.joints(legs)]
+    assert np.abs(apart).max() < 1e-4 * points.height
+
+
+def test_what_networks_are_told_of_its_bones(points, mixamo_like):
+    """Slots that lead to joints which it lacks are bones of no length, all others its own in full."""
+    method = trained(("body28",))
+    body = method._seat(points)[1]
+    bones = np.linalg.norm(method.settings.form.bones(body), axis=1)
+    unit = method.settings.form.unit(points)
+    places = kinematics.forward(points.skeleton, points.reference_pose, np.zeros(3))[0]
+    for slot, role in enumerate(body.layout.roles[1:]):
+        same = points.joint_of.get(role, -1)
+        if same < 0:
+            assert bones[slot] == 0.0
+        else:
+            above = points.skeleton.parents[same]
+            length = np.linalg.norm(places[same] - places[above]) / unit
+            assert bones[slot] == pytest.approx(length, rel=1e-5), role
+
+
+def test_from_one_unknown_structure_to_itself_and_in_batches(points):
+    method = trained(("body28",))
+    motions = [method_bodies.dance(points, frames) for frames in (5, 20, 20)]
+    targets = [puppets()[name] for name in ("hugo", "lena", "clara")]
+    together = method.retarget_batch(motions, targets, contexts=[Context()] * 3)
+    for motion, target, found in zip(motions, targets, together, strict=True):
+        alone = carried(method, motion, target)
+        assert np.abs(found.positions - alone.positions).max() < 1e-5 * target.height
