@@ -34,6 +34,7 @@ def by_square_root(a: np.ndarray, b: np.ndarray) -> float:
 @pytest.mark.parametrize(("n", "m", "d"), [(400, 400, 8), (900, 500, 32), (1200, 1200, 64)])
 @pytest.mark.parametrize("seed", [0, 1])
 def test_frechet_agrees_with_the_matrix_square_root(seed, n, m, d):
+    """PAN's eq. 21."""
     a, b = sets(seed, n, d, m)
     assert frechet(a, b) == pytest.approx(by_square_root(a, b), rel=1e-6)
 

@@ -45,6 +45,7 @@ def test_primary_rule(seed: int, fps: float) -> None:
 
 @pytest.mark.parametrize(("seed", "fps"), [(0, 30.0), (1, 60.0)])
 def test_sweeps(seed: int, fps: float) -> None:
+    """PAN's eq. 17 (contacts of the reference), 18 (those of the answer there) and 19 (recall)."""
     case = sides(60, seed, fps=fps)
     found = compute("pan_contact", case)
     sweeps = {

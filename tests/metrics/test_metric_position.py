@@ -81,6 +81,7 @@ def test_end_effectors_and_root_path() -> None:
 
 @pytest.mark.parametrize("frames", [4, 11])
 def test_papers(frames: int) -> None:
+    """SAN's and HuMoT's numbers, and PAN's eq. 16 as it is typed."""
     case = sides(frames, 2)
     found = compute("papers", case)
     body = case.predicted.character
