@@ -101,7 +101,7 @@ def test_equations_4_and_5_are_masked_attention(heads):
     first, second, third = (
         Group(queries, keys, tuple(map(tuple, sees[np.ix_(queries, keys)]))) for queries, keys in groups
     )
-    found = layer(rows, Blocks([[first, second], [third]], heads), None)
+    found = layer(rows, Blocks([first, second], third, heads), None)
     for frame in range(5):
         expected = attended(layer, rows[frame].double().numpy(), sees, heads)
         np.testing.assert_allclose(found[frame].detach().numpy(), expected, atol=1e-5)

@@ -1,11 +1,10 @@
 """Attention within body parts (section 4.2): tokens gather what the slots of their parts say.
 
-Everything here is one frame's affair. Rows are the tokens of the parts, then slots: ``(frames, rows, width)``.
+Everything here is one frame's affair. Rows, ``(frames, rows, width)``, are the tokens of the parts,
+then slots.
 """
 
 from __future__ import annotations
-
-from collections.abc import Iterator
 
 import torch
 from torch import Tensor, nn
@@ -38,8 +37,8 @@ class Attention(nn.Module):
         found = blocks(*self._projected(asking, rows), noise)
         return found if self.block is None else self.block(asking, found, noise)
 
-    def weights(self, rows: Tensor, blocks: Blocks) -> Iterator[Tensor]:
-        """Of each block how much queries heed keys ``(frames, groups, queries, keys)``: means over heads."""
+    def weights(self, rows: Tensor, blocks: Blocks) -> Tensor:
+        """How much queries heed keys ``(frames, groups, queries, keys)``, see ``Blocks.weights``."""
         return blocks.weights(*self._projected(rows[:, : blocks.asking], rows))
 
     def _projected(self, asking: Tensor, rows: Tensor) -> tuple[Tensor, Tensor]:

@@ -52,8 +52,8 @@ class Encoder(nn.Module):
         if design.attention:
             self.tokens = nn.Parameter(0.1 * torch.randn(len(parts), design.width))
             self.layers = nn.ModuleList(Attention(design) for _ in range(design.layers))
-            self.blocks = Blocks([self.rows.parts, *([each] for each in self.rows.shared)], design.heads)
-            self.last = Blocks([self.rows.tokens], design.heads)
+            self.blocks = Blocks(self.rows.parts, self.rows.shared, design.heads)
+            self.last = Blocks(self.rows.tokens, None, design.heads)
         else:
             placed = tuple(tuple(self.rows.slots.index(slot) for slot in part) for part in parts)
             self.layers = nn.ModuleList(Mean(design, placed) for _ in range(design.layers))
@@ -93,7 +93,7 @@ class Encoder(nn.Module):
         if not isinstance(first, Attention):
             raise ValueError("this encoder was built without attention: there are no weights to show")
         rows = self._with_tokens(self._embedded(self._chosen(motion)))
-        (weights,) = first.weights(rows, self.last)
+        weights = first.weights(rows, self.last)
         weights = weights.view(*motion.shape[:2], *weights.shape[1::2])
         result = motion.new_zeros(*motion.shape[:2], len(self.rows.tokens), self.width)
         for token, group in enumerate(self.rows.tokens):

@@ -46,7 +46,7 @@ class Table(nn.Module):
 
 
 class _Gather(torch.autograd.Function):
-    """Gradients are gathered too, but for rows that are read more than once: adding all would take longer."""
+    """Gradients are gathered too, but for rows read more than once: adding all takes longer."""
 
     @staticmethod
     def forward(

@@ -29,13 +29,13 @@ class Rows(NamedTuple):
     """Who attends to whom. Rows are the tokens of the parts, then ``slots``.
 
     tokens: a group for each token. parts: one for each token with the slots of its part alone. shared: of
-    slots that are of the same several parts.
+    all slots that are of several parts; the root's, and so the group, sees every slot.
     """
 
     slots: tuple[int, ...]
     tokens: tuple[Group, ...]
     parts: tuple[Group, ...]
-    shared: tuple[Group, ...]
+    shared: Group | None
 
 
 def body_parts(layout: Layout, design: Design) -> Parts:
@@ -70,19 +70,18 @@ def attending(parts: Parts, mutual: bool) -> Rows:
     slots = tuple(sorted({slot for part in parts for slot in part}))
     row = {slot: len(parts) + place for place, slot in enumerate(slots)}
     sees = {token: {token, *(row[slot] for slot in part)} for token, part in enumerate(parts)}
-    alike: dict[tuple[int, ...], list[int]] = {}
+    alone: list[list[int]] = [[token] for token in sees]
+    shared: list[int] = []
     for slot in slots:
-        own = tuple(token for token, part in enumerate(parts) if slot in part)
-        alike.setdefault(own, []).append(row[slot])
+        own = {token for token, part in enumerate(parts) if slot in part}
+        (alone[min(own)] if len(own) == 1 else shared).append(row[slot])
         seen = set().union(*(sees[token] for token in own))
-        sees[row[slot]] = seen if mutual else seen - set(own)
-    tokens = [(token,) for token in range(len(parts))]
-    own = [(token, *alike.pop((token,), ())) for token in range(len(parts))]
+        sees[row[slot]] = seen if mutual else seen - own
     return Rows(
         slots,
-        tuple(_group(each, sees) for each in tokens),
-        tuple(_group(each, sees) for each in own),
-        tuple(_group(each, sees) for each in alike.values()),
+        tuple(_group([token], sees) for token in range(len(parts))),
+        tuple(_group(rows, sees) for rows in alone),
+        _group(shared, sees) if shared else None,
     )
 
 
