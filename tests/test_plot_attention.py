@@ -1,0 +1,330 @@
+"""``bench plot attention``: what is drawn and written is what the method says."""
+
+from __future__ import annotations
+
+import csv
+import sys
+from pathlib import Path
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from retarget_bench import attention as asking
+from retarget_bench import cli, registry
+from retarget_bench.api import MethodCard
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion import bvh
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plotting import attention as picture
+from retarget_bench.plotting import canvas
+
+ROWS = (
+    ("Hips", "", (0.0, 0.9, 0.0)),
+    ("Spine", "Hips", (0.0, 0.25, 0.0)),
+    ("Neck", "Spine", (0.0, 0.25, 0.0)),
+    ("Head", "Neck", (0.0, 0.2, 0.0)),
+    *(
+        (f"{side}{part}", f"{side}{above}" if above not in ("Hips", "Spine") else above, (way * x, y, 0.0))
+        for side, way in (("Left", 1.0), ("Right", -1.0))
+        for part, above, x, y in (
+            ("Arm", "Spine", 0.2, 0.2), ("ForeArm", "Arm", 0.25, 0.0), ("Hand", "ForeArm", 0.25, 0.0),
+            ("UpLeg", "Hips", 0.1, 0.0), ("Leg", "UpLeg", 0.0, -0.45), ("Foot", "Leg", 0.0, -0.4),
+        )
+    ),
+)  # fmt: skip
+NAMES = [row[0] for row in ROWS]
+BODY = Character.of(
+    "figure",
+    Skeleton(
+        tuple(NAMES),
+        np.array([NAMES.index(row[1]) if row[1] else -1 for row in ROWS]),
+        np.array([row[2] for row in ROWS]),
+    ),
+)
+METHOD = '''"""Heeds the hips and two legs."""
+import numpy as np
+from retarget_bench.api import MethodCard
+
+class Plugin:
+    card = MethodCard(name="heeds", summary="", version="1")
+    def supports(self, source, target):
+        return None
+    def retarget(self, source, target, *, context):
+        raise NotImplementedError
+    def attention(self, source):
+        joints = [source.skeleton.names.index(name) for name in ("Hips", "LeftFoot", "RightFoot")]
+        ramp = np.linspace(0.1, 0.6, source.frames)
+        weights = np.zeros((source.frames, 2, 3))
+        weights[:, 0, 0], weights[:, 0, 1] = 0.3, ramp
+        weights[:, 1, 0], weights[:, 1, 2] = ramp, 0.2
+        sees = [[True, True, False], [True, False, True]]
+        return {"parts": ["left_leg", "right_leg"], "joints": joints, "sees": sees, "weights": weights,
+                "note": "it is a figure"}
+
+plugin = Plugin
+'''
+
+
+def turning(frames: int = 31):
+    """Turns about the vertical axis by a right angle, and stands."""
+    half = np.radians(np.linspace(0.0, 90.0, frames)) / 2
+    rotations = np.zeros((frames, len(NAMES), 4))
+    rotations[..., 0] = 1.0
+    rotations[:, 0, 0], rotations[:, 0, 2] = np.cos(half), np.sin(half)
+    return BODY.motion(rotations, np.tile([0.3, 0.9, -0.2], (frames, 1)), 30.0)
+
+
+@pytest.fixture
+def method(tmp_path, monkeypatch):
+    monkeypatch.setattr(registry, "_FILES", {})
+    (tmp_path / "in").mkdir()
+    file = tmp_path / "in" / "heeds.py"
+    file.write_text(METHOD)
+    registry.add_file(file)
+    return registry.create("methods", "heeds")
+
+
+@pytest.fixture
+def figures(monkeypatch) -> list[Figure]:
+    """The figures that are drawn from here on."""
+    made: list[Figure] = []
+    kept = Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
+    return made
+
+
+# --------------------------------------------------------------------------------------------- contract
+class Says:
+    """A method that says this of its attention."""
+
+    card = MethodCard(name="says", summary="", version="1")
+
+    def __init__(self, **changes) -> None:
+        self.said = {
+            "parts": ["all"], "joints": [0, 1], "sees": [[True, True]], "weights": np.full((31, 1, 2), 0.5),
+        } | changes  # fmt: skip
+
+    def supports(self, source, target):
+        return self.said.get("why")
+
+    def attention(self, source):
+        return {key: value for key, value in self.said.items() if value is not None}
+
+
+def test_what_a_method_says_is_what_is_given():
+    found = asking.ask(Says(), turning(), "says")
+    assert (found.parts, found.joints.tolist(), found.note) == (("all",), [0, 1], "")
+    assert (found.largest == 0.5).all()
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"weights": np.full((30, 1, 2), 0.5)}, "weights of shape"),
+        ({"weights": np.full((31, 1, 2), 0.6)}, "add up to more than 1"),
+        ({"weights": np.full((31, 1, 2), -0.1)}, "below 0"),
+        ({"weights": np.full((31, 1, 2), np.nan)}, "not finite"),
+        ({"sees": [[True, False]]}, "does not see"),
+        ({"joints": [0, 0]}, "one joint twice"),
+        ({"joints": [0, 99]}, "joints from 0 to 99 of 16"),
+        ({"sees": None}, "does not say its attention as Attention wants it: KeyError"),
+        ({"parts": [], "weights": np.ones((31, 0, 2)), "sees": np.ones((0, 2))}, "no part"),
+    ],
+)
+def test_what_is_no_attention_is_told(changes, words):
+    with pytest.raises(BenchError, match=words):
+        asking.ask(Says(**changes), turning(), "says")
+
+
+def test_a_method_that_refuses_a_body_is_not_asked():
+    with pytest.raises(NotSupported, match="says: it has no weights"):
+        asking.ask(Says(why="it has no weights"), turning(), "says")
+
+
+def test_the_motion_stays_as_it_is():
+    motion = turning()
+
+    class Spoils(Says):
+        def attention(self, source):
+            source.rotations[:] = 0.0
+            return super().attention(source)
+
+    before = motion.rotations.copy()
+    asking.ask(Spoils(), motion, "spoils")
+    np.testing.assert_array_equal(motion.rotations, before)
+
+
+@pytest.mark.parametrize(
+    ("seconds", "frames"), [([0.0, 1.0], [0, 30]), ([0.34], [10]), ([1.01], [30]), ([], [])]
+)
+def test_times_are_the_nearest_frames(seconds, frames):
+    assert asking.frames_at(seconds, turning()) == frames
+
+
+@pytest.mark.parametrize("time", [-0.1, 1.1, float("nan")])
+def test_a_time_beyond_the_end_is_told(time):
+    with pytest.raises(BenchError, match=r"goes from 0 to 1\.00 s"):
+        asking.frames_at([time], turning())
+
+
+def test_frames_that_are_drawn_unasked():
+    assert picture.spread(31) == [0, 8, 15, 22, 30]
+    assert picture.spread(1) == [0]
+    assert picture.spread(2) == [0, 1]
+
+
+# ---------------------------------------------------------------------------------------------- picture
+def test_a_body_is_seen_from_beside_its_front_wherever_it_faces():
+    """Turned about the vertical axis and moved, it looks the same; its left is at our right, up is up."""
+    motion = turning(91)
+    seen = picture.projected(motion, [20, 45, 70])
+    still = picture.projected(motion.at(np.zeros(31, dtype=int)), [0])
+    np.testing.assert_allclose(seen, np.repeat(still, 3, axis=0), atol=1e-9)
+    right, up, near = seen[0].T
+    joint = NAMES.index
+    assert right[joint("LeftHand")] > 0.3 > -0.3 > right[joint("RightHand")]
+    assert up[joint("Head")] > up[joint("Hips")] > up[joint("LeftFoot")]
+    assert near[joint("LeftHand")] > near[joint("RightHand")], "from its left"
+    lengths = np.linalg.norm(seen[0] - seen[0][[max(p, 0) for p in BODY.skeleton.parents]], axis=1)
+    np.testing.assert_allclose(lengths[1:], BODY.skeleton.bone_lengths[1:], atol=1e-9)
+
+
+def test_what_is_drawn_is_what_the_method_says(tmp_path, method, figures):
+    motion = turning()
+    found = asking.ask(method, motion, "heeds")
+    picture.draw(tmp_path / "out.png", found, motion, [0, 30], "heeds: file")
+    poses, strip, _bar = figures[0].axes
+    (image,) = strip.images
+    wanted = [
+        found.weights[:, 0, 0],
+        found.weights[:, 0, 1],
+        found.weights[:, 1, 0],
+        found.weights[:, 1, 2],
+    ]
+    np.testing.assert_allclose(image.get_array(), wanted)
+    assert [text.get_text() for text in strip.get_yticklabels()] == [
+        "Hips",
+        "LeftFoot",
+        "Hips",
+        "RightFoot",
+    ]
+    assert [text.get_text().strip() for text in strip.texts] == ["left leg", "right leg"]
+    assert [text.get_text() for text in poses.texts] == ["0.00 s", "1.00 s"]
+    assert "it is a figure" in figures[0].get_suptitle()
+    dots = [each for each in poses.collections if hasattr(each, "get_sizes") and len(each.get_sizes())]
+    for frame, each in zip((0, 30), dots, strict=True):
+        colours = {tuple(colour) for colour in each.get_facecolors()}
+        assert colours == {image.to_rgba(weight) for weight in found.largest[frame]}
+
+
+def test_joints_that_no_part_heeds_are_grey(tmp_path, method, figures):
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import to_rgba
+
+    motion = turning()
+    picture.draw(tmp_path / "out.png", asking.ask(method, motion, "heeds"), motion, [5], "")
+    (bones,) = [each for each in figures[0].axes[0].collections if isinstance(each, LineCollection)]
+    grey = [tuple(colour) == to_rgba(picture.UNSEEN) for colour in bones.get_colors()]
+    assert (len(grey), sum(grey)) == (len(NAMES) - 1, len(NAMES) - 1 - 2)
+
+
+@pytest.mark.parametrize("form", sorted(canvas.ENDINGS))
+def test_the_same_picture_is_the_same_file(tmp_path, method, form):
+    motion = turning(5)
+    found = asking.ask(method, motion, "heeds")
+    before = dict(mpl.rcParams)
+    first, second = (tmp_path / f"{name}{form}" for name in "ab")
+    for path in (first, second):
+        picture.draw(path, found, motion, [0, 4], "heeds")
+    assert first.read_bytes() == second.read_bytes()
+    assert first.read_bytes().startswith({".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}[form])
+    assert dict(mpl.rcParams) == before
+
+
+def test_a_single_frame_of_even_weights(tmp_path):
+    motion = turning(2).at(slice(1))
+    found = asking.ask(Says(weights=np.full((1, 1, 2), 0.5)), motion, "says")
+    picture.draw(tmp_path / "out.png", found, motion, [0], "")
+    assert (tmp_path / "out.png").exists()
+
+
+# -------------------------------------------------------------------------------------------- the command
+def bench(capsys, *arguments: object) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["plot", "attention", *map(str, arguments)])
+    return int(stop.value.code or 0), *capsys.readouterr()
+
+
+@pytest.fixture
+def file(tmp_path) -> Path:
+    bvh.write(tmp_path / "in" / "turn.bvh", turning(), scale=100)
+    return tmp_path / "in" / "turn.bvh"
+
+
+def test_numbers_of_a_file(method, file, tmp_path, capsys):
+    output = tmp_path / "out.csv"
+    done = bench(capsys, "heeds", "--source", file, "-o", output, "--at", "0,1")
+    assert done[0] == 0, done[2]
+    assert done[1] == f"wrote {output}; it is a figure\n"
+    rows = list(csv.reader(output.read_text().splitlines()))
+    assert rows[0] == ["frame", "seconds", "part", "joint", "weight"]
+    assert rows[1:] == [
+        ["0", "0", "left_leg", "Hips", "0.3"],
+        ["0", "0", "left_leg", "LeftFoot", "0.1"],
+        ["0", "0", "right_leg", "Hips", "0.1"],
+        ["0", "0", "right_leg", "RightFoot", "0.2"],
+        ["30", "1", "left_leg", "Hips", "0.3"],
+        ["30", "1", "left_leg", "LeftFoot", "0.6"],
+        ["30", "1", "right_leg", "Hips", "0.6"],
+        ["30", "1", "right_leg", "RightFoot", "0.2"],
+    ]
+    assert bench(capsys, "heeds", "--source", file, "-o", output)[0] == 0
+    assert len(output.read_text().splitlines()) == 1 + 31 * 4
+
+
+def test_a_picture_of_a_case(method, tmp_path, capsys, figures):
+    case = "puppets/ada>ada/walk-001"
+    asked = ["--case", case, "-d", "puppets[size=tiny]", "-o", tmp_path / "out.svg"]
+    done = bench(capsys, "heeds+footfix", *asked)
+    assert done[0] == 0, done[2]
+    assert f"heeds: {case}" in figures[0].get_suptitle()
+    assert len(figures[0].axes[0].texts) == picture.UNASKED
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["heeds", "--case", "puppets/ada>ada/wlk-001"], "near it: puppets/ada>ada/walk-001"),
+        (["heeds"], "say whose motion"),
+        (["heeds", "--case", "x", "--source", "y.bvh"], "and not both"),
+        (["heeds", "--source", "missing.bvh"], "missing.bvh"),
+        (["heeds", "--case", "puppets/ada>ada/walk-001", "--at", "1,x"], "--at takes seconds"),
+        (["heeds", "--case", "puppets/ada>ada/walk-001", "--at", "900"], "is no time of this motion"),
+        (
+            ["copy_rotations", "--case", "puppets/ada>ada/walk-001"],
+            "copy_rotations does not say what it attends",
+        ),
+        (["heeds", "--case", "puppets/ada>ada/walk-001", "-o", "out.jpg"], ".png, .pdf, .svg or .csv"),
+        (["pan[weights=nowhere]", "--case", "puppets/ada>ada/walk-001"], "nowhere"),
+    ],
+)
+def test_what_cannot_be_shown_is_a_sentence(method, tmp_path, monkeypatch, capsys, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    output = [] if "-o" in arguments else ["-o", "out.png"]
+    code, _, err = bench(capsys, *arguments, *output, "-d", "puppets[size=tiny]")
+    assert code == 2
+    assert words in err
+    assert [each.name for each in tmp_path.iterdir()] == ["in"]
+
+
+def test_asking_needs_no_torch():
+    import subprocess
+
+    code = (
+        "import sys, retarget_bench.attention, retarget_bench.commands.plot; print('torch' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "False"
