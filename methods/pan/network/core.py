@@ -134,8 +134,24 @@ def _weigh(queries: Tensor, keys: Tensor, hidden: Tensor, real: Tensor) -> Tenso
 
 
 def _scores(queries: Tensor, keys: Tensor) -> Tensor:
-    """``(matrices, queries, keys)``."""
+    """``(matrices, queries, keys)``; where there is one query, products of small matrices take longer."""
+    if queries.shape[1] == 1:
+        return (keys * queries).sum(2).unsqueeze(1)
     return torch.bmm(queries, keys.transpose(1, 2).contiguous())
+
+
+def _sums(weights: Tensor, keys: Tensor) -> Tensor:
+    """Of keys, for each query: ``(matrices, queries, size)``."""
+    if weights.shape[1] == 1:
+        return (weights.transpose(1, 2) * keys).sum(1, keepdim=True)
+    return torch.bmm(weights, keys)
+
+
+def _shares(weights: Tensor, queries: Tensor) -> Tensor:
+    """Sums of queries, for each key: ``(matrices, keys, size)``."""
+    if weights.shape[1] == 1:
+        return weights.transpose(1, 2) * queries
+    return torch.bmm(weights.transpose(1, 2), queries)
 
 
 class _Attend(torch.autograd.Function):
@@ -153,7 +169,7 @@ class _Attend(torch.autograd.Function):
         ctx.noise, ctx.drawn = noise, None if noise is None else noise.bytes(*weights.shape)
         ctx.save_for_backward(queries, keys, values, weights)
         kept = weights if noise is None else weights * noise.kept(ctx.drawn, weights)
-        found = torch.bmm(kept, values.view(len(weights), weights.shape[2], -1))
+        found = _sums(kept, values.view(len(weights), weights.shape[2], -1))
         return found.view(queries.shape)
 
     @staticmethod
@@ -165,12 +181,12 @@ class _Attend(torch.autograd.Function):
         kept = weights
         if ctx.noise is not None:
             kept = weights * ctx.noise.kept(ctx.drawn, weights)
-        to_values = torch.bmm(kept.transpose(1, 2), pull)
+        to_values = _shares(kept, pull)
         inner = _scores(pull, values.view(matrices, seen, -1)).mul_(kept)
         inner = inner.addcmul_(weights, inner.sum(2, keepdim=True), value=-1.0)
         inner *= pull.shape[2] ** -0.5
-        to_queries = torch.bmm(inner, keys.view(matrices, seen, -1))
-        to_keys = torch.bmm(inner.transpose(1, 2), queries.view(matrices, asking, -1))
+        to_queries = _sums(inner, keys.view(matrices, seen, -1))
+        to_keys = _shares(inner, queries.view(matrices, asking, -1))
         found = zip((to_queries, to_keys, to_values), (queries, keys, values), strict=True)
         return (*(each.view(like.shape) for each, like in found), None, None, None)
 
