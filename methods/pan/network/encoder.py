@@ -19,7 +19,7 @@ from .ragged import PartConvolution
 from .wide import wide
 
 BASIS = 10_000.0
-TOGETHER = 256
+TOGETHER = 512
 """Frames that go through attention at a time: what they need stays in the cache."""
 
 
