@@ -63,7 +63,7 @@ def _joints(body: Body) -> tuple[list[int], list[int]]:
 
 def seated(body: Body, structure: str) -> str:
     """Through which trained structure a body goes, as a sentence; "" where it is its own."""
-    from . import _key
+    from . import FOUR, _key
 
     mine = body.character
     absent = sum(joint < 0 for joint in body.joints)
@@ -73,4 +73,5 @@ def seated(body: Body, structure: str) -> str:
     more = [f"{absent} joints there that it lacks are bones of no length"] if absent else []
     more += [f"{unseen} of its own are not seen"] if unseen else []
     differs = "; ".join(("", *more))
-    return f"{mine.name} ({mine.structure}) goes through the networks of {structure}{differs}"
+    known = structure.removesuffix(f"_{FOUR}")
+    return f"{mine.name} ({mine.structure}) goes through the networks of {known}{differs}"
