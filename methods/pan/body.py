@@ -156,13 +156,35 @@ def _mean(turned: np.ndarray) -> np.ndarray:
 
 
 def cast(character: Character, layout: Layout) -> Body:
-    """The character in this layout: joint for joint where it is of that structure, else by roles."""
+    """The character in this layout: joint for joint where it is of that structure, else by roles; joints
+    without a role by where they lie between joints with one."""
     mine = own(character)
     if tuple(mine.skeleton.parents.tolist()) == layout.parents and mine.roles == layout.roles:
         return Body(character, layout, mine.joints)
     found = [character.joint_of.get(role, -1) if role else -1 for role in layout.roles]
     kept = [joint if joint in mine.joints else -1 for joint in found]
+    for rank in range(len(kept)):
+        if kept[rank] >= 0:
+            _between(character, layout, rank, kept)
     return Body(character, layout, tuple(kept))
+
+
+def _between(character: Character, layout: Layout, rank: int, found: list[int]) -> None:
+    """Finds the joints without a role above a joint that is found, up to the next that is."""
+    ranks, above = [], layout.parents[rank]
+    while above > 0 and found[above] < 0:
+        ranks.append(above)
+        above = layout.parents[above]
+    if not ranks or found[above] < 0:
+        return
+    parents = character.skeleton.parents.tolist()
+    joints, joint = [], parents[found[rank]]
+    while joint >= 0 and joint != found[above]:
+        joints.append(joint)
+        joint = parents[joint]
+    unnamed = (each for each in joints if character.roles[each] is None and each not in found)
+    for free, other in zip((each for each in ranks if layout.roles[each] is None), unnamed, strict=False):
+        found[free] = other
 
 
 def missing(body: Body) -> str:
