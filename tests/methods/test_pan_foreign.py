@@ -14,10 +14,12 @@ import torch
 from retarget_bench import plan
 from retarget_bench.api import Context
 from retarget_bench.methods.pan import Pan
+from retarget_bench.methods.pan.body import cast
 from retarget_bench.motion import alignment, kinematics, roles, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.probe import rewriting
 from retarget_bench.spec import Spec
 from retarget_bench.training.material import Clip, Material
 from retarget_bench.training.recipe import Recipe
@@ -164,3 +166,14 @@ def test_from_one_unknown_structure_to_itself_and_in_batches(points):
     for motion, target, found in zip(motions, targets, together, strict=True):
         alone = carried(method, motion, target)
         assert np.abs(found.positions - alone.positions).max() < 1e-5 * target.height
+
+
+@pytest.mark.parametrize("structure", ["body22", "body23", "body28"])
+def test_another_order_of_the_same_joints_is_the_same_body(structure):
+    body = next(each for each in puppets().values() if each.structure == structure)
+    plain = Pan()._own(body)
+    other = rewriting.reordered(body, rewriting.other_order(body))
+    assert other.skeleton.names != body.skeleton.names
+    found = cast(other, plain.layout)
+    names = [other.skeleton.names[joint] for joint in found.joints]
+    assert names == [body.skeleton.names[joint] for joint in plain.joints]
