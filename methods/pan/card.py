@@ -38,6 +38,5 @@ def described(needs: tuple[str, ...]) -> MethodCard:
         paper="Hu, Zhang, Zhong, Jiang, Xia: Pose-aware Attention Network for Flexible Motion Retargeting "
         "by Body Part, TVCG 2023",
         needs=needs,
-        default=False,
         parameters=PARAMETERS,
     )

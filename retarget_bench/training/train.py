@@ -248,7 +248,8 @@ def _amount(material: Material, fps: float) -> str:
     parameter of the data set."""
     clips, bodies = sum(map(len, material.clips.values())), len(material.clips)
     minutes = material.frames / fps / 60
-    return f"training on {minutes:.0f} minutes of motion: {clips} clips of {bodies} characters"
+    by = f"{clips} clips of {bodies} character{'s' * (bodies != 1)}"
+    return f"training on {minutes:.0f} minutes of motion: {by}"
 
 
 class _Trainee:

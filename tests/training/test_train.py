@@ -93,7 +93,9 @@ def test_without_validation_the_last_weights_are_kept_and_it_is_said(toy_run, tm
     done, voice = toy_run(data="toy_walks[kind=unwatched]")
     assert done.at.best is None
     assert voice.said == [
-        "the data set has no validation part: no weights were chosen by validation, these are the last ones"
+        "training on 0 minutes of motion: 6 clips of 2 characters",
+        "the data set has no validation part: no weights were chosen by validation, these are the last "
+        "ones",
     ]
     assert "these are the last ones" in card(tmp_path / "run")["notes"][0]
     last = checkpoint.read(tmp_path / "run").state["modules/map.bias"]
@@ -152,7 +154,10 @@ def test_a_character_that_is_left_out_is_named_and_is_not_in_the_manifest(toy_ru
     monkeypatch.setattr(method, "unfit", lambda self, body: "too tall" if body.name == "tall" else "")
     monkeypatch.setattr(method, "learner", _any_number(method.learner))
     _, voice = toy_run()
-    assert voice.said == ["not trained on tall: too tall"]
+    assert voice.said == [
+        "not trained on tall: too tall",
+        "training on 0 minutes of motion: 3 clips of 1 character",
+    ]
     assert card(tmp_path / "run")["training_manifest"]["characters"] == ["small"]
     assert card(tmp_path / "run")["notes"] == voice.said
 
