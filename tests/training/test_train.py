@@ -93,9 +93,9 @@ def test_without_validation_the_last_weights_are_kept_and_it_is_said(toy_run, tm
     done, voice = toy_run(data="toy_walks[kind=unwatched]")
     assert done.at.best is None
     assert voice.said == [
-        "training on 0 minutes of motion: 6 clips of 2 characters",
         "the data set has no validation part: no weights were chosen by validation, these are the last "
         "ones",
+        "training on 0 minutes of motion: 6 clips of 2 characters",
     ]
     assert "these are the last ones" in card(tmp_path / "run")["notes"][0]
     last = checkpoint.read(tmp_path / "run").state["modules/map.bias"]
