@@ -1,0 +1,70 @@
+"""What is our own in PAN: structures that begin alike, and paths that are carried."""
+
+from __future__ import annotations
+
+import numpy as np
+import pan_material
+import pytest
+import torch
+
+from retarget_bench.api import Context
+
+
+def structures(**parameters):
+    return pan_material.learner(**parameters)._structures
+
+
+def test_what_structures_share_begins_alike():
+    plain, short = structures().values()
+    for name, first in plain.encoder.named_parameters():
+        second = dict(short.encoder.named_parameters())[name]
+        if first.shape == second.shape:
+            assert torch.equal(first, second), name
+    outputs = [dict(zip(each.layout.roles[1:], _biases(each), strict=True)) for each in (plain, short)]
+    both = [role for role in outputs[0] if role and role in outputs[1]]
+    assert len(both) > 10
+    assert all(torch.equal(outputs[0][role], outputs[1][role]) for role in both)
+
+
+def test_slots_of_one_role_are_heard_alike():
+    plain, short = structures().values()
+    heard = [_heard(each) for each in (plain, short)]
+    both = heard[0].keys() & heard[1].keys()
+    assert ("left_arm", "left_hand") in both
+    assert all(torch.equal(heard[0][key], heard[1][key]) for key in both)
+
+
+def test_published_variants_begin_each_for_itself():
+    plain, short = structures(variant="released").values()
+    assert not torch.equal(plain.decoder.inner.weight, short.decoder.inner.weight)
+
+
+@pytest.mark.parametrize("path", ["carried", "decoded"])
+def test_a_decoder_that_says_nothing_leaves_the_path_as_it_is_or_says_the_mean(path):
+    learner = pan_material.learner(path=path)
+    for each in learner._structures.values():
+        for weights in each.decoder.parameters():
+            torch.nn.init.zeros_(weights)
+    source, target = (pan_material.BODIES[name] for name in ("one", "tall"))
+    motion = pan_material.dances("one")[0]
+    answer = learner.method().retarget(motion, target, context=Context())
+    ratio = target.measures.hip_height / source.measures.hip_height
+    off = np.abs(answer.root - ratio * motion.root).max() / target.height
+    assert (off < 1e-4) == (path == "carried")
+
+
+def _biases(structure):
+    return structure.decoder.outer.bias.detach().view(-1, 4)[:-1]
+
+
+def _heard(structure):
+    """(part, role) -> weights of the convolution from the slots themselves."""
+    layout = structure.layout
+    weights = structure.encoder.raw.weight.detach()
+    found, start = {}, 0
+    for name, part in zip(layout.names, layout.parts, strict=True):
+        for slot in (*part, layout.slots):
+            role = "root" if slot == layout.slots else layout.roles[slot + 1]
+            found[name, role] = weights[start : start + 4]
+            start += 4
+    return found
