@@ -40,7 +40,6 @@ def draw(path: Path, sections: Sequence[Section], by_height: bool) -> None:
         panels = figure.subplots(len(KINDS), len(shown), squeeze=False, sharex=True, sharey=True)
         for column, section in zip(panels.T, shown, strict=True):
             column[0].set_title(f"{section.split}: {section.clips} clips, {section.pairs} pairs")
-            column[-1].set_xlabel(AXES[suffix])
             for panel, kind in zip(column, KINDS, strict=True):
                 for label, curve in _lines(section, kind + suffix).items():
                     _line(panel, label, curve, look[label])
@@ -52,6 +51,7 @@ def draw(path: Path, sections: Sequence[Section], by_height: bool) -> None:
         panels[0, 0].minorticks_off()
         for panel in panels[-1]:
             panel.tick_params(axis="x", labelrotation=45)
+        figure.supxlabel(AXES[suffix], fontsize=9)
         figure.suptitle(f"{shown[0].dataset}: foot contacts kept (mean over clips, bands 95 %)", fontsize=9)
         canvas.legend(figure, list(panels.flat))
 
