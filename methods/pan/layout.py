@@ -32,7 +32,7 @@ SIX: Parts = {
 THREE: Parts = {"legs": ("left_leg", "right_leg"), "spine": ("trunk",), "head": ("head",)}
 HIND, FORE = {"left_leg", "right_leg"}, {"left_arm", "right_arm"}
 """On four legs: a part that has the hind legs has the fore legs too, unless these are a part's by name."""
-BRANCHES = ("head", "left_arm", "right_arm")
+BRANCHES = {"head", "left_arm", "right_arm"}
 """What leaves the trunk at the chest: the slot that leads to the chest is theirs as well."""
 KNOWN = {"six": SIX, "three": THREE}
 
@@ -96,7 +96,7 @@ class Layout:
             wanted = set(members)
             if four_legged and wanted >= HIND and not apart:
                 wanted |= FORE
-            own = {joint - 1 for joint in range(1, len(parents)) if where[joint] in wanted}
+            own = {joint - 1 for joint in range(1, len(parents)) if where[joint] & wanted}
             if own:
                 found[name] = tuple(sorted(own | _chest(parents, where, wanted)))
         if not found:
@@ -131,22 +131,24 @@ class Layout:
         return mask
 
 
-def _body_parts(parents: Sequence[int], roles: Sequence[str | None]) -> list[str]:
-    """Body part of each joint; without a role, that of what hangs from it, or of what it hangs from."""
-    found = ["" if role is None else anatomy.body_part(role) for role in roles]
+def _body_parts(parents: Sequence[int], roles: Sequence[str | None]) -> list[frozenset[str]]:
+    """Body parts of each joint; without a role, those of its children (a pelvis that carries both legs is
+    of both), or of what it hangs from."""
+    named = [frozenset(() if role is None else (anatomy.body_part(role),)) for role in roles]
+    found = list(named)
     for joint in reversed(range(1, len(parents))):
-        if found[joint] and not found[parents[joint]]:
-            found[parents[joint]] = found[joint]
+        if not named[parents[joint]]:
+            found[parents[joint]] |= found[joint]
     for joint in range(1, len(parents)):
         found[joint] = found[joint] or found[parents[joint]]
     return found
 
 
-def _chest(parents: Sequence[int], where: Sequence[str], wanted: set[str]) -> set[int]:
+def _chest(parents: Sequence[int], where: Sequence[frozenset[str]], wanted: set[str]) -> set[int]:
     """The slots that lead to where a part that branches from the chest begins."""
     begins = (
         parents[joint]
         for joint in range(1, len(parents))
-        if where[joint] in wanted and where[joint] in BRANCHES and where[parents[joint]] == "trunk"
+        if where[joint] & wanted & BRANCHES and where[parents[joint]] == {"trunk"}
     )
     return {chest - 1 for chest in begins if chest > 0}

@@ -134,9 +134,10 @@ BETWEEN_LEGS: Mapping[Variant, Settings] = {
     "own": replace(
         SETTINGS["own"],
         design=RELEASED_THREE,
+        form=replace(SETTINGS["own"].form, path="decoded"),
         weights=replace(SETTINGS["own"].weights, ends=0.0, adversarial=1.0, velocity=1000.0),
     ),
 }
 """For two legs and four (section 7). ``paper``: eq. 14 as it is, and eq. 20. ``released``: lengths in
 centimetres; directions are averaged over 8 frames, which the code does for dogs alone. ``own``: feet of two
-legs and of four need not move alike."""
+legs and of four need not move alike, and eq. 20 asks for another path than the source's."""

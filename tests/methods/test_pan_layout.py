@@ -71,6 +71,14 @@ def test_parts_of_the_structure_of_23_joints():
     assert found.encoded.all()
 
 
+def test_a_pelvis_without_a_role_is_of_both_legs():
+    parents = [-1, 0, *(parent + 1 for parent in S23[1:])]  # legs hang from the pelvis
+    parents[S23_ROLES.index("spine_1") + 1] = 0
+    found = layout(parents, ["hips", None, *S23_ROLES[1:]])
+    pelvis = {name for name, slots in zip(found.names, found.parts, strict=True) if 0 in slots}
+    assert pelvis == {"left_leg", "right_leg"}
+
+
 def test_slots_carry_the_joint_that_they_leave():
     found = layout(S23, S23_ROLES)
     assert found.turned.tolist() == S23[1:]
