@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Final, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
@@ -18,10 +18,11 @@ from retarget_bench.training.material import Material
 from retarget_bench.training.recipe import Recipe
 
 from .ablations import ABLATIONS
-from .body import Body, cast, missing, own
+from .body import Body, own
 from .card import PARAMETERS, described
 from .form import unfit
 from .layout import Layout, parts_of
+from .seats import FOUR, Seat, key_of, seated
 from .settings import AS, BETWEEN_LEGS, SETTINGS, VARIANT, Settings, Variant
 
 if TYPE_CHECKING:
@@ -29,9 +30,6 @@ if TYPE_CHECKING:
 
     from .learner import Learner
     from .structure import Structure
-
-FOUR: Final = "four_legged"
-"""What follows a structure's name where it stands on four legs."""
 
 
 class Pan(Learned):
@@ -177,7 +175,7 @@ class Pan(Learned):
         bodies: dict[str, dict[str, Body]] = {}
         for name in sorted(material.clips):
             body = self._own(material.characters[name])
-            mine = bodies.setdefault(_key(body.character), {})
+            mine = bodies.setdefault(key_of(body.character), {})
             mine[name] = body
             first = next(iter(mine.values()))
             if first.layout != body.layout:
@@ -212,32 +210,18 @@ class Pan(Learned):
         if self.untrained:
             return self.untrained
         for each in (source, target):
-            if why := unfit(each, self.settings.form) or self._seat(each)[2]:
+            if why := unfit(each, self.settings.form) or self.seat(each).refusal:
                 return why
         return None
 
-    def _seat(self, character: Character) -> tuple[str, Body | None, str]:
-        """The structure that a character goes through, and it there; or why there is none."""
+    def seat(self, character: Character) -> Seat:
+        """The structure that a character goes through. Raises BenchError where there are no weights."""
         if character not in self._seats:
-            self._seats[character] = self._seated(character)
+            self._seats[character] = seated(character, self.structures)
         return self._seats[character]
 
-    def _seated(self, character: Character) -> tuple[str, Body | None, str]:
-        try:
-            own(character)
-        except SkeletonError as error:
-            return "", None, str(error)
-        fitting = [name for name in self.structures if name.endswith(FOUR) == character.four_legged]
-        if not fitting:
-            legs = "four legs" if character.four_legged else "two legs"
-            return "", None, f"{character.name} stands on {legs}, and these weights know no such body"
-        bodies = {name: cast(character, self.structures[name].layout) for name in fitting}
-        mine = _key(character)
-        best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name != mine, name))
-        return best, bodies[best], missing(bodies[best])
-
     @cached_property
-    def _seats(self) -> dict[Character, tuple[str, Body | None, str]]:
+    def _seats(self) -> dict[Character, Seat]:
         return {}
 
     @cached_property
@@ -278,22 +262,6 @@ class Pan(Learned):
         from .attention import attended
 
         return attended(self, source)
-
-
-def _misfit(body: Body) -> tuple[int, int]:
-    """Joints of the body that the layout does not have, and joints of the layout that the body lacks."""
-    known = {joint for joint in body.joints if joint >= 0}
-    return len(set(own(body.character).joints) - known), sum(joint < 0 for joint in body.joints)
-
-
-def _key(character: Character) -> str:
-    """What a structure's tensors begin with: a name that torch takes for a module, without a dot."""
-    from torch import nn
-
-    name = character.structure.replace(".", "_")
-    if character.four_legged:
-        return f"{name}_{FOUR}"
-    return f"{name}_" if name.endswith(FOUR) or hasattr(nn.ModuleDict(), name) else name
 
 
 plugin = Pan

@@ -42,19 +42,19 @@ class Answers:
 
     def ask(self, source: Motion, target: Character, context: Context) -> None:
         """supports has been asked."""
-        (here, actor, _), (there, body, _) = (
-            self._method._seat(each) for each in (source.character, target)
-        )
-        assert actor is not None
-        assert body is not None
+        here, there = self._method.seat(source.character), self._method.seat(target)
+        actor, body = here.taken, there.taken
         shown = rates.at_thirty(source)
         assert isinstance(shown, Motion)
         seen = dict(self._method.settings.form.see(shown, actor))
         if self._method.tips == "copied":
             seen["tips"] = _tips(shown, actor, body)
-        key = (here, there, shown.frames, context.device)
+        key = (here.structure, there.structure, shown.frames, context.device)
         self._groups.setdefault(key, []).append(len(self._questions))
-        statistics = self._of(here, source.character), self._target(there, body, context)
+        statistics = (
+            self._of(here.structure, source.character),
+            self._target(there.structure, body, context),
+        )
         self._questions.append(_Question(source, seen, body, actor, statistics))
 
     def given(self) -> list[Motion]:

@@ -11,7 +11,7 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rates
 from retarget_bench.motion.motion import Motion
 
-from .body import Body, own
+from .body import Body
 from .inference import PIECE
 from .network.plan import body_parts
 
@@ -28,9 +28,8 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
     hips. Weights of slots that lead to no joint of this body belong to none.
     Raises NotSupported where the networks have no attention.
     """
-    name, body, _ = method._seat(source.character)
-    assert body is not None
-    structure, settings = method.structures[name], method.settings
+    seat, settings = method.seat(source.character), method.settings
+    structure, body = method.structures[seat.structure], seat.taken
     if not settings.design.attention:
         raise NotSupported("pan[attention=false] has an MLP in the place of attention, and no weights")
     shown = rates.at_thirty(source)
@@ -51,7 +50,7 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
         "joints": np.array(joints)[kept],
         "sees": sees[:, kept],
         "weights": weights[:, :, kept],
-        "note": seated(body, name),
+        "note": seat.note,
     }
 
 
@@ -59,19 +58,3 @@ def _joints(body: Body) -> tuple[list[int], list[int]]:
     """Slots, the root's first, and the character's joints that they are drawn on."""
     slots = [slot for slot in range(body.layout.slots) if body.joints[slot + 1] >= 0]
     return [body.layout.slots, *slots], [body.joints[0], *(body.joints[slot + 1] for slot in slots)]
-
-
-def seated(body: Body, structure: str) -> str:
-    """Through which trained structure a body goes, as a sentence; "" where it is its own."""
-    from . import FOUR, _key
-
-    mine = body.character
-    absent = sum(joint < 0 for joint in body.joints)
-    unseen = len(set(own(mine).joints) - set(body.joints))
-    if not absent and not unseen and _key(mine) == structure:
-        return ""
-    more = [f"{absent} joints there that it lacks are bones of no length"] if absent else []
-    more += [f"{unseen} of its own are not seen"] if unseen else []
-    differs = "; ".join(("", *more))
-    known = structure.removesuffix(f"_{FOUR}")
-    return f"{mine.name} ({mine.structure}) goes through the networks of {known}{differs}"

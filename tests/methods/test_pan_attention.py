@@ -129,7 +129,7 @@ def test_a_body_of_no_known_structure_is_explained():
     """Section 6.2.3: what it lacks has no joint to show a weight on, so that weights add up to less."""
     hugo = plan.dataset(Spec.parse("puppets[size=tiny]")).characters()["hugo"]
     method = fresh()
-    seat = method._seat(hugo)[1]
+    seat = method.seat(hugo).taken
     marked(method, "plain" if len(seat.layout.parents) == 22 else "short_spine")
     found = asked(method, method_bodies.dance(hugo, 4))
     assert sorted(found.joints) == list(range(17))

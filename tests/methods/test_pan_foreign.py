@@ -92,11 +92,11 @@ def mixamo_like() -> Character:
 
 def test_the_structure_with_the_same_joints_is_chosen(points):
     """Each of body22, body23 and body28 has all joints of h36m17; the fewest bones of no length decide."""
-    assert trained(("body22", "body28"))._seat(points)[0] == "body22"
-    assert trained(("body23", "body28"))._seat(points)[0] == "body23"
-    assert trained(("body28",))._seat(points)[0] == "body28"
+    assert trained(("body22", "body28")).seat(points).structure == "body22"
+    assert trained(("body23", "body28")).seat(points).structure == "body23"
+    assert trained(("body28",)).seat(points).structure == "body28"
     for name in ("ada", "clara"):
-        assert trained(("body22", "body28"))._seat(puppets()[name])[0] == puppets()[name].structure
+        assert trained(("body22", "body28")).seat(puppets()[name]).structure == puppets()[name].structure
 
 
 def test_filled_bodies_have_bones_of_no_length(points, mixamo_like):
@@ -144,7 +144,7 @@ def test_as_a_target_it_is_the_body_with_bones_of_no_length(points, mixamo_like)
 def test_what_networks_are_told_of_its_bones(points, mixamo_like):
     """Slots that lead to joints which it lacks are bones of no length, all others its own in full."""
     method = trained(("body28",))
-    body = method._seat(points)[1]
+    body = method.seat(points).taken
     bones = np.linalg.norm(method.settings.form.bones(body), axis=1)
     unit = method.settings.form.unit(points)
     places = kinematics.forward(points.skeleton, points.reference_pose, np.zeros(3))[0]

@@ -73,11 +73,12 @@ def test_any_length_and_rate(frames, fps):
 def test_bodies_without_training_go_through_what_is_nearest():
     method = pan_material.trained()
     odd = pan_material.without(method_bodies.body("odd"), "LeftToe", "RightToe", structure="odd")
-    assert method._seat(odd)[0] == "plain"
+    assert method.seat(odd).structure == "plain"
     assert (
-        method._seat(pan_material.without(BODIES["legs"], "LeftToe", structure="odd"))[0] == "short_spine"
+        method.seat(pan_material.without(BODIES["legs"], "LeftToe", structure="odd")).structure
+        == "short_spine"
     )
-    assert method._seat(BODIES["one_one_armed"])[0] == "plain"
+    assert method.seat(BODIES["one_one_armed"]).structure == "plain"
     for name in ("one", "one_one_armed"):
         (source,) = pan_material.dances(name, (20,))
         assert np.isfinite(carried(method, source, odd).positions).all()
@@ -86,7 +87,7 @@ def test_bodies_without_training_go_through_what_is_nearest():
 
 def test_structures_with_five_common_parts():
     method = pan_material.trained(pan_material.THREE)
-    assert method._seat(BODIES["one_one_armed"])[0] == "one_armed"
+    assert method.seat(BODIES["one_one_armed"]).structure == "one_armed"
     for source, target in (("one", "one_one_armed"), ("one_one_armed", "tall")):
         (motion,) = pan_material.dances(source, (20,))
         assert np.isfinite(carried(method, motion, BODIES[target]).positions).all()
