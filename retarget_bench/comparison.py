@@ -9,11 +9,11 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from retarget_bench.api import Case, Prediction, Touch
-from retarget_bench.errors import BenchError
+from retarget_bench.errors import BenchError, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, planted
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.roles import HANDS, is_body, is_finger
+from retarget_bench.motion.roles import HANDS, ancestors, is_body, is_finger
 
 RATE = 30.0
 """Frames per second at which whatever is stated per frame is stated; other rates are scaled to it."""
@@ -250,6 +250,22 @@ def structure_joints(target: Character) -> np.ndarray:
             joint = parents[joint]
     names = target.skeleton.names
     return _indices([j for j in sorted(kept) if not _virtual(names[j])] or range(len(names)))
+
+
+@lru_cache(maxsize=1024)
+def body_joints(character: Character) -> tuple[int, ...]:
+    """Of these, the joints at and below the hips, the hips first: what learned methods see of a body.
+
+    Raises SkeletonError where the character has no hips or nothing below them.
+    """
+    hips = character.joint_of.get("hips", -1)
+    if hips < 0:
+        raise SkeletonError(f"no joint of {character.name} is known as hips; name it in a roles file")
+    seen = structure_joints(character).tolist()
+    below = tuple(j for j in seen if j == hips or hips in ancestors(character.skeleton, j))
+    if len(below) < 2:
+        raise SkeletonError(f"{character.name} has no joints below its hips")
+    return below
 
 
 @lru_cache(maxsize=1024)

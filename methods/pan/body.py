@@ -7,13 +7,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from retarget_bench.comparison import structure_joints
-from retarget_bench.errors import SkeletonError
+from retarget_bench.comparison import body_joints
 from retarget_bench.motion import alignment, kinematics, rotation
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.roles import ancestors
 from retarget_bench.motion.skeleton import Skeleton
 
 from .layout import Layout
@@ -21,18 +19,9 @@ from .layout import Layout
 
 @lru_cache(maxsize=1024)
 def own(character: Character) -> Aligned:
-    """The joints that position errors count, those at and below the hips.
-
-    Raises SkeletonError where the character has no hips or nothing below them.
-    """
-    hips = character.joint_of.get("hips", -1)
-    if hips < 0:
-        raise SkeletonError(f"no joint of {character.name} is known as hips; name it in a roles file")
-    seen = structure_joints(character).tolist()
-    below = tuple(j for j in seen if j == hips or hips in ancestors(character.skeleton, j))
-    if len(below) < 2:
-        raise SkeletonError(f"{character.name} has no joints below its hips")
-    return Aligned(character, below)
+    """The joints that position errors count, those at and below the hips. Raises SkeletonError where the
+    character has no hips or nothing below them."""
+    return Aligned(character, body_joints(character))
 
 
 @dataclass(frozen=True, eq=False)
