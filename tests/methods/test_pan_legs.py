@@ -115,3 +115,22 @@ def test_both_structures_learn(variant):
     for name, each in learner.modules.named_parameters():
         assert each.grad is not None, name
         assert each.grad.abs().max() > 0, name
+
+
+@pytest.mark.parametrize(("path", "parts"), [("", "three"), ("carried", "three"), ("", "six")])
+def test_paths_between_legs_are_decoded_unless_one_asks_for_the_source_s(path, parts):
+    """A decoder that says nothing: its answer goes at the mean pace of training, or as the source goes."""
+    bodies = LEGS if parts == "three" else pan_material.TWO
+    learner = pan_material.learner(bodies, parts=parts, path=path)
+    for each in learner._structures.values():
+        for weights in each.decoder.parameters():
+            torch.nn.init.zeros_(weights)
+    motion = pan_material.dances("one")[0]
+    found = learner.method().retarget(motion, BODIES["tall"], context=Context())
+    ratio = BODIES["tall"].measures.hip_height / BODIES["one"].measures.hip_height
+    paces = np.linalg.norm(np.diff(found.root[:, [0, 2]], axis=0), axis=1)
+    if (path, parts) == ("", "three"):
+        assert np.ptp(found.root[:, 1]) < 1e-5, "hips stay as high as those of training are in the mean"
+        np.testing.assert_allclose(paces, paces.mean(), rtol=1e-4)
+    else:
+        np.testing.assert_allclose(found.root, ratio * motion.root, atol=1e-4)
