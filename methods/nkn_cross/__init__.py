@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Literal
 from zlib import crc32
 
 from retarget_bench.api import MethodCard
-from retarget_bench.comparison import structure_joints
+from retarget_bench.comparison import body_joints
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.roles import ancestors
 from retarget_bench.spec import Scalar
 from retarget_bench.training.recipe import Recipe
 
@@ -153,10 +152,7 @@ class NknCross(Retargeter):
 @lru_cache(maxsize=1024)
 def _body(character: Character) -> Aligned:
     """The joints that position errors count, those at and below the hips."""
-    hips = character.joint_of.get("hips", -1)
-    seen = structure_joints(character).tolist()
-    below = (j for j in seen if j == hips or hips in ancestors(character.skeleton, j))
-    return Aligned(character, tuple(below))
+    return Aligned(character, body_joints(character))
 
 
 def _signature(body: Aligned) -> Signature:
