@@ -90,19 +90,29 @@ class Material:
         """Of all clips together."""
         return sum(clip.frames for mine in self.clips.values() for clip in mine)
 
-    def draw(self, numbers: np.random.Generator, characters: Sequence[str], frames: int) -> Windows:
-        """One window per character asked for, each start of each of its clips as likely as any other."""
-        cuts = [self._cut(numbers, name, frames) for name in characters]
-        first = cuts[0][0].arrays
+    def draw(
+        self, numbers: np.random.Generator, characters: Sequence[str], frames: int, hop: int = 1
+    ) -> Windows:
+        """One window per character asked for, each start of each of its clips as likely as any other.
+
+        hop: windows begin at multiples of it. Arrays of characters that differ in shape (in joints) are
+        followed by zeros.
+        """
+        cuts = [self._cut(numbers, name, frames, hop) for name in characters]
+        shapes = {
+            key: np.max([clip.arrays[key].shape[1:] for clip, _ in cuts], axis=0, initial=0).tolist()
+            for key in cuts[0][0].arrays
+        }
         rows = {
-            key: np.zeros((len(cuts), frames, *array.shape[1:]), array.dtype)
-            for key, array in first.items()
+            key: np.zeros((len(cuts), frames, *map(int, shapes[key])), array.dtype)
+            for key, array in cuts[0][0].arrays.items()
         }
         lengths = np.zeros(len(cuts), dtype=np.int64)
         for row, (clip, start) in enumerate(cuts):
             lengths[row] = min(frames, clip.frames - start)
             for key, array in clip.arrays.items():
-                rows[key][row, : lengths[row]] = array[start : start + frames]
+                part = (slice(lengths[row]), *(slice(size) for size in array.shape[1:]))
+                rows[key][row][part] = array[start : start + frames]
         return Windows(rows, lengths, tuple(characters))
 
     def cast(
@@ -117,22 +127,22 @@ class Material:
         names = sorted(self.clips) if characters is None else characters
         return np.concatenate([clip.arrays[key] for name in names for clip in self.clips[name]])
 
-    def _cut(self, numbers: np.random.Generator, name: str, frames: int) -> tuple[Clip, int]:
-        ends = self._starts(name, frames)
+    def _cut(self, numbers: np.random.Generator, name: str, frames: int, hop: int) -> tuple[Clip, int]:
+        ends = self._starts(name, frames, hop)
         at = int(numbers.integers(ends[-1]))
         number = int(np.searchsorted(ends, at, side="right"))
-        return self.clips[name][number], at - int(ends[number - 1] if number else 0)
+        return self.clips[name][number], hop * (at - int(ends[number - 1] if number else 0))
 
-    def _starts(self, name: str, frames: int) -> np.ndarray:
+    def _starts(self, name: str, frames: int, hop: int) -> np.ndarray:
         """``(clips,)`` how many windows the clips up to each have."""
-        key = (name, frames)
+        key = (name, frames, hop)
         if key not in self._counted:
-            counts = [max(clip.frames - frames, 0) + 1 for clip in self.clips[name]]
+            counts = [max(clip.frames - frames, 0) // hop + 1 for clip in self.clips[name]]
             self._counted[key] = np.cumsum(counts)
         return self._counted[key]
 
     @cached_property
-    def _counted(self) -> dict[tuple[str, int], np.ndarray]:
+    def _counted(self) -> dict[tuple[str, int, int], np.ndarray]:
         return {}
 
 

@@ -1,0 +1,51 @@
+"""Windows of clips: where they begin, and rows that differ in joints."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from retarget_bench.training.material import Clip, Material
+
+
+def material(**joints):
+    """A clip of 50 frames and one of 20 for each name; number 100 f + j at joint j of frame f."""
+
+    def clip(name, frames, count):
+        values = 100.0 * np.arange(frames)[:, None] + np.arange(count)
+        return Clip(name, f"{name}-{frames}", {"values": values[..., None].astype(np.float32)})
+
+    clips = {name: [clip(name, 50, count), clip(name, 20, count)] for name, count in joints.items()}
+    return Material({}, clips)
+
+
+def test_rows_with_fewer_joints_are_followed_by_zeros():
+    found = material(a=3, b=5).draw(np.random.default_rng(0), ["a", "b"], 16)
+    values = found.arrays["values"][..., 0]
+    assert values.shape == (2, 16, 5)
+    assert (values[0, :, 3:] == 0.0).all()
+    for row, count in enumerate((3, 5)):
+        np.testing.assert_array_equal(np.diff(values[row, :, :count], axis=0), 100.0)
+        np.testing.assert_array_equal(np.diff(values[row, :, :count], axis=1), 1.0)
+
+
+@pytest.mark.parametrize(("hop", "starts"), [(1, range(35)), (6, range(0, 35, 6))])
+def test_every_start_is_as_likely(hop, starts):
+    mine = material(a=1)
+    rows = mine.draw(np.random.default_rng(1), ["a"] * 4000, 16, hop).arrays["values"][:, 0, 0, 0] / 100.0
+    found, counts = np.unique(rows, return_counts=True)
+    assert set(found) <= set(starts)
+    # of the short clip, starts 0 to 4 (0 alone in steps of 6) are there once more
+    whole = len(starts) + (5 if hop == 1 else 1)
+    expected = np.array([(2 if start in range(0, 5, hop) else 1) * 4000 / whole for start in found])
+    assert len(found) == len(starts)
+    assert (np.abs(counts - expected) < 5.0 * np.sqrt(expected)).all()
+
+
+def test_a_clip_that_is_too_short_is_followed_by_zeros():
+    found = material(a=2).draw(np.random.default_rng(2), ["a"] * 50, 32)
+    short = found.lengths == 20
+    assert short.any()
+    assert (found.lengths[~short] == 32).all()
+    assert (found.arrays["values"][short, 20:] == 0.0).all()
+    np.testing.assert_array_equal(found.mask.sum(1), found.lengths)
