@@ -1,0 +1,106 @@
+"""A body as HuMoT sees it: places of its joints, Z up, and the neutral pose that says what it is."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from retarget_bench.comparison import body_joints
+from retarget_bench.motion import neutral, rotation
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.roles import SIDES, ancestors
+
+MAJOR = tuple(
+    f"{side}_{part}" for side in SIDES for part in ("foot", "up_leg", "leg", "arm", "forearm", "hand")
+)
+"""Ankles, hips, knees, shoulders, elbows and wrists: what every structure has (section 3.4.1)."""
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """joints: indices of those seen, the hips first. parents: ``(joints,)`` among them, -1 for the hips.
+
+    template: ``(joints, 3)`` metres, Z up, the hips at the origin. major: ``(joints,)`` bool.
+    """
+
+    character: Character
+    joints: tuple[int, ...]
+    parents: tuple[int, ...]
+    template: np.ndarray
+    major: np.ndarray
+
+    def see(self, motion: Motion | Positions) -> np.ndarray:
+        """``(frames, joints, 3)`` metres, Z up."""
+        return upright(motion.positions[:, list(self.joints)])
+
+    def positions(self, places: np.ndarray, fps: float) -> Positions:
+        """The whole body from places ``(frames, joints, 3)``, Z up, of the joints seen.
+
+        A joint that is not seen keeps to the bone that leads to the joint it hangs from, as in the neutral
+        pose; one above the hips keeps to the hips.
+        """
+        skeleton = self.character.skeleton
+        rest = neutral.template(self.character)
+        found = np.zeros((len(places), len(skeleton), 3))
+        found[:, list(self.joints)] = upright(places)
+        hips, seen = self.joints[0], set(self.joints)
+        for joint, parent in enumerate(skeleton.parents.tolist()):
+            if joint in seen:
+                continue
+            if hips not in ancestors(skeleton, joint):
+                found[:, joint] = found[:, hips] + rest[joint] - rest[hips]
+                continue
+            leader = next(each for each in ancestors(skeleton, joint) if each in seen)
+            turned = self._swing(found, rest, leader)
+            found[:, joint] = found[:, parent] + rotation.rotate(turned, rest[joint] - rest[parent])
+        return self.character.positions(found, fps)
+
+    def _swing(self, found: np.ndarray, rest: np.ndarray, joint: int) -> np.ndarray:
+        """``(frames, 4)`` the shortest turn, from the neutral pose, of the bone to a joint seen."""
+        above = self.joints[self.parents[self.joints.index(joint)]]
+        if joint == self.joints[0] or not np.any(rest[joint] - rest[above]):
+            return rotation.identity(len(found))
+        bones = found[:, joint] - found[:, above]
+        return rotation.between(np.broadcast_to(rest[joint] - rest[above], bones.shape), bones)
+
+
+@lru_cache(maxsize=1024)
+def body(character: Character) -> Body:
+    """Raises SkeletonError where the character has no hips or nothing below them."""
+    joints = body_joints(character)
+    rank = {joint: number for number, joint in enumerate(joints)}
+    parents = [
+        next((rank[each] for each in ancestors(character.skeleton, joint) if each in rank), -1)
+        for joint in joints
+    ]
+    roles = [character.roles[joint] for joint in joints]
+    return Body(
+        character,
+        joints,
+        tuple(parents),
+        upright(neutral.template(character)[list(joints)]),
+        np.array([role in MAJOR for role in roles]),
+    )
+
+
+def template(source: Motion | Positions) -> np.ndarray:
+    """``(joints, 3)`` metres, Z up: of the source's body, with the bones that it has there."""
+    mine = body(source.character)
+    return upright(neutral.template(source)[list(mine.joints)])
+
+
+def upright(places: np.ndarray) -> np.ndarray:
+    """``(..., 3)`` from left, up, ahead to right, ahead, up; and back again."""
+    return np.stack([-places[..., 0], places[..., 2], places[..., 1]], axis=-1)
+
+
+def unfit(character: Character) -> str:
+    """What keeps a body from being seen; "" if nothing does. Raises SkeletonError, see ``body``."""
+    if character.four_legged:
+        return f"{character.name} stands on four legs; HuMoT knows bodies on two"
+    if not body(character).major.any():
+        return f"{character.name} has none of the joints that clips are centred on (ankles to wrists)"
+    return ""

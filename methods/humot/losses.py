@@ -1,0 +1,55 @@
+"""HuMoT's losses: eq. 1 and 2, for rows that differ in joints and frames."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+from retarget_bench.training.contract import Batch
+
+SHORT = 1e-4
+"""Metres: a bone this short has no length to be a multiple of."""
+
+
+def reconstruction(answer: Tensor, wanted: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
+    """Eq. 1: the mean squared distance of joints, m^2.
+
+    answer, wanted: ``(rows, frames, joints, 3)`` metres. joints, frames: ``(rows, joints)`` and
+    ``(rows, frames)`` bool, what is real.
+    """
+    real = frames.unsqueeze(2) & joints.unsqueeze(1)
+    apart = (answer - wanted).square().sum(-1)
+    return _mean(apart, real, (1, 2)).mean()
+
+
+def bones(answer: Tensor, wanted: Tensor, parents: Tensor, frames: Tensor) -> Tensor:
+    """Eq. 2: the variance over time of predicted over true bone lengths, the mean over bones.
+
+    parents: ``(rows, joints)``, -1 where there is no bone: at padding, and where no ancestor is kept.
+    """
+    above = parents.clamp(min=0)[:, None, :, None].expand(-1, answer.shape[1], -1, 3)
+    true = torch.linalg.vector_norm(wanted - wanted.gather(2, above), dim=-1)
+    long = (parents >= 0) & ((true > SHORT) | ~frames.unsqueeze(2)).all(1)
+    vectors = torch.where(long[:, None, :, None], answer - answer.gather(2, above), 1.0)
+    ratio = torch.linalg.vector_norm(vectors, dim=-1) / torch.where(long.unsqueeze(1), true, 1.0).clamp(
+        min=SHORT
+    )
+    real = frames.unsqueeze(2).expand_as(ratio)
+    mean = _mean(ratio, real, (1,)).unsqueeze(1)
+    varied = _mean((ratio - mean).square(), real, (1,))
+    return _mean(varied, long, (1,)).mean()
+
+
+def losses(answer: Tensor, asked: Batch, frames: Tensor, consistency: float) -> dict[str, Tensor]:
+    """``reconstruction``, and ``bones`` with its weight unless that is zero."""
+    wanted = asked["places"]
+    found = {"reconstruction": reconstruction(answer, wanted, asked["joints"], frames)}
+    if consistency:
+        found["bones"] = consistency * bones(answer, wanted, asked["parents"], frames)
+    return found
+
+
+def _mean(values: Tensor, real: Tensor, over: tuple[int, ...]) -> Tensor:
+    """The mean of what is real; 0 where nothing is."""
+    count = real.sum(over).clamp(min=1)
+    return torch.where(real, values, 0.0).sum(over) / count

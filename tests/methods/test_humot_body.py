@@ -1,0 +1,114 @@
+"""What HuMoT sees of a body, and parts of skeletons as skeletons of their own."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from retarget_bench.methods.humot.body import MAJOR, body, template, unfit, upright
+from retarget_bench.methods.humot.sampling import DROP_MAJOR, DROP_OTHER, kept, parents_among
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.neutral import neutral_pose
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plan import dataset
+from retarget_bench.spec import Spec
+
+PUPPETS = dataset(Spec.parse("puppets[size=tiny]")).characters()
+BODIES = {each.structure: each for each in PUPPETS.values() if not each.four_legged}
+DOG = next(each for each in PUPPETS.values() if each.four_legged)
+
+
+def test_axes_turn_and_turn_back():
+    places = np.random.default_rng(0).normal(size=(5, 7, 3))
+    np.testing.assert_array_equal(upright(upright(places)), places)
+    np.testing.assert_array_equal(upright(np.array([0.0, 1.0, 0.0])), [0.0, 0.0, 1.0])  # up is Z
+    np.testing.assert_array_equal(upright(np.array([0.0, 0.0, 1.0])), [0.0, 1.0, 0.0])  # ahead is Y
+    turn = upright(np.eye(3))
+    assert np.linalg.det(turn) == pytest.approx(1.0)  # and left stays left
+
+
+@pytest.mark.parametrize("structure", sorted(BODIES))
+def test_twelve_major_joints_and_hips_first(structure):
+    mine = body(BODIES[structure])
+    assert mine.character.roles[mine.joints[0]] == "hips"
+    assert mine.parents[0] == -1
+    assert all(0 <= parent < place for place, parent in enumerate(mine.parents) if place)
+    assert mine.major.sum() == len(MAJOR) == 12
+    assert np.abs(mine.template[0]).max() < 1e-12
+    assert mine.template[:, 2].max() > 0.3 > -0.3 > mine.template[:, 2].min()
+
+
+@pytest.mark.parametrize("structure", sorted(BODIES))
+def test_places_of_the_joints_seen_come_back(structure):
+    character = BODIES[structure]
+    mine = body(character)
+    numbers = np.random.default_rng(1)
+    root = numbers.normal(size=(4, 3))
+    motion = character.motion(np.repeat(neutral_pose(character)[None], 4, axis=0), root, 30.0)
+    back = mine.positions(mine.see(motion), 30.0)
+    np.testing.assert_allclose(back.positions, motion.positions, atol=1e-9)
+
+
+def test_joints_that_are_not_seen_follow_their_bones():
+    """A finger of a hand that is moved with the fore-arm."""
+    names = ("Hips", "Spine", "Head", "LeftArm", "LeftForeArm", "LeftHand", "LeftHandIndex1")
+    parents = np.array([-1, 0, 1, 1, 3, 4, 5])
+    offsets = np.array(
+        [[0, 1, 0], [0, 0.3, 0], [0, 0.3, 0], [0.2, 0.2, 0], [0.3, 0, 0], [0.3, 0, 0], [0.1, 0, 0]], float
+    )
+    character = Character.of("fingered", Skeleton(names, parents, offsets))
+    mine = body(character)
+    assert 6 not in mine.joints
+    pose = neutral_pose(character)
+    turned = np.array([pose, pose])
+    turned[1, 3] = [np.cos(0.4), 0.0, 0.0, np.sin(0.4)]  # swings the arm in the plane that it hangs in
+    motion = character.motion(turned, np.zeros((2, 3)), 30.0)
+    found = mine.positions(mine.see(motion), 30.0).positions
+    np.testing.assert_allclose(found, motion.positions, atol=1e-9)
+
+
+def test_bones_of_positions_are_their_own():
+    character = BODIES["body22"]
+    rest = np.repeat(1.2 * upright(body(character).template)[None], 3, axis=0)
+    places = np.zeros((3, len(character.skeleton), 3))
+    places[:, list(body(character).joints)] = rest
+    seen = template(character.positions(places, 30.0))
+    np.testing.assert_allclose(seen, 1.2 * body(character).template, atol=1e-9)
+
+
+def test_bodies_on_four_legs_are_refused():
+    assert "stands on four legs" in unfit(DOG)
+    assert not any(unfit(each) for each in BODIES.values())
+
+
+def test_joints_are_left_out_as_often_as_the_paper_says():
+    numbers = np.random.default_rng(2)
+    major = np.arange(40) < 12
+    count = 3000
+    stays = sum(np.bincount(kept(numbers, major), minlength=40) for _ in range(count)) / count
+    for share, drop in ((stays[:12], DROP_MAJOR), (stays[12:], DROP_OTHER)):
+        assert np.abs(share - (1.0 - drop)).max() < 5.0 * np.sqrt(drop * (1.0 - drop) / count)
+
+
+@given(st.integers(0, 2**32 - 1), st.integers(1, 4))
+def test_at_least_two_joints_stay(seed, joints):
+    found = kept(np.random.default_rng(seed), np.zeros(joints, bool))
+    assert len(found) >= min(2, joints)
+    assert (np.diff(found) > 0).all()
+
+
+@given(st.data())
+def test_parents_are_the_nearest_that_stay(data):
+    count = data.draw(st.integers(2, 12))
+    parents = [-1, *(data.draw(st.integers(0, joint - 1)) for joint in range(1, count))]
+    joints = np.array(sorted(data.draw(st.sets(st.integers(0, count - 1), min_size=1))))
+    found = parents_among(parents, joints)
+    for place, joint in enumerate(joints):
+        line, above = [], parents[joint]
+        while above >= 0:
+            line.append(above)
+            above = parents[above]
+        wanted = [each for each in line if each in joints]
+        assert (joints[found[place]] if found[place] >= 0 else None) == (wanted[0] if wanted else None)

@@ -1,0 +1,91 @@
+"""Eq. 1 and 2 of HuMoT, against the formulas in plain loops."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import torch
+
+from retarget_bench.methods.humot.losses import bones, losses, reconstruction
+
+ROWS = ((9, 5), (6, 3), (9, 4))
+"""Frames and joints of each row; what lies beyond is padding."""
+PARENTS = ([-1, 0, 1, 1, 0], [-1, 0, -1], [-1, 0, 1, 2])
+
+
+def rows(seed=0):
+    numbers = np.random.default_rng(seed)
+    most, longest = max(j for _, j in ROWS), max(f for f, _ in ROWS)
+    answer, wanted = numbers.normal(size=(2, len(ROWS), longest, most, 3))
+    joints = np.array([[j < count for j in range(most)] for _, count in ROWS])
+    frames = np.array([[f < count for f in range(longest)] for count, _ in ROWS])
+    parents = np.array([[*line, *[-1] * (most - len(line))] for line in PARENTS])
+    return tuple(map(torch.from_numpy, (answer, wanted, joints, frames, parents)))
+
+
+def test_eq_1_is_the_mean_squared_distance():
+    answer, wanted, joints, frames, _ = rows()
+    expected = []
+    for row, (length, count) in enumerate(ROWS):
+        total = 0.0
+        for frame in range(length):
+            for joint in range(count):
+                total += float(((answer[row, frame, joint] - wanted[row, frame, joint]) ** 2).sum())
+        expected.append(total / length / count)
+    assert reconstruction(answer, wanted, joints, frames).item() == pytest.approx(np.mean(expected), 1e-12)
+
+
+def test_eq_2_is_the_variance_of_relative_bone_lengths():
+    answer, wanted, _, frames, parents = rows()
+    expected = []
+    for row, (length, _) in enumerate(ROWS):
+        each = []
+        for joint, parent in enumerate(PARENTS[row]):
+            if parent >= 0:
+                ratios = [
+                    np.linalg.norm(answer[row, f, joint] - answer[row, f, parent])
+                    / np.linalg.norm(wanted[row, f, joint] - wanted[row, f, parent])
+                    for f in range(length)
+                ]
+                each.append(np.var(ratios))
+        expected.append(np.mean(each))
+    assert bones(answer, wanted, parents, frames).item() == pytest.approx(np.mean(expected), 1e-12)
+
+
+def test_padding_counts_for_nothing():
+    answer, wanted, joints, frames, parents = rows()
+    real = (frames[:, :, None] & joints[:, None, :])[..., None]
+    other = torch.where(real, answer, 1e6)
+    asked = {"places": wanted, "joints": joints, "parents": parents}
+    for name, value in losses(answer, asked, frames, 0.5).items():
+        assert losses(other, asked, frames, 0.5)[name].item() == pytest.approx(value.item(), rel=1e-12)
+
+
+def test_bones_that_scale_all_alike_cost_nothing_and_have_gradients():
+    _, wanted, joints, frames, parents = rows()
+    answer = (1.3 * wanted).requires_grad_()
+    loss = bones(answer, wanted, parents, frames)
+    assert loss.item() < 1e-20
+    reconstruction(answer, wanted, joints, frames).backward()
+    assert torch.isfinite(answer.grad).all()
+
+
+def test_a_bone_of_no_length_is_left_out():
+    answer, wanted, _, frames, parents = rows()
+    wanted[0, :, 1] = wanted[0, :, 0]
+    answer = answer.clone().requires_grad_()
+    loss = bones(answer, wanted, parents, frames)
+    loss.backward()
+    assert torch.isfinite(answer.grad).all()
+    without = parents.clone()
+    without[0, 1] = -1
+    assert loss.item() == pytest.approx(bones(answer, wanted, without, frames).item(), rel=1e-12)
+
+
+def test_the_weight_of_eq_2():
+    answer, wanted, joints, frames, parents = rows()
+    asked = {"places": wanted, "joints": joints, "parents": parents}
+    assert set(losses(answer, asked, frames, 0.0)) == {"reconstruction"}
+    assert losses(answer, asked, frames, 0.5)["bones"].item() == pytest.approx(
+        0.5 * bones(answer, wanted, parents, frames).item()
+    )
