@@ -16,6 +16,12 @@ from retarget_bench.commands.table import FORMATS
 @click.argument("table")
 @options.dataset_option
 @options.root_option
+@click.option(
+    "--test",
+    metavar="DATASET",
+    shell_complete=options.plugin_names("datasets"),
+    help="The data set to test on. [default: the one that is trained on]",
+)
 @click.option("--preset", metavar="NAME", default="default", show_default=True, help="Every row's recipe.")
 @click.option(
     "--budget", metavar="BUDGET", help="Of every row: 90s, 30m, 2h, or 20000it. [default: the preset's]"
@@ -41,6 +47,7 @@ def command(
     table: str,
     dataset: str,
     root: str | None,
+    test: str | None,
     preset: str,
     budget: str | None,
     seed: int,
@@ -58,6 +65,7 @@ def command(
 
     \b
     bench ablate smrm table2 -d puppets --budget 2000it
+    bench ablate pan table5 -d 'puppets[size=default]' --test puppets
     """
     del plugins
     from retarget_bench import files, plan
@@ -68,7 +76,9 @@ def command(
     from retarget_bench.training.train import Asked
 
     spec, data = Spec.parse(method), options.dataset_spec(dataset, root)
+    tested = Spec.parse(test) if test else data
     ablation = ablating.find(spec, table)
+    ablating.check(ablation, tested)
     # "" for no budget of one's own: a folder that was trained under one must not pass for this
     asked = Asked(spec, data, preset, budget or "", seed, jobs=jobs, device=device)
     voice: Any = Voice()
@@ -76,10 +86,12 @@ def command(
         trained = ablating.train_rows(ablation, asked, out, voice)
     finally:
         voice.close()
-    wanted = ablating.plan_of(ablation, trained, data, out / "results", jobs)
+    wanted = ablating.plan_of(ablation, trained, tested, out / "results", jobs)
     planning.carry_out(wanted, "bench ablate")
     found = ablating.numbers_of(wanted, trained)
-    made = ablating.table(ablation, trained, found, plan.dataset(data).label.strip())
+    on, by = (plan.dataset(each).label.strip() for each in (data, tested))
+    recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
+    made = ablating.table(ablation, trained, found, ablating.Told(on, by, recipe))
     written = WITH_INTERVALS[form]([made])
     if output is None:
         click.echo(written, nl=False)

@@ -19,6 +19,7 @@ from retarget_bench.spec import Spec
 from retarget_bench.training.ablation import Ablation, Column, Row
 from retarget_bench.training.train import Asked, Voice, finished, train
 
+TASK = "retarget"
 PRINTED = "printed"
 DECIMALS = 4
 """Of our numbers: one more than papers print, since rows of one method differ by little."""
@@ -42,15 +43,58 @@ class Trained:
         return registry.canonical("methods", self.method.with_parameters(weights=str(self.folder)))
 
 
+@dataclass(frozen=True)
+class Told:
+    """What a table says of how its rows came about.
+
+    trained, tested: labels of data sets, the same where nothing else was asked. recipe: of every row.
+    """
+
+    trained: str
+    tested: str
+    recipe: str
+
+    @property
+    def data(self) -> str:
+        """The end of "the row was ..."."""
+        if self.trained == self.tested:
+            return f"trained and run here, on {self.tested}"
+        return f"trained here on {self.trained} and run on {self.tested}"
+
+
 def find(method: Spec, name: str) -> Ablation:
-    """A method's ablation by name. Raises BenchError, with those that there are."""
+    """A method's ablation by name.
+
+    Raises BenchError, with those that there are, or where the method already says what rows change.
+    """
+    if method.posts:
+        raise BenchError(f"{method}: post-processes have no part in an ablation; ablate {method.alone}")
     offered: Mapping[str, Ablation] = getattr(plan.method(method), "ablations", {})
     if not offered:
         raise BenchError(f"{method.name} offers no ablation")
     if name not in offered:
         known = ", ".join(f"{each} ({found.title})" for each, found in offered.items())
         raise BenchError(f"{method.name} has no ablation {name!r}; there are {known}")
+    changed = {parameter for row in offered[name].rows for parameter in row.parameters}
+    if given := sorted(changed & set(method.parameters)):
+        raise BenchError(f"{method}: {' and '.join(given)} is what rows of {name} change; leave it out")
     return offered[name]
+
+
+def check(ablation: Ablation, data: Spec) -> None:
+    """What would stand in the way once all is trained.
+
+    Raises BenchError where no metric has a column's value, or the data set to test on no case for a column.
+    """
+    _metrics(ablation)
+    tested = plan.dataset(data)
+    for splits in dict.fromkeys(column.splits for column in ablation.columns if column.value):
+        offered = [split for split in splits if split in tested.card.splits]
+        if not any(tested.cases(TASK, split) for split in offered):
+            raise BenchError(
+                f"{tested.label.strip()} has no {' or '.join(splits)} case, and rows are measured on such; "
+                "name another data set by --test"
+            )
 
 
 def train_rows(ablation: Ablation, asked: Asked, out: Path, voice: Voice) -> list[Trained]:
@@ -74,20 +118,26 @@ def train_rows(ablation: Ablation, asked: Asked, out: Path, voice: Voice) -> lis
 
 
 def plan_of(ablation: Ablation, trained: Sequence[Trained], data: Spec, out: Path, jobs: int) -> plan.Plan:
-    """What has to be predicted and scored. Raises BenchError where no metric has a column's value."""
+    """What has to be predicted and scored on the data set to test on. Raises BenchError; see ``check``."""
+    return plan.Plan(
+        methods=tuple(dict.fromkeys(each.ready for each in trained)),
+        datasets=(data,),
+        splits=tuple(dict.fromkeys(split for column in ablation.columns for split in column.splits)),
+        metrics=_metrics(ablation),
+        task=TASK,
+        root=out,
+        jobs=jobs,
+    )
+
+
+def _metrics(ablation: Ablation) -> tuple[str, ...]:
+    """Names of the metrics that compute the columns. Raises BenchError where there is none."""
     wanted = {column.value for column in ablation.columns if column.value}
     found, _ = registry.working("metrics")
     names = {value.id: name for name, each in found.items() for value in each.card.values}
     if unknown := sorted(wanted - set(names)):
         raise BenchError(f"no metric computes {', '.join(unknown)}")
-    return plan.Plan(
-        methods=tuple(dict.fromkeys(each.ready for each in trained)),
-        datasets=(data,),
-        splits=tuple(dict.fromkeys(split for column in ablation.columns for split in column.splits)),
-        metrics=tuple(sorted({names[value] for value in wanted})),
-        root=out,
-        jobs=jobs,
-    )
+    return tuple(sorted({names[value] for value in wanted}))
 
 
 def numbers_of(asked: plan.Plan, trained: Sequence[Trained]) -> list[Numbers]:
@@ -112,8 +162,8 @@ def _numbers(places: Sequence[Place]) -> Numbers:
 
 
 # ------------------------------------------------------------------------------------------ the table
-def table(ablation: Ablation, trained: Sequence[Trained], found: Sequence[Numbers], label: str) -> Table:
-    """Every row twice: as it is printed, and as it came out here on the data called ``label``.
+def table(ablation: Ablation, trained: Sequence[Trained], found: Sequence[Numbers], told: Told) -> Table:
+    """Every row twice: as it is printed, and as it came out here.
 
     Ours are means over clips of means per clip, over the cases that all rows have a number for.
     """
@@ -125,8 +175,7 @@ def table(ablation: Ablation, trained: Sequence[Trained], found: Sequence[Number
         cells = tuple(
             _cell(column, numbers, common[column.label], footnotes) for column in ablation.columns
         )
-        n = max((cell.n for cell in cells), default=0)
-        lines.append(Line(each.row.label, "", cells, str(n), str(each.method)))
+        lines.append(Line(each.row.label, "", cells, _n(cells), str(each.method)))
     group = Group(
         title=ablation.paper,
         split="",
@@ -139,11 +188,20 @@ def table(ablation: Ablation, trained: Sequence[Trained], found: Sequence[Number
     return Table(
         title=ablation.title,
         groups=(group,),
-        notes=(*_counts(ablation, common, label), *ablation.notes),
+        notes=(
+            f"Every row: {told.recipe}, trained on {told.trained}, tested on {told.tested}.",
+            *_counts(ablation, common, told.tested),
+            *ablation.notes,
+        ),
         footnotes=tuple(footnotes.sentences),
         reading=f"Rows marked '{PRINTED}' are the paper's numbers, on the paper's data; the row under each "
-        f"was trained and run here, on {label}: how rows differ can be compared, the numbers cannot.",
+        f"was {told.data}: how rows differ can be compared, the numbers cannot.",
     )
+
+
+def _n(cells: Sequence[Cell]) -> str:
+    """Of the cells' cases; columns may be over different splits."""
+    return ", ".join(dict.fromkeys(str(cell.n) for cell in cells if cell.value is not None)) or "0"
 
 
 def _common(column: Column, found: Sequence[Numbers]) -> list[CaseInfo]:

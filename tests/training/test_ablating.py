@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
-from conftest import Inline, Silent
+from conftest import TOYS, Inline, Silent
 
-from retarget_bench import plan, run
+from retarget_bench import cli, plan, run
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.rendering import WITH_INTERVALS
@@ -32,6 +33,7 @@ TOY = Ablation(
     notes=("a note",),
 )
 SPEC, DATA = Spec.parse("toy_trainee"), Spec.parse("toy_walks")
+HERE = ablating.Told("toys", "toys", "preset quick")
 
 
 def info(pair: str, clip: str, split: str) -> CaseInfo:
@@ -43,7 +45,9 @@ def info(pair: str, clip: str, split: str) -> CaseInfo:
 def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.Asked:
     from retarget_bench.training import clips
 
-    monkeypatch.setattr(clips, "LocalPool", Inline)
+    for each in (clips, run):
+        monkeypatch.setattr(each, "LocalPool", Inline)
+    monkeypatch.setattr(train.curve, "draw", lambda *_: None)  # takes longer than all the rest
     monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": TOY}, raising=False)
     return train.Asked(SPEC, DATA, "quick", "4it", 0, device="cpu")
 
@@ -54,6 +58,10 @@ def test_unknown_tables_are_named_with_those_that_there_are(asked):
         ablating.find(SPEC, "table7")
     with pytest.raises(BenchError, match="copy_rotations offers no ablation"):
         ablating.find(Spec.parse("copy_rotations"), "table1")
+    with pytest.raises(BenchError, match=r"have no part in an ablation; ablate toy_trainee$"):
+        ablating.find(Spec.parse("toy_trainee+footfix"), "table1")
+    with pytest.raises(BenchError, match="pause is what rows of table1 change; leave it out"):
+        ablating.find(Spec.parse("toy_trainee[pause=0.5]"), "table1")
 
 
 def test_rows_are_trained_once_and_under_one_budget(asked, tmp_path):
@@ -85,7 +93,7 @@ def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
     assert len(wanted.methods) == 2
     places = run.run(wanted, lambda done, total: None)
     found = ablating.numbers_of(wanted, trained)
-    table = ablating.table(TOY, trained, found, "toy_walks")
+    table = ablating.table(TOY, trained, found, ablating.Told("walks", "walks", "preset quick"))
     names = [row.label for row in table.groups[0].rows]
     assert names == ["plain (printed)", "plain", "slow (printed)", "slow"]
     ours = table.groups[0].rows[1].cells
@@ -101,6 +109,7 @@ def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
     assert "0.34" in text
     assert "nobody has one" in text
     assert "12 cases, 3 pairs, 4 clips" in text
+    assert "trained and run here, on walks" in " ".join(text.split())
 
 
 def test_ours_are_means_per_clip_over_common_cases():
@@ -108,7 +117,7 @@ def test_ours_are_means_per_clip_over_common_cases():
     numbers = dict(zip(cases, (1.0, 5.0, 3.0, 100.0), strict=True))
     other = dict.fromkeys(cases[:3], 2.0)
     trained: Any = [ablating.Trained(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
-    table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}, {"mpjpe_m": other}], "toys")
+    table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}, {"mpjpe_m": other}], HERE)
     cell = table.groups[0].rows[1].cells[0]
     assert (cell.value, cell.n, cell.clips) == (pytest.approx(((1 + 3) / 2 + 5) / 2), 3, 2)
     assert table.groups[0].rows[1].cells[1].value is None  # no intra pair
@@ -119,15 +128,84 @@ def test_many_clips_have_an_interval():
     cases = [info("a>b", f"clip {k}", "cross") for k in range(20)]
     numbers = {case: 1.0 + 0.1 * (k % 5) for k, case in enumerate(cases)}
     trained: Any = [ablating.Trained(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
-    table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}] * 2, "toys")
+    table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}] * 2, HERE)
     cell = table.groups[0].rows[1].cells[0]
     assert cell.interval.low < cell.value < cell.interval.high
 
 
-def test_a_value_that_no_metric_has_is_said(asked, tmp_path):
+def test_a_value_that_no_metric_has_is_said(asked):
     odd = replace(TOY, columns=(Column("Odd", "m", "oddness"),))
     with pytest.raises(BenchError, match="no metric computes oddness"):
-        ablating.plan_of(odd, [], DATA, tmp_path, 1)
+        ablating.check(odd, DATA)
+
+
+# ------------------------------------------------------------------------------ another data set to test on
+@pytest.fixture
+def bench(asked, monkeypatch, tmp_path, capsys):
+    """``bench ablate`` in this process, its jobs too: exit status, output, errors."""
+    files = [word for name in ("walks", "trainee") for word in ("--plugin", str(TOYS / f"toy_{name}.py"))]
+    often = ["--preset", "quick", "--budget", "4it", "--device", "cpu", "-j", "1", "--out", str(tmp_path)]
+    files += ["-d", "toy_walks", *often]
+
+    def call(*arguments: str) -> tuple[int, str, str]:
+        with pytest.raises(SystemExit) as ended:
+            cli.main(["ablate", "toy_trainee", "table1", *files, *arguments])
+        out, err = capsys.readouterr()
+        return ended.value.code, " ".join(out.split()), err
+
+    return call
+
+
+def test_rows_are_tested_on_what_is_asked_for_and_not_trained_again(bench):
+    few = ("--test", "toy_walks[kind=few]")
+    status, text, _ = bench(*few)
+    assert status == 0
+    assert text.count("training toy_trainee") == 2
+    assert "trained here on toy_walks and run on toy_walks few:" in text
+    assert "budget 4it, seed 0, trained on toy_walks, tested on toy_walks few." in text
+    assert "n, toy_walks few: 6 cases, 3 pairs, 2 clips (Error)" in text
+    same = bench()[1]
+    assert "training toy_trainee" not in same
+    assert "n, toy_walks: 12 cases, 3 pairs, 4 clips (Error)" in same
+    assert "walks few" not in same
+    again = bench(*few)[1]
+    assert again[again.index("Toys:") :] == text[text.index("Toys:") :]
+
+
+def test_a_test_set_that_has_changed_is_run_again(bench, monkeypatch):
+    few = "toy_walks[kind=few]"
+    data = plan.dataset(Spec.parse(few))
+    load = data.load
+
+    def elsewhere(info):
+        case = load(info)
+        here = case.reference
+        away = here.root + np.array([3.0, 0.0, 4.0])
+        return replace(case, reference=case.target.motion(here.rotations, away, 30.0))
+
+    before = bench("--test", few)[1]
+    monkeypatch.setattr(data, "load", elsewhere, raising=False)
+    same = bench("--test", few)[1]
+    assert same[same.index("Toys:") :] == before[before.index("Toys:") :], "what is known is not run"
+    monkeypatch.setattr(data, "content", "another")
+    status, after, _ = bench("--test", few)
+    assert status == 0
+    assert "training toy_trainee" not in after
+    ours = re.search(r" plain ([\d.]+) ", after)
+    assert float(ours[1]) == pytest.approx(5.0, abs=1.0), "references are five metres away now"
+
+
+def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monkeypatch, tmp_path):
+    between = replace(TOY, columns=(Column("Between", "m", "mpjpe_m", splits=("cross",)),))
+    monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": between})
+    status, _, err = bench("--test", "toy_walks[kind=near]")
+    assert (status, err) == (
+        2,
+        "bench: toy_walks near has no cross case, and rows are measured on such; name another data set by "
+        "--test\n",
+    )
+    assert bench("--test", "toy_wakls")[0] == 2
+    assert not (tmp_path / "train").exists()
 
 
 def test_the_tables_of_smrm_are_the_printed_ones():

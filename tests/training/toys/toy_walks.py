@@ -1,6 +1,7 @@
 """Two small bodies that walk along sines: motion to train on, and held-out cases to validate with.
 
-kind: ``all``; ``unwatched``, without validation; ``empty``, without motion. content: a name for it.
+kind: ``all``; ``unwatched``, without validation; ``empty``, without motion; ``few``, with half as many
+cases; ``near``, without cross cases. content: a name for it.
 """
 
 import numpy as np
@@ -62,6 +63,8 @@ class ToyWalks:
 
     def __init__(self, kind: str = "all", content: str = "one", root: str = "") -> None:
         self.kind, self.content = kind, content
+        if kind in ("few", "near"):
+            self.label = f"toy_walks {kind}"
         self._bodies = {
             name: Character.of(name, Skeleton(NAMES, np.array(PARENTS), OFFSETS * size), structure="toy")
             for name, size in SIZES.items()
@@ -80,10 +83,12 @@ class ToyWalks:
 
     def cases(self, task, split):
         pairs = (("held", "tall"), ("small", "held")) if split == "intra" else (("tall", "held"),)
+        if split == "cross" and self.kind == "near":
+            return []
         return [
             CaseInfo(f"toys/{a}>{b}/clip {n}", task, split, a, b, f"clip {n}", ("walk", "run")[n % 2], 20)
             for a, b in pairs
-            for n in range(4)
+            for n in range(2 if self.kind == "few" else 4)
         ]
 
     def load(self, info):
