@@ -59,7 +59,8 @@ def command(
     """Let the body of one BVH file perform the motion of another, SOURCE.
 
     The result has the target file's joints, names, channels, unit and axes. bench doctor says how the two
-    files are understood.
+    files are understood. Where a method gives positions of joints only, rotations are fitted to them, and
+    what is left between the two is printed.
     """
     del plugins
     if out.suffix.lower() != ".bvh":
@@ -86,7 +87,8 @@ def command(
 
 
 def _retargeted(method: str, performer: Imported, body: Imported, seed: int) -> Motion:
-    """The method's answer; raises BenchError with its reason where there is none."""
+    """The method's answer, with rotations fitted where it has none; raises BenchError with its reason where
+    there is no answer."""
     from retarget_bench.api import Case, CaseInfo, Context
     from retarget_bench.motion.motion import Motion
     from retarget_bench.predict import predict
@@ -97,9 +99,13 @@ def _retargeted(method: str, performer: Imported, body: Imported, seed: int) -> 
     outcome = predict(registry.create("methods", method), case, Context(seed=seed))
     if outcome.prediction is None:
         raise BenchError(f"{method} gave no motion ({outcome.status}): {outcome.message}")
-    if not isinstance(outcome.prediction, Motion):
-        raise BenchError(f"{method} gives joint positions only; a BVH file needs rotations")
-    return outcome.prediction
+    if isinstance(outcome.prediction, Motion):
+        return outcome.prediction
+    from retarget_bench.motion import fit
+
+    fitted = fit.fit(outcome.prediction)
+    click.echo(f"rotations were fitted to positions: {fitted.residual}")
+    return fitted.motion
 
 
 def _summary(out: Path, method: str, performer: Imported, body: Imported) -> str:

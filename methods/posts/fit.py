@@ -1,0 +1,36 @@
+"""Fits rotations to answers that are known by joint positions; bones get the body's lengths."""
+
+from __future__ import annotations
+
+from retarget_bench.api import Context, Prediction
+from retarget_bench.motion import fit
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.post import PostCard
+
+
+class Fit:
+    """The motion of the body that comes nearest to the positions of an answer, all joints together.
+
+    So a method that gives positions can be scored by metrics of rotations, with bones that do not stretch,
+    and be followed by what needs rotations. The fit is the one with which ``bench retarget`` writes files:
+    twists that no position shows come from the hinges of knees and elbows and from the reference pose, and
+    are smooth. They are the fit's, not the method's, and rows with ``+fit`` are read so. An answer that
+    has rotations is left as it is.
+    """
+
+    card = PostCard(
+        name="fit",
+        summary="Fits rotations to answers known by positions, with the body's bone lengths",
+        version="1",
+        accepts=("motion", "positions"),
+    )
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        return None
+
+    def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Motion:
+        return prediction if isinstance(prediction, Motion) else fit.fit(prediction).motion
+
+
+plugin = Fit
