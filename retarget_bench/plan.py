@@ -22,7 +22,7 @@ from retarget_bench.spec import Spec
 Redo = Literal["never", "missing", "failed", "always"]
 Stage = Literal["run", "predict", "score"]
 
-LOCATIONS = ("root", "target")
+LOCATIONS = ("root", "target", "people", "dogs")
 """Data set parameters that say where files lie: no part of what a result is known by; its content is."""
 
 

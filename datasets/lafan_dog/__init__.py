@@ -1,0 +1,245 @@
+"""People of LAFAN1 and the dog of MANN, carried to each other: no right answers, only real motion."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import Literal
+
+from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.catalogue import Entry, catalogue, fingerprint, some
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import resampled_frames
+
+from . import training
+from .motions import FPS, Clip, Motions, cut
+from .takes import DOG, PERSON, SPECIES, Part, Protocol, Takes, find
+
+OWN = (
+    "the split is our own: of five recordings, by a hash of their names, two are tested, one steers "
+    "training and two are trained on"
+)
+DEPENDENT = "clips of one take are no independent draws: true intervals are wider than those given"
+
+
+class LafanDog:
+    """Clips of a few seconds, each carried to the other species without a reference; self pairs with one.
+
+    The setting of PAN, section 7. Kinds are ``idle``, ``move`` and ``sit``, told from the motion
+    (``retarget_bench/motion/actions.py``). Where all takes are there that the paper uses of LAFAN1, people
+    are split as in the paper, which tests on ``subject1``; else all takes are used, and the split is our
+    own, by name. The dog's is our own always, since the paper drew its own at random. Answers are compared
+    with the test motion of their species as sets (FID, KID).
+    """
+
+    card = DatasetCard(
+        name="lafan_dog",
+        summary="LAFAN1's people and MANN's dog, carried to each other without references (PAN, section 7)",
+        version="1",
+        licence="LAFAN1: CC BY-NC-ND 4.0 (Ubisoft); the dog: CC BY-NC 4.0 (AI4Animation); get your own",
+        obtain=(
+            "LAFAN1: lafan1.zip of github.com/ubisoft/ubisoft-laforge-animation-dataset, unpacked into "
+            "DIR/lafan1. The dog: the motion capture archive of SIGGRAPH_2018 (MANN) that "
+            "github.com/sebastianstarke/AI4Animation links to, its BVH files in DIR/dog. Then give --root "
+            "DIR. PAN tests on subject1 of 23 takes of LAFAN1, and drew the dog's split at random. Unless all "
+            "23 are there, people are split by our own rule, and the dog is always: our own split shares no "
+            "list with the paper's"
+        ),
+        splits=("self", "cross"),
+        parameters={
+            "root": "the folder that holds both folders",
+            "people": "the folder of LAFAN1's BVH files, in root or elsewhere",
+            "dogs": "the folder of the dog's BVH files, in root or elsewhere",
+            "seconds": "about how long clips are; takes are cut into equal ones",
+            "protocol": (
+                "pan (people: the paper's 23 takes, subject1 is tested), own (all takes, by name) or auto "
+                "(pan where all of its takes are there)"
+            ),
+            "part": "test, or validation: other takes, neither tested nor trained on",
+        },
+    )
+
+    def __init__(
+        self,
+        root: str = "",
+        people: str = "lafan1",
+        dogs: str = "dog",
+        seconds: float = 8.0,
+        protocol: Protocol = "auto",
+        part: Literal["test", "validation"] = "test",
+    ) -> None:
+        if not 2.2 <= seconds <= 600.0:
+            raise BenchError(
+                f"lafan_dog: seconds={seconds:g}; clips last 2.2 (the 64 frames of a window) to 600"
+            )
+        if protocol not in ("auto", "pan", "own"):
+            raise BenchError(f"lafan_dog: there is no protocol {protocol!r}; there are auto, pan and own")
+        if part not in ("test", "validation"):
+            raise BenchError(f"lafan_dog: there is no part {part!r}; cases are of test or validation")
+        self._root, self._folders = root, {PERSON: people, DOG: dogs}
+        self._seconds, self._protocol, self._part = seconds, protocol, part
+
+    # ------------------------------------------------------------------------------- the contract
+    @property
+    def content(self) -> str:
+        """A hash of the bytes of the takes and of how they are read, split and cut."""
+        named = {
+            f"{species}/{name}": self._entries[path]
+            for species, mine in self._takes.found.items()
+            for name, path in mine.items()
+        }
+        return f"{fingerprint(named)} ({self._split}, {self._seconds:g} s, {self._part})"
+
+    @property
+    def label(self) -> str:
+        name = f"lafan_dog ({self._split})"
+        return name if self._part == "test" else f"{name}, {self._part}"
+
+    @cached_property
+    def notes(self) -> Sequence[str]:
+        takes, found = self._takes, []
+        of_part = {
+            species: [name for name, part in takes.part[species].items() if part == self._part]
+            for species in SPECIES
+        }
+        found.append("; ".join(f"{species}: {some(names, 12)}" for species, names in of_part.items()))
+        found.append(
+            "people are split as in PAN (subject1 is tested), the dog's split is our own"
+            if takes.pan
+            else OWN
+        )
+        found.append(DEPENDENT)
+        if takes.others:
+            named = some([path.name for path in takes.others], 4)
+            found.append(f"{len(takes.others)} files left out, no takes of this protocol by name: {named}")
+        if self._problems:
+            named = some([f"{name} ({why})" for name, why in self._problems.items()], 4)
+            found.append(f"{len(self._problems)} takes left out: {named}")
+        return tuple(found)
+
+    def characters(self) -> Mapping[str, Character]:
+        return {species: self._motions.body(species) for species in SPECIES}
+
+    def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
+        """Clip by clip."""
+        if task != "retarget" or split not in self.card.splits:
+            return ()
+        return tuple(
+            info
+            for clip in self._clips[self._part]
+            for target in SPECIES
+            if (info := self._info(clip, target)).split == split
+        )
+
+    def load(self, info: CaseInfo) -> Case:
+        """Raises BenchError for a case that is none of this part, FileError where a file cannot be read."""
+        clip = self._listed.get(info.clip)
+        if clip is None or clip.species != info.source or info.target not in SPECIES:
+            raise BenchError(f"{self.label} has no case {info.id}")
+        source = self._motions.clip(clip)
+        if info.source == info.target:
+            return Case(info, source, source.character, source)
+        return Case(info, source, self._motions.body(info.target))
+
+    def real(self, task: str, structure: str) -> Sequence[CaseInfo]:
+        """The self cases of a species: what answers of that species are compared with."""
+        bodies = self.characters()
+        return [info for info in self.cases(task, "self") if bodies[info.target].structure == structure]
+
+    # ------------------------------------------------------------------------------- beyond it
+    def training(self) -> training.Training:
+        """Structure -> character -> clips of takes that are neither tested nor in ``validation``."""
+        found: dict[str, dict[str, training.Clips]] = {}
+        for species in SPECIES:
+            mine = [clip for clip in self._clips["train"] if clip.species == species]
+            if mine:
+                structure = self._motions.body(species).structure
+                found[structure] = {species: training.Clips(self._motions, mine)}
+        return found
+
+    def validation(self) -> LafanDog:
+        """What training is steered by: takes of its own."""
+        folders = (self._folders[PERSON], self._folders[DOG])
+        return LafanDog(self._root, *folders, self._seconds, self._protocol, "validation")
+
+    def training_manifest(self) -> Mapping[str, Sequence[str]]:
+        """Characters, structures and clips that training and its validation have: what weights carry."""
+        clips = [*self._clips["train"], *self._clips["validation"]]
+        return {
+            "characters": list(SPECIES),
+            "structures": [self._motions.body(species).structure for species in SPECIES],
+            "clips": sorted(clip.name for clip in clips),
+        }
+
+    # ------------------------------------------------------------------------------- what there is
+    @cached_property
+    def _takes(self) -> Takes:
+        return find(self._root, self._folders, self._protocol)
+
+    @cached_property
+    def _entries(self) -> Mapping[Path, Entry]:
+        files = [path for mine in self._takes.found.values() for path in mine.values()]
+        return catalogue(self._takes.root, files)
+
+    @cached_property
+    def _motions(self) -> Motions:
+        usable = {
+            species: {name: path for name, path in mine.items() if not self._entries[path].problem}
+            for species, mine in self._takes.found.items()
+        }
+        for species, mine in usable.items():
+            if not mine:
+                path = next(iter(self._takes.found[species].values()))
+                raise BenchError(
+                    f"no take of a {species} can be read: {path}: {self._entries[path].problem}"
+                )
+        return Motions(usable)
+
+    @property
+    def _split(self) -> str:
+        return "people split as in PAN" if self._takes.pan else "own split"
+
+    @cached_property
+    def _clips(self) -> Mapping[Part, list[Clip]]:
+        """Clips by part, of takes that can be read and are of the species' body."""
+        found: dict[Part, list[Clip]] = {"train": [], "validation": [], "test": []}
+        for species in SPECIES:
+            for name, path in self._takes.found[species].items():
+                if name not in self._problems:
+                    entry = self._entries[path]
+                    frames = resampled_frames(entry.frames, entry.fps, FPS)
+                    clips = cut(species, name, frames, round(self._seconds * FPS))
+                    found[self._takes.part[species][name]] += clips
+        return found
+
+    @cached_property
+    def _listed(self) -> Mapping[str, Clip]:
+        return {clip.name: clip for clip in self._clips[self._part]}
+
+    @cached_property
+    def _problems(self) -> Mapping[str, str]:
+        """Takes that are left out, and why."""
+        found = {}
+        for species in SPECIES:
+            for name, path in self._takes.found[species].items():
+                problem = self._entries[path].problem or self._motions.misfit(species, name)
+                if problem:
+                    found[name] = problem
+        return found
+
+    def _info(self, clip: Clip, target: str) -> CaseInfo:
+        return CaseInfo(
+            id=f"{self.card.name}/{clip.species}>{target}/{clip.name}",
+            task="retarget",
+            split="self" if clip.species == target else "cross",
+            source=clip.species,
+            target=target,
+            clip=clip.name,
+            kind=self._motions.action(clip),
+            frames=clip.frames,
+        )
+
+
+plugin = LafanDog
