@@ -11,7 +11,7 @@ a Metric compares that prediction with the case and returns named numbers.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, Protocol
 
@@ -169,8 +169,16 @@ class Dataset(Protocol):
     def load(self, info: CaseInfo) -> Case: ...
 
 
+class RealDataset(Dataset, Protocol):
+    """A data set that has cases without references, and real motion to hold answers to them against."""
+
+    def real(self, task: str, structure: str) -> Sequence[CaseInfo]:
+        """Cases, for ``load``, whose references are the tested part's real motion of bodies of a structure:
+        each body and clip once, with the kinds of the cases without references."""
+
+
 class TrainingClips(Protocol):
-    """What one character performs for training: a sequence of motions, each made when it is asked for."""
+    """What one character performs for training: motions, each made when it is asked for."""
 
     @property
     def names(self) -> Sequence[str]: ...
@@ -343,8 +351,8 @@ class CaseFeatures:
     """What a set metric keeps of one case: its windows as feature vectors.
 
     generated: ``(windows, d)`` float32, of the prediction.
-    real:      ``(windows, d)`` float32, of the same windows of the reference.
-    speed:     ``(windows,)`` level speed of the reference's root, heights per second.
+    real:      ``(windows, d)`` float32, of the same windows of the reference; no rows without one.
+    speed:     ``(windows,)`` level speed of the reference's root, else the source's, heights per second.
     """
 
     generated: np.ndarray
@@ -373,28 +381,19 @@ class Sample:
 class SetMetric(Protocol):
     """Compares sets of motions, not motion by motion: FID and its kin.
 
-    A set is of one split and one target structure; structures are never mixed. Of each case the windows'
-    features are kept; ``retarget_bench/sets`` draws the sets, evaluates ``value`` and stores the numbers.
-    """
+    A set is of one split and one target structure. ``retarget_bench/sets`` draws it and stores numbers."""
 
     card: MetricCard
 
     def network(self, target: Character) -> str:
         """The hash of what makes the features of this body's structure: part of the key of results.
-
-        Raises NotSupported with the reason where there is none.
-        """
+        Raises NotSupported with the reason where there is none."""
 
     def features(self, comparison: Comparison) -> CaseFeatures:
-        """The features of a case that has a reference; no windows where the clip is too short."""
+        """The features of a case; no windows where the clip is too short."""
 
     def least(self, value_id: str) -> int:
         """How many windows each set needs for a value to mean anything."""
 
     def value(self, value_id: str, real: Sample, generated: Sample) -> float:
         """A value of two sets; not a number where it is undefined."""
-
-
-Plugin = Method | Dataset | Metric | SetMetric
-Rows = Iterable[tuple[str, str, str, float]]
-"""(case id, value id, index or "", value)."""

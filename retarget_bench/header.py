@@ -14,7 +14,7 @@ from typing import Any
 
 import retarget_bench
 from retarget_bench import registry, score
-from retarget_bench.api import Method, Metric, SetMetric
+from retarget_bench.api import Dataset, Method, Metric, SetMetric
 from retarget_bench.plan import (
     Cell,
     dataset,
@@ -27,6 +27,7 @@ from retarget_bench.plan import (
 )
 from retarget_bench.predict import declared
 from retarget_bench.records import SCHEMA, STATUSES, Entry
+from retarget_bench.sets.real import offers
 
 PACKAGES = ("numpy", "scipy", "torch")
 
@@ -125,7 +126,17 @@ def _sets(cell: Cell) -> dict[str, Any]:
     asked = set_metrics(cell.plan.metrics)
     if not asked:
         return {}
-    return {"set_values": _values(asked), "networks": cell.networks}
+    data = dataset(cell.dataset)
+    return {
+        "set_values": _values(asked),
+        "networks": cell.networks,
+        # what tables need to know of structures that answers without references are of
+        **({"four_legged": _four_legged(data)} if offers(data) else {}),
+    }
+
+
+def _four_legged(data: Dataset) -> list[str]:
+    return sorted({body.structure for body in data.characters().values() if body.four_legged})
 
 
 def _problems(entries: Sequence[Entry]) -> list[dict[str, Any]]:

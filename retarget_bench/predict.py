@@ -223,7 +223,9 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
     if "other_clips" in needs or "target_motions" in needs:
         own = _clips_of_target(dataset, case.info, (case.info.split,))
         others = [info for info in own if info.clip != case.info.clip]
-        if not others:
+        if case.reference is None and (real := _real_clips(dataset, case)):
+            own, others = real, [info for info in real if info.clip != case.info.clip]
+        elif not others:
             anywhere = _clips_of_target(dataset, case.info, dataset.card.splits)
             others = [info for info in anywhere if info.clip != case.info.clip]
         if "target_motions" in needs:
@@ -241,6 +243,16 @@ def _clips_of_target(dataset: Dataset, info: CaseInfo, splits: Sequence[str]) ->
             if other.target == info.target:
                 by_clip.setdefault(other.clip, other)
     return [by_clip[clip] for clip in sorted(by_clip)]
+
+
+def _real_clips(dataset: Dataset, case: Case) -> list[CaseInfo]:
+    """Likewise where cases have no references: the real motion that the data set has of the target."""
+    if not callable(real := getattr(dataset, "real", None)):
+        return []
+    found = [
+        info for info in real(case.info.task, case.target.structure) if info.target == case.info.target
+    ]
+    return sorted(found, key=lambda info: info.clip)
 
 
 # ------------------------------------------------------------------------------------------------ files

@@ -58,6 +58,7 @@ def _with_sets(pool: Executor, done: Mapping[Cell, Mapping[str, Entry]]) -> Iter
         {
             "plan": cell.plan,
             "place": cell.place,
+            "dataset": cell.dataset,
             "infos": [info for info in cell.infos if done[cell][info.id].status == "ok"],
         }
         for cell in waiting

@@ -47,28 +47,32 @@ def by_set(section: Section, keys: Sequence[str], making: Making) -> list[Group]
 
     The floor stands among the rows that are not ranked.
     """
-    return [_group(section, each, keys, making) for each, why in _structures(section, keys) if not why]
+    return [_group(section, *each, keys, making) for each, why in _structures(section, keys) if not why]
 
 
 def without(section: Section, keys: Sequence[str]) -> list[str]:
     """Sentences about target structures that no method has a value for."""
     return [
-        f"{section.split}: no values of sets on bodies of structure {each}: {why}."
+        f"{section.split}: no values of sets on bodies of structure {_named(*each)}: {why}."
         for each, why in _structures(section, keys)
         if why
     ]
 
 
-def _structures(section: Section, keys: Sequence[str]) -> list[tuple[str, str]]:
-    """Every target structure, and why no method has any of these values for it ("": one has)."""
-    values: dict[str, list[SetValue]] = {}
+def _named(structure: str, kind: str) -> str:
+    return f"{structure}, kind {kind}" if kind else structure
+
+
+def _structures(section: Section, keys: Sequence[str]) -> list[tuple[tuple[str, str], str]]:
+    """Every target structure and kind, and why no method has any of these values for it ("": one has)."""
+    values: dict[tuple[str, str], list[SetValue]] = {}
     for score in section.scores:
         for each in score.sets:
             if each.value_id in keys:
-                values.setdefault(each.structure, []).append(each)
+                values.setdefault((each.structure, each.kind), []).append(each)
     return [
-        (structure, "" if any(each.value is not None for each in found) else _reasons(found))
-        for structure, found in sorted(values.items())
+        (which, "" if any(each.value is not None for each in found) else _reasons(found))
+        for which, found in sorted(values.items())
     ]
 
 
@@ -76,11 +80,12 @@ def _reasons(found: Sequence[SetValue]) -> str:
     return "; ".join(dict.fromkeys(each.reason for each in found))
 
 
-def _group(section: Section, structure: str, keys: Sequence[str], making: Making) -> Group:
-    usual = {key: _usual(section, structure, key) for key in keys}
+def _group(section: Section, structure: str, kind: str, keys: Sequence[str], making: Making) -> Group:
+    usual = {key: _usual(section, (structure, kind), key) for key in keys}
     rows = []
     for score in section.scores:
-        values = {each.value_id: each for each in score.sets if each.structure == structure}
+        mine = [each for each in score.sets if (each.structure, each.kind) == (structure, kind)]
+        values = {each.value_id: each for each in mine}
         cells = tuple(_cell(score, values.get(key), key, making, usual[key]) for key in keys)
         mark = STALE if making.newest.stale_data(score.header) else score.unranked
         n = max((values[key].n for key in keys if key in values), default=0)
@@ -89,7 +94,7 @@ def _group(section: Section, structure: str, keys: Sequence[str], making: Making
     n, clips = max((each.n, each.clips) for each in usual.values())
     floors = tuple(_floor(key, each, making) for key, each in usual.items())
     return Group(
-        title=f"{section.split}, all answers on bodies of structure {structure} as one set: "
+        title=f"{section.split}, all answers on bodies of structure {_named(structure, kind)} as one set: "
         f"{count(n, 'window')} of {count(clips, 'clip')}",
         split=section.split,
         columns=tuple(making.column(key) for key in keys),
@@ -97,17 +102,17 @@ def _group(section: Section, structure: str, keys: Sequence[str], making: Making
         unranked=(*(row for row in rows if row.mark), Row(FLOOR, FLOOR_MARK, floors, f"{n}")),
         common=(None,) * len(keys),
         counted="windows",
-        structure=structure,
+        structure=_named(structure, kind),
     )
 
 
-def _usual(section: Section, structure: str, key: str) -> _Sets:
+def _usual(section: Section, which: tuple[str, str], key: str) -> _Sets:
     """Of the newest results, what most have: methods that lack a case are drawn otherwise."""
     values = [
         each
         for score in sorted(section.scores, key=lambda score: versions.made(score.header))
         for each in score.sets
-        if (each.value_id, each.structure) == (key, structure) and each.value is not None
+        if (each.value_id, each.structure, each.kind) == (key, *which) and each.value is not None
     ]
     if not values:
         return _Sets()

@@ -20,6 +20,7 @@ from retarget_bench.records import Entry, Place
 from retarget_bench.score import score
 from retarget_bench.sets import files as set_files
 from retarget_bench.sets.collect import collect
+from retarget_bench.sets.real import offers
 from retarget_bench.spec import Spec
 
 MISSING = Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
@@ -41,6 +42,7 @@ def work(job: dict[str, Any]) -> list[tuple[Place, Entry]] | Stop:
     plan: Plan = job["plan"]
     know(plan.plugin_files)
     cases, lost = _loaded(job["dataset"], plan.task, job["split"], job["cases"])
+    real = offers(dataset(job["dataset"]))
     found = [
         (place, Entry(case, "failed", lost[case]))
         for _, place, wanted in job["cells"]
@@ -50,7 +52,7 @@ def work(job: dict[str, Any]) -> list[tuple[Place, Entry]] | Stop:
     try:
         for spec, place, keys in job["cells"]:
             outcomes = _outcomes(plan, job["dataset"], spec, place, keys, cases)
-            found += [(place, _entry(plan, place, cases[case], outcomes[case])) for case in outcomes]
+            found += [(place, _entry(plan, place, cases[case], outcomes[case], real)) for case in outcomes]
     except CannotStore as error:
         return Stop(str(error))
     return found
@@ -70,18 +72,18 @@ def _loaded(
     return cases, lost
 
 
-def _entry(plan: Plan, place: Place, case: Case, outcome: Outcome) -> Entry:
+def _entry(plan: Plan, place: Place, case: Case, outcome: Outcome, real: bool) -> Entry:
     if outcome.prediction is None or plan.stage == "predict":
         return Entry(case.info.id, outcome.status, outcome.message)
     scored = stage_one.as_scored(outcome.prediction)
-    _keep_features(plan, place, case, scored)
+    _keep_features(plan, place, case, scored, real)
     return Entry(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
 
 
-def _keep_features(plan: Plan, place: Place, case: Case, scored: Prediction) -> None:
+def _keep_features(plan: Plan, place: Place, case: Case, scored: Prediction, real: bool) -> None:
     """What set metrics need of the case, for when the cell is complete. Raises CannotStore."""
     if asked := set_metrics(plan.metrics):
-        arrays = collect(asked, case, scored)
+        arrays = collect(asked, case, scored, real)
         try:
             set_files.put(place, case.info.id, arrays)
         except FileError as error:

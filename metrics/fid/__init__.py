@@ -5,10 +5,12 @@ from __future__ import annotations
 from functools import lru_cache
 from pathlib import Path
 
+import numpy as np
+
 from retarget_bench.api import CaseFeatures, MetricCard, Prediction, Sample, Value
 from retarget_bench.comparison import Comparison
 from retarget_bench.errors import NotSupported
-from retarget_bench.features import network
+from retarget_bench.features import network, windows
 from retarget_bench.features.network import Network
 from retarget_bench.motion.character import Character
 
@@ -114,11 +116,14 @@ class Fid:
         return self._network(target).hash
 
     def features(self, comparison: Comparison) -> CaseFeatures:
-        assert comparison.case.reference is not None
         floor = comparison.case.ground.height
         seen = self._network(comparison.target)
-        real, speed = self._real(comparison.case.reference, floor)
-        return CaseFeatures(seen.features(comparison.prediction, floor)[0], real, speed)
+        generated = seen.features(comparison.prediction, floor)[0]
+        if comparison.case.reference is None:
+            # what a method made of the root decides nothing: the windows are drawn by the source's
+            source = windows.channels(comparison.case.source)
+            return CaseFeatures(generated, generated[:0], windows.speeds(source).astype(np.float32))
+        return CaseFeatures(generated, *self._real(comparison.case.reference, floor))
 
     def least(self, value_id: str) -> int:
         return FEW if value_id == "kid" else PER_DIMENSION * network.LAYERS[-1]

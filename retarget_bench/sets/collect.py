@@ -15,9 +15,12 @@ NO_REFERENCE = "needs reference motions, and this data set has none"
 PARTS = ("generated", "real", "speed")
 
 
-def collect(metrics: Sequence[SetMetric], case: Case, prediction: Prediction) -> Arrays:
+def collect(
+    metrics: Sequence[SetMetric], case: Case, prediction: Prediction, elsewhere: bool = False
+) -> Arrays:
     """What the set metrics keep of one case, as arrays ``<metric>:<name>``.
 
+    elsewhere: whether the data set has real motion to compare answers without a reference with.
     Raises BenchError where a metric breaks its contract.
     """
     comparison = Comparison(case, prediction)
@@ -25,7 +28,7 @@ def collect(metrics: Sequence[SetMetric], case: Case, prediction: Prediction) ->
     for metric in metrics:
         name = metric.card.name
         try:
-            if case.reference is None:
+            if case.reference is None and not elsewhere:
                 raise NotSupported(NO_REFERENCE)
             arrays[f"{name}:network"] = np.array(metric.network(case.target))
             found = _checked(name, case, metric.features(comparison))
@@ -37,8 +40,9 @@ def collect(metrics: Sequence[SetMetric], case: Case, prediction: Prediction) ->
 
 
 def _checked(name: str, case: Case, found: CaseFeatures) -> CaseFeatures:
-    shapes = {np.shape(found.generated), np.shape(found.real)}
-    if len(shapes) > 1 or len(found.speed) != len(found.real) or np.ndim(found.real) != 2:
+    paired = [found.generated] if case.reference is None else [found.generated, found.real]
+    shapes = {np.shape(each) for each in paired}
+    if len(shapes) > 1 or len(found.speed) != len(found.generated) or np.ndim(found.generated) != 2:
         raise BenchError(
             f"metric {name!r} gave features {np.shape(found.generated)}, {np.shape(found.real)} and "
             f"{np.shape(found.speed)} for case {case.info.id}; the first two must be (windows, d)"

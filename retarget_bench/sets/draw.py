@@ -5,6 +5,9 @@ distance would measure accuracy, and be 0 for the references themselves. So the 
 into two halves, and the real windows of either half stand against the generated windows of the other. Put
 the references in the place of the results, and the same two comparisons give the floor.
 
+Where cases have no references, the real windows are of other motion of the target's structure and stand
+against generated ones of all clips (``draw_apart``). The floor compares the two halves of the real motion.
+
 Everything is decided by names and by the real motion, nothing by what a method made of it.
 """
 
@@ -29,12 +32,14 @@ SEED = 0
 class Draw:
     """Two halves of a cell, n windows of each: real and generated windows of the same cases and frames.
 
-    hash: of the real windows.
+    hash:  of the real windows.
+    apart: the real windows are of other clips; both generated samples are then one, of all answers.
     """
 
     real: tuple[Sample, Sample]
     generated: tuple[Sample, Sample]
     hash: str
+    apart: bool = False
 
     @property
     def n(self) -> int:
@@ -42,22 +47,17 @@ class Draw:
 
     @property
     def clips(self) -> list[str]:
-        return sorted({str(clip) for half in self.real for clip in half.clips})
+        """Of real and generated windows; apart, of those that have fewer."""
+        real = sorted({str(clip) for half in self.real for clip in half.clips})
+        made = sorted(set(map(str, self.generated[0].clips))) if self.apart else real
+        return min(real, made, key=len)
 
 
 def draw(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> Draw:
     """The sets of one cell: features and facts of its cases, by case id."""
-    rows = _rows(found, infos)
-    half_of = halves(rows, infos)
-    speeds = np.array([found[case].speed[at] for case, at in rows])
-    side = np.array([half_of[infos[case].clip] for case, _ in rows], dtype=int)
-    edges = _edges(speeds)
-    members = [np.flatnonzero(side == half) for half in (0, 1)]
-    n = min(MOST, *map(len, members))
-    chosen = []
-    for mine in members:
-        picked = flat(np.digitize(speeds[mine], edges), n)
-        chosen.append([rows[index] for index in mine[picked]])
+    sides, edges = _sides(found, infos)
+    n = min(MOST, *map(len, sides))
+    chosen = [_even(side, found, edges, n) for side in sides]
     real, made = (
         (_sample(chosen[0], part, infos), _sample(chosen[1], part, infos))
         for part in (
@@ -66,6 +66,52 @@ def draw(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> Dr
         )
     )
     return Draw(real, made, _hash(chosen, real))
+
+
+def draw_apart(
+    found: Mapping[str, CaseFeatures],
+    infos: Mapping[str, CaseInfo],
+    real: Mapping[str, CaseFeatures],
+    real_infos: Mapping[str, CaseInfo],
+) -> Draw:
+    """The sets of cases without references, and of real motion of bodies of their targets' structure.
+
+    Generated windows are drawn evenly over the root speed of the sources, real ones over their own.
+    """
+    sides, edges = _sides(real, real_infos)
+    answers = _rows(found, infos)
+    n = min(MOST, len(answers), *map(len, sides))
+    chosen = [_even(side, real, edges, n) for side in sides]
+    asked = _even(answers, found, _edges(_speeds(answers, found)), n)
+    features = {case: each.real for case, each in real.items()}
+    halves_of_real = (_sample(chosen[0], features, real_infos), _sample(chosen[1], features, real_infos))
+    made = _sample(asked, {case: each.generated for case, each in found.items()}, infos)
+    # by names alone: what was made of the sources is the method's
+    names = hashlib.sha256("\n".join(f"{case} {at}" for case, at in asked).encode()).hexdigest()
+    total = hashlib.sha256(f"{_hash(chosen, halves_of_real)}\n{names}".encode()).hexdigest()[:16]
+    return Draw(halves_of_real, (made, made), total, apart=True)
+
+
+def _sides(
+    found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]
+) -> tuple[list[list[tuple[str, int]]], np.ndarray]:
+    """The windows of either half, and the edges of the bins of speed for both."""
+    rows = _rows(found, infos)
+    half_of = halves(rows, infos)
+    sides = [[row for row in rows if half_of[infos[row[0]].clip] == half] for half in (0, 1)]
+    return sides, _edges(_speeds(rows, found))
+
+
+def _speeds(rows: Sequence[tuple[str, int]], found: Mapping[str, CaseFeatures]) -> np.ndarray:
+    return np.array([found[case].speed[at] for case, at in rows])
+
+
+def _even(
+    rows: Sequence[tuple[str, int]], found: Mapping[str, CaseFeatures], edges: np.ndarray, n: int
+) -> list[tuple[str, int]]:
+    """n of the windows, evenly over root speed."""
+    picked = flat(np.digitize(_speeds(rows, found), edges), n)
+    return [rows[index] for index in picked]
 
 
 def _rows(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> list[tuple[str, int]]:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import shutil
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import astuple, dataclass, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -22,6 +22,7 @@ Arrays = dict[str, np.ndarray]
 class SetValue:
     """One value of the results on one target structure.
 
+    kind:    of the cases, where they have no references and are also compared kind by kind; "": all.
     n:       windows in each set. clips: source clips that they come from, both halves together.
     value:   None where it is not applicable; ``reason`` says why.
     low, high: 95 % interval, or None where there are too few clips for one.
@@ -41,9 +42,12 @@ class SetValue:
     real: str = ""
     network: str = ""
     reason: str = ""
+    kind: str = ""
 
 
 FIELDS = tuple(field.name for field in fields(SetValue))
+UNPARTED = FIELDS[:-1]
+"""Of files in which no value is of one kind alone."""
 WHOLE, NUMBERS = ("n", "clips"), ("value", "low", "high", "floor")
 
 
@@ -106,15 +110,16 @@ def write(place: Place, values: Sequence[SetValue]) -> None:
     if not values:
         path.unlink(missing_ok=True)
         return
+    columns = FIELDS if any(value.kind for value in values) else UNPARTED
     with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(FIELDS)
-        for value in sorted(values, key=lambda value: (value.value_id, value.structure)):
-            writer.writerow(_text(cell) for cell in astuple(value))
+        writer.writerow(columns)
+        for value in sorted(values, key=lambda value: (value.value_id, value.structure, value.kind)):
+            writer.writerow(_text(getattr(value, name)) for name in columns)
 
 
 def read(place: Place) -> list[SetValue]:
-    """The values of a result, sorted by id and structure; none where no set metric was computed.
+    """The values of a result, sorted by id, structure and kind; none where no set metric was computed.
 
     Raises FileError where the file is damaged.
     """
@@ -122,9 +127,9 @@ def read(place: Place) -> list[SetValue]:
     try:
         with path.open(encoding="utf-8", newline="") as file:
             head, *rows = list(csv.reader(file))
-            if tuple(head) != FIELDS:
+            if tuple(head) not in (FIELDS, UNPARTED):
                 raise ValueError(f"it has columns {', '.join(head)}")
-            return [_value(dict(zip(FIELDS, row, strict=True))) for row in rows]
+            return [_value({"kind": ""} | dict(zip(head, row, strict=True))) for row in rows]
     except FileNotFoundError:
         return []
     except (OSError, ValueError) as error:
