@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from retarget_bench.cells import NOT_APPLICABLE, Cell, Column, Footnotes, Group, Row, Table, count
 from retarget_bench.papers import OwnRow, PublishedColumn, PublishedRow, PublishedTable, caveats
@@ -18,14 +19,8 @@ def paper_table(table: PublishedTable, rows: Sequence[OwnRow]) -> Table:
     printed = [_printed(table, row, footnotes) for row in table.rows]
     several = len({row.dataset for row in rows}) > 1
     ours = [(_own(table, row, footnotes, several), row.mark) for row in sorted(rows, key=_by_name)]
-    group = Group(
-        title=table.paper,
-        split="",
-        columns=tuple(_column(column) for column in table.columns),
-        ranked=(*printed, *(row for row, mark in ours if not mark)),
-        unranked=tuple(row for row, mark in ours if mark),
-        common=(None,) * len(table.columns),
-    )
+    blocks = dict.fromkeys(column.block for column in table.columns)
+    groups = tuple(_block(table, each, printed, ours) for each in blocks)
     notes = [
         *_counts(table, rows),
         *caveats(table, rows),
@@ -33,12 +28,38 @@ def paper_table(table: PublishedTable, rows: Sequence[OwnRow]) -> Table:
     ]
     return Table(
         title=table.title,
-        groups=(group,),
+        groups=groups,
         notes=tuple(notes),
         footnotes=tuple(footnotes.sentences),
         reading=f"Rows marked '{PRINTED}' are the paper's numbers; all others were computed here, under "
         "the protocol that each column names. Nothing is ranked.",
     )
+
+
+def _block(
+    table: PublishedTable, block: str, printed: Sequence[Row], ours: Sequence[tuple[Row, str]]
+) -> Group:
+    """The columns of one block. Printed rows are left out where the paper prints nothing at all."""
+    numbers = [number for number, column in enumerate(table.columns) if column.block == block]
+    some = _prints(table, block)
+
+    def part(row: Row) -> Row:
+        return replace(row, cells=tuple(row.cells[number] for number in numbers))
+
+    return Group(
+        title=f"{table.paper}: {block}" if block else table.paper,
+        split="",
+        columns=tuple(_column(table.columns[number]) for number in numbers),
+        ranked=(*(part(row) for row in printed if some), *(part(row) for row, mark in ours if not mark)),
+        unranked=tuple(part(row) for row, mark in ours if mark),
+        common=(None,) * len(numbers),
+    )
+
+
+def _prints(table: PublishedTable, block: str) -> bool:
+    """Whether the paper prints anything in a block."""
+    asked = [column.id for column in table.columns if column.block == block]
+    return any(each in row.values for row in table.rows for each in asked)
 
 
 def _by_name(row: OwnRow) -> tuple[str, str]:
@@ -50,6 +71,9 @@ def _column(column: PublishedColumn) -> Column:
         meaning = f"mean of {', '.join(column.mean_of)}"
     elif column.any_pair:
         meaning = f"protocol {column.value}, mean over every pair but self pairs"
+    elif column.legs:
+        kind = f" of kind {column.kind}" if column.kind else ""
+        meaning = f"{column.value} of all answers{kind} on bodies of {column.legs} legs"
     elif column.pairs:
         meaning = f"protocol {column.value}, mean over {', '.join(column.pairs)}"
     else:
@@ -62,7 +86,8 @@ def _printed(table: PublishedTable, row: PublishedRow, footnotes: Footnotes) -> 
     for column in table.columns:
         numbers = row.values.get(column.id)
         if numbers is None:
-            cells.append(Cell(NOT_APPLICABLE, reason=NOT_PRINTED, footnote=footnotes.number(NOT_PRINTED)))
+            note = footnotes.number(NOT_PRINTED) if _prints(table, column.block) else 0
+            cells.append(Cell(NOT_APPLICABLE, reason=NOT_PRINTED, footnote=note))
         else:
             cells.append(
                 _cell(numbers[0], numbers[1] if len(numbers) > 1 else None, _decimals(table, column))
@@ -75,7 +100,7 @@ def _own(table: PublishedTable, row: OwnRow, footnotes: Footnotes, several: bool
     for column in table.columns:
         found = row.cells.get(column.id)
         if found is None:
-            reason = column.missing or OTHER_CASES
+            reason = column.missing or row.reasons.get(column.id, OTHER_CASES)
             cells.append(Cell(NOT_APPLICABLE, reason=reason, footnote=footnotes.number(reason)))
             continue
         spread = (
@@ -86,9 +111,8 @@ def _own(table: PublishedTable, row: OwnRow, footnotes: Footnotes, several: bool
             Cell(shown.text, shown.value, decimals=shown.decimals, n=found.cases, clips=found.clips)
         )
     label = f"{row.label}, {row.dataset}" if several else row.label
-    return Row(
-        label, row.mark, tuple(cells), str(sum(row.cells[each].cases for each in _counted(table, row)))
-    )
+    n = "" if table.of_sets else str(sum(row.cells[each].cases for each in _counted(table, row)))
+    return Row(label, row.mark, tuple(cells), n)
 
 
 def _counted(table: PublishedTable, row: OwnRow) -> list[str]:
@@ -114,13 +138,18 @@ def _counts(table: PublishedTable, rows: Sequence[OwnRow]) -> list[str]:
     sentences = []
     for dataset in dict.fromkeys(row.dataset for row in rows):
         mine = [row.cells for row in rows if row.dataset == dataset]
-        counts = []
+        counts: list[str] = []
         for column in table.columns:
             found = [cells[column.id] for cells in mine if column.id in cells and not column.mean_of]
-            if found:
+            if found and column.legs:
+                least = min(found, key=lambda cell: cell.cases)
+                sets = f"{count(least.cases, 'window')} in each set, {count(least.clips, 'clip')}"
+                counts.append(f"{column.id}: {sets}, {count(least.pairs, 'structure')} of targets")
+            elif found:
                 least = min(found, key=lambda cell: cell.cases)
                 pairs = f"{least.pairs} of {len(column.pairs)}" if column.pairs else f"{least.pairs}"
                 clips = f"{least.clips} of {table.clips}" if column.pairs else f"{least.clips}"
                 counts.append(f"{column.label}: {count(least.cases, 'case')}, pairs {pairs}, clips {clips}")
-        sentences.append(f"n, {dataset}: {'; '.join(counts)}.")
+        if counts:
+            sentences.append(f"n, {dataset}: {'; '.join(counts)}.")
     return sentences

@@ -9,11 +9,12 @@ from __future__ import annotations
 import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -39,6 +40,8 @@ class PublishedColumn(_Facts):
     pairs:    ``source>target`` of the cases that it is a mean over.
     any_pair: a mean over every pair that is no self pair, of whatever data.
     mean_of:  columns that it is the mean of.
+    legs, kind: of values of sets of answers: the legs of the targets, and the kind of the cases ("": all).
+    block:    columns of one block are drawn together.
     missing:  why we have no number for it, or "".
     """
 
@@ -49,6 +52,9 @@ class PublishedColumn(_Facts):
     pairs: tuple[str, ...] = ()
     any_pair: bool = False
     mean_of: tuple[str, ...] = ()
+    legs: int = 0
+    kind: str = ""
+    block: str = ""
     missing: str = ""
 
 
@@ -69,12 +75,17 @@ class PublishedTable(_Facts):
     columns: tuple[PublishedColumn, ...]
     rows: tuple[PublishedRow, ...] = Field(min_length=1)
 
+    @property
+    def of_sets(self) -> bool:
+        """Whether it compares sets of answers (``paper_sets.py``) and not answers with right ones."""
+        return any(column.legs for column in self.columns)
+
 
 @dataclass(frozen=True)
 class OwnCell:
     """Our number for a column: mean over clips of the mean per clip, and spread over cases.
 
-    cases, clips, pairs: what it is a mean over.
+    cases, clips, pairs: what it is a mean over. Of sets: windows in each, clips, and structures of targets.
     """
 
     value: float
@@ -86,13 +97,14 @@ class OwnCell:
 
 @dataclass(frozen=True)
 class OwnRow:
-    """One method of ours on one data set: column -> cell, where it has any."""
+    """One method of ours on one data set: column -> cell, where it has any; reasons: why it has none."""
 
     label: str
     dataset: str
     name: str
     mark: str
     cells: Mapping[str, OwnCell]
+    reasons: Mapping[str, str] = field(default_factory=dict)
 
 
 def names() -> list[str]:
@@ -149,10 +161,13 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
             cells[column.id] = _mean_of(parts, [each for part in column.mean_of for each in asked[part]])
         elif asked.get(column.id):
             cells[column.id] = _mean(asked[column.id])
-    method = header["method"]
+    return OwnRow(label, dataset, header["dataset"]["name"], mark_of(header["method"]), cells)
+
+
+def mark_of(method: Mapping[str, Any]) -> str:
+    """Why a method of a header stands apart, or ""."""
     seen = ", ".join(name.replace("_", " ") for name in method["privileged"])
-    mark = "control" if method["control"] else f"sees {seen}" if seen else ""
-    return OwnRow(label, dataset, header["dataset"]["name"], mark, cells)
+    return "control" if method["control"] else f"sees {seen}" if seen else ""
 
 
 def _numbers(found: Sequence[Columns]) -> dict[str, list[tuple[CaseInfo, float]]]:

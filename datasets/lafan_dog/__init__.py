@@ -43,9 +43,9 @@ class LafanDog:
             "LAFAN1: lafan1.zip of github.com/ubisoft/ubisoft-laforge-animation-dataset, unpacked into "
             "DIR/lafan1. The dog: the motion capture archive of SIGGRAPH_2018 (MANN) that "
             "github.com/sebastianstarke/AI4Animation links to, its BVH files in DIR/dog. Then give --root "
-            "DIR. PAN tests on subject1 of 23 takes of LAFAN1, and drew the dog's split at random. Unless all "
-            "23 are there, people are split by our own rule, and the dog is always: our own split shares no "
-            "list with the paper's"
+            "DIR. PAN tests on subject1 of 23 takes of LAFAN1 and drew the dog's split at random. Unless "
+            "all 23 are there, people are split by our own rule, as the dog always is: that split shares "
+            "no list with the paper's"
         ),
         splits=("self", "cross"),
         parameters={

@@ -30,7 +30,7 @@ BREAKDOWNS = ("pair", "clip", "kind", "joint", "part", "seen", "second", "thresh
 @click.option(
     "--paper",
     metavar="TABLE",
-    help="Print a published table with these results beside it: humot-table3, -4, -5, pan-table1 or "
+    help="Print a published table with these results beside it: humot-table3, -4, -5, pan-table1, -3 or "
     "correspondence-free-table4.",
 )
 @click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
@@ -107,8 +107,9 @@ def _tables(
 
 
 def _published(places: Sequence[Any], name: str) -> list[Any]:
-    from retarget_bench import papers
+    from retarget_bench import paper_sets, papers
     from retarget_bench.paper_table import paper_table
 
     published = papers.published(name)
-    return [paper_table(published, papers.own_rows(published, places))]
+    own_rows = paper_sets.own_rows if published.of_sets else papers.own_rows
+    return [paper_table(published, own_rows(published, places))]
