@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from typing import Literal
 
@@ -11,7 +12,7 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from . import casting, exclusions, grounds, held_out, labels, matched, parts, training
+from . import between, casting, exclusions, grounds, held_out, labels, matched, parts, training
 from .clips import SIZES, Clip, clips
 from .solved import SECOND, USUAL, Studio
 
@@ -28,7 +29,7 @@ class Puppets:
     size: ``tiny`` (150 cases at most), ``default`` (106 test clips, about 2,000 cases) or ``large`` (tested
     like default, with tens of hours to train on). part: the cases of ``test`` or of ``validation``, which
     has no held-out body or kind and in every case a body that training goes without. seed: of the
-    performances.
+    performances. between: ``structures``, or ``legs``: from people to dogs and back, without references.
     """
 
     card = DatasetCard(
@@ -43,6 +44,8 @@ class Puppets:
             "part": "test, or validation: other clips without the bodies and kinds that only the test has, "
             "each from or to one of four bodies that training goes without",
             "seed": "another number gives another corpus of the same make; published numbers use 0",
+            "between": "structures, or legs: cases from people to dogs and back, without references; their "
+            "answers are compared with the test's own motion as sets (FID), by kind: idle, move and sit",
         },
     )
 
@@ -51,21 +54,28 @@ class Puppets:
         size: Literal["tiny", "default", "large"] = "tiny",
         part: Literal["test", "validation"] = "test",
         seed: int = 0,
+        between: Literal["structures", "legs"] = "structures",
     ) -> None:
         if size not in SIZES:
             raise BenchError(f"puppets: there is no size {size!r}; sizes are {', '.join(SIZES)}")
         if part not in ("test", "validation"):
             raise BenchError(f"puppets: there is no part {part!r}; cases are of test or validation")
-        self.size, self.part, self.seed = size, part, seed
+        if between not in ("structures", "legs"):
+            raise BenchError(f"puppets: cases are between structures or legs, and not between={between}")
+        self.size, self.part, self.seed, self._legs = size, part, seed, between == "legs"
+        if self._legs:  # only these cases have no references
+            self.card, self.real = replace(self.card, splits=("cross",)), self._real
         self._studio = Studio(f"puppets generator {VERSION}, seed {seed}")
 
     @property
     def content(self) -> str:
-        return f"puppets generator {VERSION}, size {self.size}, part {self.part}, seed {self.seed}"
+        made = f"puppets generator {VERSION}, size {self.size}, part {self.part}, seed {self.seed}"
+        return f"{made}, between legs" if self._legs else made
 
     @property
     def label(self) -> str:
         name = f"{RELEASE} {self.size}" if self.seed == 0 else f"puppets {self.size}, seed {self.seed}"
+        name += ", between legs" if self._legs else ""
         return name if self.part == "test" else f"{name}, {self.part}"
 
     @property
@@ -96,6 +106,8 @@ class Puppets:
                 f"puppets has tasks {', '.join(self.card.tasks)} and splits {', '.join(self.card.splits)}; "
                 f"asked for {task} {split}"
             )
+        if self._legs:
+            return between.cases(self.size, self.part, self.seed)
         return [
             CaseInfo(
                 id=f"puppets/{source}>{target}/{clip.name}",
@@ -113,6 +125,8 @@ class Puppets:
     def load(self, info: CaseInfo) -> Case:
         """Raises BenchError for a case that is none of this corpus."""
         clip = self._clip(info)
+        if info.target not in clip.family.bodies:
+            return Case(info, self._studio.motion(clip, info.source), self._studio.cast[info.target])
         return Case(
             info=info,
             source=self._studio.motion(clip, info.source),
@@ -126,9 +140,15 @@ class Puppets:
 
     def _clip(self, info: CaseInfo) -> Clip:
         clip = self._clips.get(info.clip)
-        if clip is None or {info.source, info.target} - set(clip.family.bodies):
+        known = self._studio.cast if self._legs else clip.family.bodies if clip else ()
+        if clip is None or info.source not in clip.family.bodies or info.target not in known:
             raise BenchError(f"puppets[size={self.size},part={self.part}] has no case {info.id}")
         return clip
+
+    def _real(self, task: str, structure: str) -> Sequence[CaseInfo]:
+        """What answers on bodies of a structure are compared with: all clips, by all who perform them."""
+        del task
+        return between.of_structure(between.real(self.size, self.part, self.seed), structure)
 
     # ------------------------------------------------------------------------- beyond the contract
     def labels(self, info: CaseInfo) -> labels.Labels:
@@ -139,7 +159,8 @@ class Puppets:
     def unseen(self, info: CaseInfo) -> frozenset[str]:
         """Out of ``source``, ``target`` and ``kind``: what neither training nor validation has."""
         clip = self._clip(info)
-        held = {name: parts.held_out(body) for name, body in clip.family.bodies.items()}
+        family = casting.everybody()
+        held = {name: parts.held_out(family[name].bodies[name]) for name in (info.source, info.target)}
         marks = {
             "source": held[info.source],
             "target": held[info.target],
