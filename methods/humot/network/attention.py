@@ -1,0 +1,179 @@
+"""Cross-covariance attention (El-Nouby et al., 2021): channels attend to channels.
+
+Queries, keys and values are linear in the tokens, and what is done to values is as well. So one matrix of
+sums over tokens says everything about queries and keys, and one matrix does to a token all that projection,
+attention, and projection would do: neither is ever applied to tokens one by one.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.autograd.function import once_differentiable
+from torch.nn import functional
+
+from ..design import Design
+from .tokens import Lines
+
+EPSILON = 1e-5
+SMALLEST = 1e-12
+"""The least norm of a channel, as torch normalises."""
+FEW = 2
+"""A sequence with fewer tokens than so many widths has its queries and keys worked out."""
+
+
+class Sums(NamedTuple):
+    """Over the tokens of each sequence.
+
+    pairs: of outer products ``(rows, width, width)``. tokens: of themselves ``(rows, width)``; None where
+    nobody asks. count: how many ``(rows,)``.
+    """
+
+    pairs: Tensor
+    tokens: Tensor | None
+    number: Tensor
+
+
+class Attention(nn.Module):
+    """Normalised tokens to what is added to tokens, of which the design's layer scale is a part.
+
+    Padding counts for nothing: queries' and keys' norms and products are sums over real tokens.
+    """
+
+    def __init__(self, design: Design) -> None:
+        super().__init__()
+        width = design.width
+        self.norm = nn.LayerNorm(width, EPSILON)
+        self.qkv = nn.Linear(width, 3 * width, bias=design.biased)
+        self.out = nn.Linear(width, width)
+        self.temperature = nn.Parameter(torch.ones(design.heads, 1, 1))
+        self.scale = nn.Parameter(torch.full((width,), design.scale))
+
+    def forward(self, tokens: Tensor, lines: Lines, kept: tuple[Lines, Tensor] | None = None) -> Tensor:
+        """``(lines, frames, width)``; with ``kept`` only the lines that it names."""
+        biased = self.qkv.bias is not None
+        normed, pairs, sums = _summed(tokens, self.norm.weight, self.norm.bias, lines, biased)
+        squares, scores = self.scores(Sums(pairs, sums, lines.real))
+        few = lines.few(FEW * self.out.in_features)
+        if few:
+            own = [self._directly(lines.sequence(normed, number)) for number in few]
+            index = torch.tensor(few, device=normed.device)
+            squares = squares.index_copy(0, index, torch.stack([each for each, _ in own]))
+            scores = scores.index_copy(0, index, torch.stack([each for _, each in own]))
+        matrices, bias = self.mixing(squares, scores)
+        if kept is not None:
+            lines, index = kept
+            tokens, normed = tokens[index], normed[index]
+        return _mixed(tokens, normed, matrices, bias, lines)
+
+    def scores(self, sums: Sums) -> tuple[Tensor, Tensor]:
+        """Over the tokens of each sequence, squares of queries and keys, and products of the two.
+
+        ``(rows, 2, heads, size)`` and ``(rows, heads, size, size)``.
+        """
+        width, heads = self.out.in_features, len(self.temperature)
+        rows, size = len(sums.pairs), width // heads
+        asking = self.qkv.weight[: 2 * width]
+        half = functional.linear(sums.pairs, asking)
+        squares = torch.einsum("cw,rwc->rc", asking, half)
+        keys = half[..., width:].view(rows, width, heads, size)
+        scores = torch.einsum("hiw,rwhj->rhij", asking[:width].view(heads, size, width), keys)
+        if sums.tokens is not None:
+            bias, total = self.qkv.bias[: 2 * width], functional.linear(sums.tokens, asking)
+            count = sums.number.unsqueeze(1)
+            squares = squares + bias * (2.0 * total + count * bias)
+            first, second = bias.view(2, heads, size).unbind(0)
+            queries, keys = total.view(rows, 2, heads, size).unbind(1)
+            scores = scores + (queries + count.unsqueeze(2) * first).unsqueeze(3) * second.unsqueeze(1)
+            scores = scores + first.unsqueeze(2) * keys.unsqueeze(2)
+        return squares.view(rows, 2, heads, size), scores
+
+    def _directly(self, normed: Tensor) -> tuple[Tensor, Tensor]:
+        """The same from queries and keys of a sequence ``(lines, frames, width)``, without ``rows``.
+
+        Sums of few products say too little of a channel whose queries are all small.
+        """
+        width, heads = self.out.in_features, len(self.temperature)
+        bias = None if self.qkv.bias is None else self.qkv.bias[: 2 * width]
+        found = functional.linear(normed, self.qkv.weight[: 2 * width], bias)
+        found = found.view(-1, 2, heads, width // heads)
+        scores = torch.einsum("nhi,nhj->hij", found[:, 0], found[:, 1])
+        return found.square().sum(0), scores
+
+    def mixing(self, squares: Tensor, scores: Tensor) -> tuple[Tensor, Tensor]:
+        """What tokens of each sequence are multiplied by, ``(rows, width, width)``, and what is added.
+
+        The latter is ``(rows, width)``.
+        """
+        short = squares.clamp(min=SMALLEST**2).rsqrt()
+        scores = scores * short[:, 0].unsqueeze(3) * short[:, 1].unsqueeze(2) * self.temperature
+        return self._applied(scores.softmax(3), self.qkv.weight[2 * self.out.in_features :])
+
+    def _applied(self, weights: Tensor, values: Tensor) -> tuple[Tensor, Tensor]:
+        """weights: ``(rows, heads, size, size)``. values: what makes values of tokens."""
+        heads, size = weights.shape[1:3]
+        out = self.out.weight * self.scale.unsqueeze(1)
+        found = torch.matmul(weights, values.view(heads, size, -1)).flatten(1, 2)
+        bias = self.out.bias.expand(len(weights), -1) * self.scale
+        if self.qkv.bias is not None:
+            constant = self.qkv.bias[-len(values) :].view(heads, size, 1)
+            bias = bias + functional.linear(torch.matmul(weights, constant).flatten(1), out)
+        return functional.linear(found.transpose(1, 2), out), bias
+
+
+class _Summed(torch.autograd.Function):
+    @staticmethod
+    def forward(
+        ctx: Any, tokens: Tensor, weight: Tensor, bias: Tensor, lines: Lines, wanted: bool
+    ) -> tuple[Tensor, Tensor, Tensor | None]:
+        normed, mean, scale = torch.native_layer_norm(tokens, weight.shape, weight, bias, EPSILON)
+        lines.emptied_(normed)
+        ctx.lines = lines
+        ctx.save_for_backward(tokens, weight, bias, mean, scale, normed)
+        return normed, lines.products(normed, normed), lines.sums(normed) if wanted else None
+
+    @staticmethod
+    @once_differentiable
+    def backward(
+        ctx: Any, pull: Tensor, to_pairs: Tensor, to_sums: Tensor | None
+    ) -> tuple[Tensor | None, ...]:
+        tokens, weight, bias, mean, scale, normed = ctx.saved_tensors
+        pull = ctx.lines.mixed(normed, to_pairs + to_pairs.transpose(1, 2), pull)
+        if to_sums is not None:
+            for own, each in zip(ctx.lines.over(pull), to_sums, strict=True):
+                own += each
+        ctx.lines.emptied_(pull)
+        found = torch.ops.aten.native_layer_norm_backward(
+            pull, tokens, weight.shape, mean, scale, weight, bias, [True, True, True]
+        )
+        return (*found, None, None)
+
+
+class _Mixed(torch.autograd.Function):
+    """Tokens, and normalised tokens times matrices, and a vector for all tokens of a sequence."""
+
+    @staticmethod
+    def forward(
+        ctx: Any, tokens: Tensor, normed: Tensor, matrices: Tensor, bias: Tensor, lines: Lines
+    ) -> Tensor:
+        ctx.lines = lines
+        ctx.save_for_backward(normed, matrices)
+        result = lines.mixed(normed, matrices, tokens)
+        for own, each in zip(lines.over(result), bias, strict=True):
+            own += each
+        return result
+
+    @staticmethod
+    @once_differentiable
+    def backward(ctx: Any, pull: Tensor) -> tuple[Tensor | None, ...]:
+        normed, matrices = ctx.saved_tensors
+        pull = pull.contiguous()
+        to_normed = ctx.lines.mixed(pull, matrices.transpose(1, 2))
+        return pull, to_normed, ctx.lines.products(normed, pull), ctx.lines.sums(pull), None
+
+
+_summed: Callable[..., tuple[Tensor, Tensor, Tensor | None]] = _Summed.apply
+_mixed: Callable[..., Tensor] = _Mixed.apply

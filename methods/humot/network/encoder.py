@@ -1,0 +1,86 @@
+"""HuMoT's encoder: where the joints of any body are, frame by frame, to a code for each frame."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from ..design import Design
+from .block import Block
+from .temporal import TemporalConvolution
+from .tokens import Lines, bent, coded, in_groups
+
+
+class Encoder(nn.Module):
+    """Embeddings of motion and template, joint by joint, and blocks, of which a latent token is read.
+
+    The latent token's line is the one before the first joint, where the paper appends it behind the last
+    one: the mirror image of that. It is given the code of time, too, for else its frames would begin alike.
+    """
+
+    def __init__(self, design: Design) -> None:
+        super().__init__()
+        self.design = design
+        sizes = (3, *design.template, design.motion[-1])
+        self.template = nn.ModuleList(nn.Linear(*each) for each in pairwise(sizes))
+        channels = (3, *design.motion)
+        self.motion = nn.ModuleList(
+            TemporalConvolution(*each, design.kernel) for each in pairwise(channels)
+        )
+        self.joined = nn.ModuleList(
+            nn.Linear(design.motion[-1], design.motion[-1]) for _ in range(design.joined)
+        )
+        self.merged = nn.Linear(2 * design.motion[-1], design.width)
+        self.token = nn.Parameter(0.02 * torch.randn(design.width))
+        self.blocks = nn.ModuleList(Block(design) for _ in range(design.blocks[0]))
+        self.code = nn.Linear(design.width, design.latent)
+
+    def forward(self, positions: Tensor, template: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
+        """The code ``(rows, frames, latent)``, zero where there is no frame.
+
+        positions: ``(rows, frames, joints, 3)`` metres, Z up, centred. template: ``(rows, joints, 3)``.
+        joints: ``(rows, joints)``, True where there is one. frames: ``(rows, frames)``, True where there is
+        one; padding lies behind. What padding holds does not matter.
+        """
+        lines = Lines.of(joints, frames, more=1)
+        tracks = positions.transpose(1, 2)[joints]
+        mask = None
+        if lines.frames is not None:
+            mask = frames.repeat_interleave(joints.sum(1), 0).unsqueeze(2)
+            tracks = tracks.masked_fill(~mask, 0.0)
+        tokens = self._tokens(tracks, template[joints], lines, mask)
+        for block in self.blocks[:-1]:
+            tokens = block(tokens, lines)
+        last = self.blocks[-1](tokens, lines, kept=1)
+        code = self.code(last[::2])
+        return code if lines.frames is None else code * frames.unsqueeze(2)
+
+    def _tokens(self, tracks: Tensor, template: Tensor, lines: Lines, mask: Tensor | None) -> Tensor:
+        """What the first block reads ``(lines, frames, width)``."""
+        for layer in self.template:
+            template = bent(layer(template))
+        half = self.design.motion[-1]
+        weight = self.merged.weight
+        still = functional.linear(template, weight[:, :half], self.merged.bias)
+        time = coded(lines.length, self.design.width, self.design.basis, still)
+        tokens = tracks.new_zeros(lines.total, lines.length, self.design.width)
+        tokens.index_copy_(0, lines.leading, (self.token + time).expand(len(lines.counts), -1, -1))
+
+        def embedded(group: slice) -> Tensor:
+            moving = self._embedded(tracks[group], None if mask is None else mask[group])
+            return functional.linear(moving, weight[:, half:]) + still[group].unsqueeze(1) + time
+
+        return in_groups(tokens, lines.behind(1), embedded)
+
+    def _embedded(self, tracks: Tensor, mask: Tensor | None) -> Tensor:
+        """``(tracks, frames, channels)`` from positions over time."""
+        for layer in self.motion:
+            tracks = bent(layer(tracks))
+            if mask is not None:
+                tracks = tracks * mask
+        for layer in self.joined:
+            tracks = bent(layer(tracks))
+        return tracks
