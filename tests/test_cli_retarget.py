@@ -68,6 +68,58 @@ def test_the_default_method_and_another_rate(bench, figures):
     assert importer.load("out.bvh", unit="m").motion.fps == 15
 
 
+POSITIONS = """
+from retarget_bench import registry
+from retarget_bench.api import MethodCard
+
+class Places:
+    card = MethodCard("places", "copy_rotations, told by joint positions", "1")
+
+    def __init__(self, stretch: float = 1.0):
+        self.stretch = stretch
+
+    def supports(self, source, target):
+        return None
+
+    def retarget(self, source, target, *, context):
+        copied = registry.create("methods", "copy_rotations").retarget(source, target, context=context)
+        root = copied.root[:, None]
+        return target.positions(root + self.stretch * (copied.positions - root), source.fps)
+
+plugin = Places
+"""
+
+
+def test_a_method_that_gives_positions_writes_what_was_fitted_to_them(bench, figures):
+    Path("places.py").write_text(POSITIONS)
+    asked = ("retarget", figures["small"], "--target", figures["large"], "--plugin", "places.py")
+    units = ("--unit", "m", "--target-unit", "cm")
+    code, out, err = bench(*asked, *units, "-o", "fitted.bvh", "-m", "places")
+    assert code == 0, err
+    said, summary = out.splitlines()
+    assert said.startswith("rotations were fitted to positions: 0.0 cm mean, 0.0 cm worst (")
+    assert "20 frames of small at 30 per second on the body of large, by places" in summary
+    expected, found = (importer.load(file, unit="cm").motion for file in (figures["large"], "fitted.bvh"))
+    assert np.abs(found.positions - expected.positions).max() < 1e-4
+    assert bvh.parse("fitted.bvh").hierarchy.names == bvh.parse(figures["large"]).hierarchy.names
+
+
+def test_what_the_fit_leaves_over_is_said(bench, figures):
+    Path("places.py").write_text(POSITIONS)
+    code, out, err = bench(
+        "retarget", figures["large"], "--target", figures["large"], "--plugin", "places.py",
+        "--unit", "cm", "--target-unit", "cm", "-o", "fitted.bvh", "-m", "places[stretch=1.1]",
+    )  # fmt: skip
+    assert code == 0, err
+    body = importer.load(figures["large"], unit="cm").motion
+    away = 0.1 * np.linalg.norm(body.positions - body.root[:, None], axis=-1)
+    name = body.skeleton.names[int(away.max(axis=0).argmax())]
+    assert out.startswith(
+        f"rotations were fitted to positions: {100 * away[:, 1:].mean():.1f} cm mean, "
+        f"{100 * away.max():.1f} cm worst ({name})\n"
+    )
+
+
 def test_what_is_understood_is_said_with_what_to_override(bench, figures):
     code, out, _ = bench("doctor", figures["small"], figures["large"])
     assert code == 0

@@ -18,14 +18,16 @@ _STRAIGHT, _BENT = 0.15, 0.4
 """Sine of a bend: from where its plane says something of the twist, from where it weighs one."""
 _PARENT = 0.05
 """Weight of no twist against the parent, where the bone points as at rest; none where it points back."""
-_FIRMNESS = 10.0
-"""Weight of neighbouring frames at 30 frames per second: hinges reach over 3 frames, the parent over 14."""
+_FIRMNESS = 20.0
+"""Weight of neighbouring frames at 30 frames per second; the parent then reaches over 20 frames."""
+_HINGE = 4.0
+"""Weight of a hinge that is well bent: it reaches over 2 frames."""
 _NOISES = 3.0
 """A twist is smoothed if what shows it is less than so many times the fit's own error off the line."""
 _BORROWED, _LENT = 1.0, 0.2
 """Weight of the twist that bones of zero-length children show, and how far off the line they must be."""
-_EVENLY = 0.3
-"""Weight of an even share of the twist to the next joint below that is seen."""
+_EVENLY, _FACING = 0.3, 100.0
+"""Weight of an even share of the twist to the next joint below that shows one; of all of it at the root."""
 _LEAST = 1e-3
 """Weight of no twist that always remains, so that there is an answer."""
 
@@ -98,7 +100,7 @@ class _Choice:
         upper, lower = unit(seen[:, middle] - seen[:, joint]), unit(seen[:, end] - seen[:, middle])
         normal, axis = np.cross(upper, lower), rotation.rotate(swung, sight.hinge)
         share = np.clip((np.linalg.norm(normal, axis=1) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0)
-        return share, np.arctan2(_dot(np.cross(axis, normal), there), _dot(axis, normal))
+        return _HINGE * share, np.arctan2(_dot(np.cross(axis, normal), there), _dot(axis, normal))
 
     def _below(self, joint: int, swung: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """... of an even share of the twist to the next joint below that shows one; of all of it for the
@@ -114,7 +116,7 @@ class _Choice:
         angle = _wrapped(_twist(between, self._there(last)))
         weight = _EVENLY * (0.5 + 0.5 * np.cos(angle))
         if self.tree.parents[joint] < 0:
-            return np.full(len(angle), _EVENLY), angle
+            return np.full(len(angle), _FACING), angle
         return weight, angle / len(path)
 
     def _path(self, joint: int) -> list[int]:

@@ -1,0 +1,351 @@
+"""Rotations fitted to positions: exact where they can be, best where they cannot, and smooth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from fit_bodies import along_x, noisy, puppets, random_tree, wiggle
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import least_squares
+from scipy.spatial.transform import Rotation
+
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import importer, rotation
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.fit import Fitted, fit
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.skeleton import Skeleton
+from tests.methods.method_bodies import about, body, dance, pose, squat
+
+EXACT = 1e-4
+BODIES = {"t_pose": body(), "a_pose": body(droop=45.0), "along_x": along_x(), **puppets()}
+
+
+def refitted(motion: Motion, places: np.ndarray | None = None) -> Fitted:
+    given_ = motion.positions if places is None else places
+    return fit(motion.character.positions(given_, motion.fps))
+
+
+def lengths(skeleton: Skeleton, places: np.ndarray) -> np.ndarray:
+    return np.linalg.norm(places[:, 1:] - places[:, skeleton.parents[1:]], axis=-1)
+
+
+def fixed_joints(skeleton: Skeleton) -> list[int]:
+    """Joints that carry two bones in clearly different directions, so that positions fix them."""
+    found = []
+    for joint, below in enumerate(skeleton.children):
+        sizes = np.linalg.svd(skeleton.offsets[list(below)], compute_uv=False) if below else np.zeros(1)
+        if len(sizes) > 1 and sizes[1] > 0.01:
+            found.append(joint)
+    return found
+
+
+def steps(motion: Motion, joint: str) -> np.ndarray:
+    """Degrees that a joint turns in the world from frame to frame."""
+    turned = motion.global_rotations[:, motion.skeleton.index(joint)]
+    return np.degrees(rotation.angle(turned[1:], turned[:-1]))
+
+
+def errors(found: Motion, expected: Motion, joint: str) -> np.ndarray:
+    """Degrees between two motions at a joint, in the world."""
+    index = expected.skeleton.index(joint)
+    return np.degrees(rotation.angle(found.global_rotations[:, index], expected.global_rotations[:, index]))
+
+
+# ------------------------------------------------------------------------------------------ round trips
+@pytest.mark.parametrize("name", BODIES)
+def test_positions_of_a_motion_are_reproduced(name):
+    motion = wiggle(BODIES[name], 40)
+    fitted = refitted(motion)
+    assert np.abs(fitted.motion.positions - motion.positions).max() < EXACT
+    assert fitted.residual.worst < EXACT
+    assert (fitted.motion.root == motion.root).all()
+    assert (fitted.motion.frames, fitted.motion.fps) == (40, 30.0)
+    assert np.abs(lengths(motion.skeleton, fitted.motion.positions)
+                  - motion.skeleton.bone_lengths[1:]).max() < 1e-12  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_joints_that_carry_several_bones_are_turned_as_they_were(name):
+    motion = wiggle(BODIES[name], 30, seed=1)
+    found = refitted(motion).motion
+    fixed = fixed_joints(motion.skeleton)
+    assert fixed
+    for joint in fixed:
+        assert errors(found, motion, motion.skeleton.names[joint]).max() < 0.01
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_others_are_turned_as_they_were_but_for_a_twist_about_their_bone(name):
+    motion = wiggle(BODIES[name], 30, seed=2)
+    found = refitted(motion).motion
+    for joint, below in enumerate(motion.skeleton.children):
+        if not below:
+            continue
+        true, mine = (Rotation.from_quat(each.global_rotations[:, joint], scalar_first=True)
+                      for each in (motion, found))  # fmt: skip
+        for child in below:
+            offset = np.array(motion.skeleton.offsets[child])  # SciPy wants it writable
+            assert true.apply(offset) == pytest.approx(mine.apply(offset), abs=EXACT)
+
+
+def test_knees_and_thighs_are_found_by_their_hinge():
+    motion = squat(body())
+    found = refitted(motion).motion
+    for joint in ("Hips", "LeftUpLeg", "LeftLeg", "RightUpLeg", "RightLeg"):
+        assert errors(found, motion, joint).max() < 0.5
+
+
+def test_twist_of_an_upper_arm_is_told_by_the_elbow():
+    """The arm turns about its own bone; only the bent elbow shows it."""
+    frames = 90
+    spin = np.linspace(-80.0, 80.0, frames)
+    bend = np.full(frames, -70.0)
+    motion = pose(
+        body(),
+        frames,
+        {"LeftArm": about("X", spin), "LeftForeArm": about("Y", bend)},
+        np.zeros((frames, 3)),
+    )
+    found = refitted(motion).motion
+    assert errors(found, motion, "LeftArm").max() < 5.0  # at the ends, where a smooth curve lags
+    for joint in ("LeftArm", "LeftForeArm"):
+        assert errors(found, motion, joint)[15:-15].max() < 1.0
+
+
+def test_a_root_whose_bones_lie_in_line_faces_where_its_body_does():
+    """Hips with the spine above and below them the pelvis, which carries the legs: only these show it."""
+    stork = BODIES["body23"]
+    assert fixed_joints(stork.skeleton)[0] != 0
+    turn = about("Y", np.linspace(0.0, 300.0, 60))
+    still = wiggle(stork, 60, size=0.05)
+    rotations = still.rotations.copy()
+    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
+    motion = stork.motion(rotations, still.root, 30.0)
+    assert errors(refitted(motion).motion, motion, stork.skeleton.names[0]).max() < 10.0
+
+
+# -------------------------------------------------------------------------------- what cannot be reached
+def test_bones_that_are_longer_than_the_body_s_keep_their_directions():
+    motion = dance(body())
+    away = motion.positions - motion.root[:, None]
+    fitted = refitted(motion, motion.root[:, None] + 1.05 * away)
+    assert np.abs(fitted.motion.positions - motion.positions).max() < EXACT
+    expected = 0.05 * np.linalg.norm(away, axis=-1)
+    assert fitted.residual.distances == pytest.approx(expected, abs=EXACT)
+
+
+def test_one_bone_that_is_longer_moves_what_hangs_below_it_along():
+    motion = dance(body())
+    places, thigh, knee = motion.positions.copy(), *motion.character.joints(("left_up_leg", "left_leg"))
+    below = motion.character.joints(("left_leg", "left_foot", "left_toe"))
+    places[:, below] += 0.1 * (motion.positions[:, knee] - motion.positions[:, thigh])[:, None]
+    assert np.abs(refitted(motion, places).motion.positions - motion.positions).max() < EXACT
+
+
+@pytest.mark.parametrize("noise", [0.001, 0.005, 0.02])
+@pytest.mark.parametrize("name", ["t_pose", "along_x", "h36m17", "dog21"])
+def test_noise_leaves_no_more_than_the_truth_would(name, noise):
+    """The true pose, moved to where the noise put the root, is a candidate: the fit is no farther away."""
+    motion = wiggle(BODIES[name], 60)
+    seen = noisy(motion, noise)
+    truth = motion.positions + (seen[:, :1] - motion.positions[:, :1])
+    allowed = np.sqrt(np.square(seen - truth).sum(axis=-1).mean())
+    found = np.sqrt(np.square(refitted(motion, seen).residual.distances).mean())
+    assert found < allowed
+    assert (refitted(motion, seen).motion.root == seen[:, 0]).all()
+
+
+def test_the_least_squares_are_those_of_scipy():
+    """Noise in one frame of many, so that the lengths are known: one frame's optimum by SciPy's own way."""
+    motion = dance(body(), frames=30)
+    seen = motion.positions.copy()
+    seen[7] = noisy(motion.at(np.array([7])), 0.01)[0]
+    skeleton, offsets = motion.skeleton, np.array(motion.skeleton.offsets)
+
+    def distances(vectors: np.ndarray) -> np.ndarray:
+        """Plain kinematics of one frame, joint by joint, from world rotations."""
+        turned = Rotation.from_rotvec(np.array(vectors).reshape(-1, 3)).as_matrix()
+        places = [seen[7, 0]]
+        for joint, parent in list(enumerate(skeleton.parents))[1:]:
+            places.append(places[parent] + turned[parent] @ offsets[joint])
+        return (np.array(places) - seen[7]).ravel()
+
+    start = Rotation.from_quat(motion.global_rotations[7], scalar_first=True).as_rotvec()
+    best = least_squares(distances, start.ravel(), xtol=1e-12, ftol=1e-12)
+    mine = np.square(refitted(motion, seen).residual.distances[7]).sum()
+    assert mine == pytest.approx(2.0 * best.cost, rel=1e-3)
+
+
+# ------------------------------------------------------------------------------------------- smoothness
+@pytest.mark.parametrize("axis", ["Y", "Z"])
+def test_a_straight_arm_that_swings_all_round_does_not_flip(axis):
+    """Half way it points opposite to where it rests, where the shortest turn there jumps by half a turn."""
+    frames = 120
+    turn = about(axis, np.linspace(0.0, 360.0, frames))
+    motion = pose(body(), frames, {"LeftArm": turn}, np.zeros((frames, 3)))
+    found = refitted(motion).motion
+    for joint in ("LeftArm", "LeftForeArm"):
+        assert steps(found, joint).max() < 1.1 * steps(motion, joint).max()
+
+
+def test_an_elbow_that_passes_through_straight_does_not_flip():
+    frames = 120
+    swing, bend = np.linspace(0.0, 80.0, frames), -40.0 + 45.0 * np.cos(np.linspace(0, 20, frames))
+    turns = {"LeftArm": about("Z", swing), "LeftForeArm": about("Y", bend)}
+    motion = pose(body(), frames, turns, np.zeros((frames, 3)))
+    found = refitted(motion, noisy(motion, 0.0005)).motion
+    assert bend.max() > 0 > bend.min()
+    assert steps(found, "LeftArm").max() < 12.0
+
+
+@pytest.mark.parametrize("fps", [30.0, 120.0])
+def test_an_elbow_that_bends_the_wrong_way_turns_the_arm_over_time(fps):
+    """A hinge that changes sides from one frame to the next is followed slowly, at any rate."""
+    frames = int(4 * fps)
+    bend = np.where(np.arange(frames) < frames // 2, -60.0, 60.0)
+    motion = pose(body(), frames, {"LeftForeArm": about("Y", bend)}, np.zeros((frames, 3)))
+    motion = motion.character.motion(motion.rotations, motion.root, fps)
+    assert steps(refitted(motion).motion, "LeftArm").max() * fps < 30.0 * 45.0
+
+
+# ------------------------------------------------------------------------------------------- properties
+trees = st.tuples(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 20))
+
+
+@settings(deadline=None, max_examples=40)
+@given(trees)
+def test_any_tree_gets_its_positions_back(tree):
+    seed, joints, frames = tree
+    motion = wiggle(random_tree(seed, joints), frames, seed)
+    fitted = refitted(motion)
+    assert fitted.residual.worst < EXACT
+    assert np.linalg.norm(fitted.motion.rotations, axis=-1) == pytest.approx(1.0, abs=1e-9)
+
+
+@settings(deadline=None, max_examples=30)
+@given(trees, st.floats(0.0, 10.0))
+def test_any_finite_positions_get_an_answer_with_the_body_s_bones(tree, size):
+    seed, joints, frames = tree
+    character = random_tree(seed, joints)
+    places = size * np.random.default_rng(seed).normal(size=(frames, joints, 3))
+    found = fit(character.positions(places, 30.0)).motion
+    assert np.isfinite(found.rotations).all()
+    assert lengths(found.skeleton, found.positions) == pytest.approx(
+        np.broadcast_to(found.skeleton.bone_lengths[1:], (frames, joints - 1)), abs=1e-9
+    )
+
+
+@settings(deadline=None, max_examples=15)
+@given(st.integers(0, 2**32 - 1), st.floats(-np.pi, np.pi), st.sampled_from(["t_pose", "h36m17", "dog21"]))
+def test_a_body_that_is_moved_and_turned_about_is_fitted_alike(seed, angle, name):
+    motion = wiggle(BODIES[name], 12, seed)
+    seen = noisy(motion, 0.003, seed)
+    turn = Rotation.from_rotvec([0.0, angle, 0.0])
+    moved = turn.apply(seen.reshape(-1, 3)).reshape(seen.shape) + np.array([2.0, -1.0, 5.0])
+    first, second = refitted(motion, seen).motion, refitted(motion, moved).motion
+    assert rotation.angle(first.rotations[:, 1:], second.rotations[:, 1:]).max() < 1e-3
+
+
+def test_a_clip_played_backwards_is_fitted_backwards():
+    motion = dance(body())
+    seen = noisy(motion, 0.003)
+    there, back = refitted(motion, seen).motion, refitted(motion, seen[::-1]).motion
+    assert rotation.angle(there.rotations, back.rotations[::-1]).max() < 1e-4
+
+
+def test_frames_do_not_depend_on_how_many_are_worked_on_together(monkeypatch):
+    motion = dance(body())
+    seen = noisy(motion, 0.005)
+    whole = refitted(motion, seen).motion
+    monkeypatch.setattr("retarget_bench.motion.fit_bones._AT_ONCE", 150)
+    assert np.abs(refitted(motion, seen).motion.positions - whole.positions).max() < 1e-9
+
+
+# ------------------------------------------------------------------------------------------- edge cases
+def test_one_frame_and_none():
+    motion = dance(body())
+    single = refitted(motion.at(slice(3, 4)))
+    assert single.residual.worst < EXACT
+    empty = refitted(motion.at(slice(0, 0)))
+    assert empty.motion.rotations.shape == (0, len(motion.skeleton), 4)
+    assert empty.residual.mean == empty.residual.worst == 0.0
+
+
+def test_joints_that_all_coincide():
+    motion = dance(body())
+    found = refitted(motion, np.zeros_like(motion.positions)).motion
+    assert np.isfinite(found.rotations).all()
+    assert steps(found, "LeftArm").max() < 1e-6
+
+
+def test_two_hundred_joints_in_a_row():
+    names = tuple(f"link {k}" for k in range(200))
+    offsets = np.tile([0.02, 0.0, 0.0], (200, 1))
+    chain = Character.of("chain", Skeleton(names, np.arange(-1, 199), offsets))
+    motion = wiggle(chain, 20, size=0.1)
+    fitted = refitted(motion)
+    assert fitted.residual.worst < EXACT
+    assert (
+        np.degrees(rotation.angle(fitted.motion.rotations[1:], fitted.motion.rotations[:-1])).max() < 10.0
+    )
+
+
+@pytest.mark.parametrize("wrong", [np.nan, np.inf])
+def test_positions_that_are_not_finite_are_a_sentence(wrong):
+    motion = dance(body())
+    places = motion.positions.copy()
+    places[[4, 9], 3, 1] = wrong
+    with pytest.raises(BenchError, match=r"puppet: in 2 of 40 frames .* 'Spine2' in frame 4") as told:
+        refitted(motion, places)
+    assert "\n" not in str(told.value)
+
+
+def test_the_residual_is_what_it_says():
+    motion = dance(body())
+    seen = noisy(motion, 0.01)
+    fitted = refitted(motion, seen)
+    worst, total, where = 0.0, 0.0, ""
+    joints = len(motion.skeleton)
+    for frame in range(motion.frames):
+        for joint in range(joints):
+            off = float(np.sqrt(sum((fitted.motion.positions[frame, joint] - seen[frame, joint]) ** 2)))
+            total += off
+            if off > worst:
+                worst, where = off, motion.skeleton.names[joint]
+    residual = fitted.residual
+    assert residual.worst == pytest.approx(worst, abs=1e-12)
+    assert residual.mean == pytest.approx(total / motion.frames / (joints - 1), abs=1e-12)
+    assert residual.share == pytest.approx(residual.mean / motion.character.height)
+    assert residual.per_joint.shape == (joints,)
+    assert residual.per_joint[0] == 0.0
+    assert str(residual) == f"{100 * residual.mean:.1f} cm mean, {100 * worst:.1f} cm worst ({where})"
+
+
+# -------------------------------------------------------------------------------------------- real data
+@pytest.mark.parametrize(
+    "file",
+    [
+        "lafan1/dance1_subject1.bvh",
+        "lafan1/fallAndGetUp3_subject1.bvh",
+        "mixamo_san/Aj/Stunned.bvh",
+        "mixamo_san/BigVegas/Stunned.bvh",
+        "cmu_bvh/01_01.bvh",
+        "cmu_iclone/002_01.bvh",
+        "bandai_namco/dataset-1_dash_giant_001.bvh",
+        "dog/D1_003_KAN01_001.bvh",
+    ],
+)
+def test_real_motion_is_reproduced_and_no_less_smooth(real_data: Path, file: str):
+    if not (real_data / file).is_file():
+        pytest.skip(f"{file} is not among the real motion data")
+    motion = importer.load(real_data / file).motion.at(slice(0, 300))
+    fitted = refitted(motion)
+    assert fitted.residual.worst < EXACT
+    inner = [joint for joint, below in enumerate(motion.skeleton.children) if below]
+    turned = [np.degrees(rotation.angle(m.rotations[1:, inner], m.rotations[:-1, inner]))
+              for m in (fitted.motion, motion)]  # fmt: skip
+    assert turned[0].max() < 1.2 * turned[1].max() + 1.0
