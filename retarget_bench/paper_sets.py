@@ -48,8 +48,8 @@ class _Result:
 def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
     """Our methods in the columns of a table of sets, and the floor of each data set.
 
-    Only results on data without references count (their headers say which structures have four legs). Of
-    a method with several seeds, the first. A column's number is the mean over the structures that have one.
+    Only results without references count (their headers say which structures have four legs). Of a method
+    with several seeds, the first. A column's number is the mean over the structures that have one.
     Raises FileError where a result cannot be read.
     """
     found = list(_results(dict.fromkeys(places)))
@@ -67,7 +67,7 @@ def _results(places: Iterable[Place]) -> Iterable[_Result]:
     there = [(place, records.read_header(place.header)) for place in places]
     newest = versions.newest_by_label(header for _, header in there)
     for place, header in there:
-        if "four_legged" not in header or ".seed-" in place.method:
+        if "four_legged" not in header or place.split != "cross" or ".seed-" in place.method:
             continue
         latest = newest[header["dataset"]["label"]]
         values = [each for each in sets.read(place) if not latest.stale_value(header, each.value_id)]

@@ -15,10 +15,12 @@ from retarget_bench.statistics import Interval
 from retarget_bench.summary import Score, Section
 
 FLOOR, FLOOR_MARK = "floor", "right answers, against other real motion"
+APART_MARK = "real motion, against other real motion"
+"""Of data whose cases have no right answers."""
 READING = (
     "Values of sets (in tables that count windows): n is the number of windows in each of the two sets "
     "that are compared. They are not ranked: read them by their intervals and against the floor, which is "
-    "what right answers score. Values of another n are not comparable."
+    "what right answers score, or real motion where there are none. Values of another n are not comparable."
 )
 
 
@@ -51,11 +53,13 @@ def by_set(section: Section, keys: Sequence[str], making: Making) -> list[Group]
 
 
 def without(section: Section, keys: Sequence[str]) -> list[str]:
-    """Sentences about target structures that no method has a value for."""
+    """Sentences about target structures that no method has a value for, or none of a kind."""
+    found = _structures(section, keys)
+    empty = [structure for (structure, kind), why in found if why and not kind]
     return [
         f"{section.split}: no values of sets on bodies of structure {_named(*each)}: {why}."
-        for each, why in _structures(section, keys)
-        if why
+        for each, why in found
+        if why and not (each[1] and each[0] in empty)
     ]
 
 
@@ -92,6 +96,7 @@ def _group(section: Section, structure: str, kind: str, keys: Sequence[str], mak
         rows.append(Row(score.label, mark, cells, f"{n}", about(score.header)))
     rows.sort(key=lambda row: _place(row.cells[0], making.column(keys[0]).better))
     n, clips = max((each.n, each.clips) for each in usual.values())
+    mark = APART_MARK if any("four_legged" in score.header for score in section.scores) else FLOOR_MARK
     floors = tuple(_floor(key, each, making) for key, each in usual.items())
     return Group(
         title=f"{section.split}, all answers on bodies of structure {_named(structure, kind)} as one set: "
@@ -99,7 +104,7 @@ def _group(section: Section, structure: str, kind: str, keys: Sequence[str], mak
         split=section.split,
         columns=tuple(making.column(key) for key in keys),
         ranked=tuple(row for row in rows if not row.mark),
-        unranked=(*(row for row in rows if row.mark), Row(FLOOR, FLOOR_MARK, floors, f"{n}")),
+        unranked=(*(row for row in rows if row.mark), Row(FLOOR, mark, floors, f"{n}")),
         common=(None,) * len(keys),
         counted="windows",
         structure=_named(structure, kind),
