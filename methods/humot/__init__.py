@@ -1,0 +1,167 @@
+"""HuMoT: one encoder and one decoder for every skeleton, told what it is by a neutral pose."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from typing import TYPE_CHECKING, Literal
+
+import numpy as np
+
+from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.errors import BenchError, SkeletonError
+from retarget_bench.motion import root_rules
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.spec import Scalar
+from retarget_bench.training.learned import Learned
+from retarget_bench.training.material import Material
+from retarget_bench.training.recipe import Recipe
+
+from .body import body, unfit
+from .design import PAPER_COUNT, SMALL, TEXT, Design
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+    from .learner import Autoencoder, Learner
+
+
+Variant = Literal["small", "text", "paper_count"]
+DESIGNS: Mapping[Variant, Design] = {"small": SMALL, "text": TEXT, "paper_count": PAPER_COUNT}
+
+
+class HuMoT(Learned):
+    """Topology-agnostic transformer (Mourot, Hoyet, Le Clerc, Hellier, 2023).
+
+    An encoder reads places of joints, each beside its place in the skeleton's template (a neutral pose),
+    and tells the motion frame by frame; a decoder says where the joints of any other template are. It is
+    trained to reconstruct some joints of a window from others, on any skeletons at once, and takes
+    skeletons that it was never trained on. Answers are positions.
+
+    variant: sizes of the networks. ``paper_count`` has exactly as many parameters as the paper says,
+        ``text`` follows its appendix by the letter; ``small`` is for CPUs.
+    subsampling: False leaves the stochastic joint subsampling out (the paper's "no SJS").
+    consistency: weight of the consistency of bone lengths (0: "no BLC").
+    turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
+    windows: ``overlapping`` by half, as long as those of training, faded into each other; or ``whole``.
+    """
+
+    presets: Mapping[str, Recipe] = {
+        "paper": Recipe(
+            steps=10_000_000,
+            batch=32,
+            window=30,
+            rate=1e-4,
+            schedule="triangular",
+            lowest=1e-5,
+            period=260_000,
+            validate=10_000,
+        ),
+        "finetune": Recipe(steps=20_000, batch=32, window=30, rate=5e-5),
+        "default": Recipe(
+            steps=20_000, batch=32, window=30, rate=1e-3, schedule="cosine", warm_up=200, validate=500
+        ),
+        "quick": Recipe(steps=20, batch=8, window=30, rate=1e-3, validate=20, cases=2),
+    }
+
+    def __init__(
+        self,
+        variant: Variant = "small",
+        subsampling: bool = True,
+        consistency: float = 0.5,
+        turned: bool = True,
+        mirrored: bool = True,
+        hop: int = 6,
+        windows: Literal["overlapping", "whole"] = "overlapping",
+        weights: str = "puppets",
+    ) -> None:
+        super().__init__(weights)
+        if not 0.0 <= consistency < np.inf:
+            raise BenchError("humot: consistency is a weight, zero or more")
+        if hop < 1:
+            raise BenchError("humot: hop is a number of frames, one or more")
+        self.variant, self.windows, self.hop = variant, windows, hop
+        self.subsampling, self.consistency = subsampling, consistency
+        self.turned, self.mirrored = turned, mirrored
+        self.card = MethodCard(
+            name="humot",
+            summary="One autoencoder for all skeletons, also for those never trained on: positions",
+            version="1",
+            paper="Mourot, Hoyet, Le Clerc, Hellier: HuMoT: Human Motion Representation using "
+            "Topology-Agnostic Transformers for Character Animation Retargeting, 2023",
+            accepts=("motion", "positions"),
+            default=False,
+            parameters={
+                "variant": "small, text (the appendix by the letter) or paper_count (2,475,511 parameters)",
+                "subsampling": "false: without stochastic joint subsampling (no SJS)",
+                "consistency": "weight of the consistency of bone lengths (0: no BLC)",
+                "turned": "training windows are turned about the vertical axis at random",
+                "mirrored": "every other training window is mirrored",
+                "hop": "frames between the starts of training windows",
+                "windows": "overlapping windows of 30 frames, or whole clips",
+                "weights": "name of shipped weights, or a path to others",
+            },
+        )
+
+    # ---------------------------------------------------------------------------------------- training
+    def facts(self) -> Mapping[str, Scalar]:
+        return {
+            "variant": self.variant,
+            "subsampling": self.subsampling,
+            "consistency": self.consistency,
+            "turned": self.turned,
+            "mirrored": self.mirrored,
+            "hop": self.hop,
+        }
+
+    def unfit(self, character: Character) -> str:
+        try:
+            return unfit(character)
+        except SkeletonError as error:
+            return str(error)
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        return {"places": body(motion.character).see(motion)}
+
+    def learner(self, material: Material, recipe: Recipe) -> Learner:
+        from .learner import Choices, Learner
+
+        def trained(tensors: Mapping[str, Tensor]) -> Method:
+            return type(self)(windows=self.windows, **self.facts()).using(tensors)  # type: ignore[arg-type]
+
+        bodies = {name: body(material.characters[name]) for name in material.clips}
+        choices = Choices(self.subsampling, self.consistency, self.turned, self.mirrored, self.hop)
+        return Learner(material, recipe, bodies, DESIGNS[self.variant], choices, trained)
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        if self.untrained:
+            return self.untrained
+        why = self.unfit(source) or self.unfit(target)
+        return why or root_rules.reason("leg_length", source, target)
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
+        return self.retarget_batch([source], [target], contexts=[context])[0]
+
+    def retarget_batch(
+        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> list[Positions]:
+        """The positions of the targets; windows of all go through the networks together."""
+        from .inference import Question, retargeted
+
+        if not sources:
+            return []
+        questions = [Question.of(*pair) for pair in zip(sources, targets, strict=True)]
+        return retargeted(self._network.to(contexts[0].device), questions, self.windows)
+
+    @cached_property
+    def _network(self) -> Autoencoder:
+        from .learner import Autoencoder, take
+
+        network = Autoencoder(DESIGNS[self.variant])
+        take(network, self.tensors)
+        return network.eval()
+
+
+plugin = HuMoT

@@ -1,0 +1,148 @@
+"""Retargeting by HuMoT: clips of any length in windows as long as those of training, or whole."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import torch
+
+from retarget_bench.motion import rates, root_rules
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion, Positions
+
+from .body import Body, body, template
+from .learner import Autoencoder
+
+WINDOW, HOP = 30, 15
+TOKENS = 1 << 16
+"""Joints times frames that go through the networks at once."""
+RULE = "leg_length"
+"""What the path of the hips is scaled by (A.6)."""
+Windows = Literal["overlapping", "whole"]
+
+
+@dataclass(frozen=True, eq=False)
+class Question:
+    """A source at 30 frames per second, Z up, and the body that it is asked for.
+
+    places: ``(frames, joints, 3)`` metres. template: ``(joints, 3)``.
+    """
+
+    source: Motion | Positions
+    target: Character
+    places: np.ndarray
+    template: np.ndarray
+    actor: Body
+    body: Body
+
+    @classmethod
+    def of(cls, source: Motion | Positions, target: Character) -> Question:
+        shown = rates.at_thirty(source)
+        actor = body(source.character)
+        return cls(source, target, actor.see(shown), template(shown), actor, body(target))
+
+    @property
+    def frames(self) -> int:
+        return len(self.places)
+
+
+@dataclass(frozen=True, eq=False)
+class Piece:
+    """Frames of a question. centre: ``(3,)`` where its major joints are on average."""
+
+    question: Question
+    start: int
+    stop: int
+    centre: np.ndarray
+
+
+def retargeted(network: Autoencoder, questions: Sequence[Question], windows: Windows) -> list[Positions]:
+    """Every question's answer. What is beside a question does not change its answer."""
+    pieces = [piece for question in questions for piece in _pieces(question, windows)]
+    found: dict[int, list[tuple[Piece, np.ndarray]]] = {}
+    for group in _groups(pieces):
+        for piece, answer in zip(group, _answered(network, group), strict=True):
+            found.setdefault(id(piece.question), []).append((piece, answer))
+    return [_joined(question, found[id(question)]) for question in questions]
+
+
+def _pieces(question: Question, windows: Windows) -> Iterator[Piece]:
+    """Windows that overlap by half; the last one ends where the clip does."""
+    frames = question.frames
+    length = frames if windows == "whole" else min(WINDOW, frames)
+    starts = sorted({*range(0, frames - length, HOP), frames - length})
+    for start in starts:
+        seen = question.places[start : start + length, question.actor.major]
+        yield Piece(question, start, start + length, seen.mean((0, 1)))
+
+
+def _groups(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
+    """Of about one size, not too many at once."""
+    waiting = sorted(pieces, key=lambda piece: (piece.stop - piece.start, len(piece.question.body.joints)))
+    while waiting:
+        largest = waiting[-1]
+        joints = 1 + max(
+            max(len(piece.question.body.joints), len(piece.question.actor.joints)) for piece in waiting
+        )
+        count = max(TOKENS // (joints * (largest.stop - largest.start)), 1)
+        yield waiting[-count:]
+        del waiting[-count:]
+
+
+def _answered(network: Autoencoder, group: Sequence[Piece]) -> list[np.ndarray]:
+    """Each ``(frames, joints of the target, 3)`` metres, Z up, about the piece's centre."""
+    frames = max(piece.stop - piece.start for piece in group)
+    mask = np.zeros((len(group), frames), bool)
+    given = _side([len(piece.question.actor.joints) for piece in group], frames)
+    asked = _side([len(piece.question.body.joints) for piece in group], frames)
+    for row, piece in enumerate(group):
+        question, length = piece.question, piece.stop - piece.start
+        mask[row, :length] = True
+        seen = question.places[piece.start : piece.stop] - piece.centre
+        given["places"][row, :length, : seen.shape[1]] = seen
+        given["template"][row, : len(question.template)] = question.template
+        asked["template"][row, : len(question.body.template)] = question.body.template
+    device = next(network.parameters()).device
+    sides = [
+        {key: torch.from_numpy(array).to(device) for key, array in side.items()} for side in (given, asked)
+    ]
+    with torch.inference_mode():
+        answer = network(*sides, torch.from_numpy(mask).to(device)).cpu().double().numpy()
+    return [
+        answer[row, : piece.stop - piece.start, : len(piece.question.body.joints)]
+        for row, piece in enumerate(group)
+    ]
+
+
+def _side(joints: Sequence[int], frames: int) -> dict[str, np.ndarray]:
+    rows, most = len(joints), max(joints)
+    return {
+        "places": np.zeros((rows, frames, most, 3), np.float32),
+        "template": np.zeros((rows, most, 3), np.float32),
+        "joints": np.arange(most) < np.array(joints)[:, None],
+    }
+
+
+def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> Positions:
+    """The pieces faded into each other; then the path of the hips scaled by the legs (A.6)."""
+    joints = len(question.body.joints)
+    total, weight = np.zeros((question.frames, joints, 3)), np.zeros((question.frames, 1, 1))
+    for piece, answer in answers:
+        share = _fade(piece.stop - piece.start)[:, None, None]
+        total[piece.start : piece.stop] += share * (answer + piece.centre)
+        weight[piece.start : piece.stop] += share
+    places = total / weight
+    ratio = root_rules.ratio(RULE, question.source.character, question.target)
+    places += (ratio - 1.0) * places[:, :1]
+    whole = question.body.positions(places, rates.FPS)
+    found = rates.at(whole, question.source.frames, question.source.fps)
+    assert isinstance(found, Positions)
+    return found
+
+
+def _fade(frames: int) -> np.ndarray:
+    """``(frames,)`` up to the middle and down again."""
+    return np.minimum(np.arange(1, frames + 1), np.arange(frames, 0, -1)).astype(float)

@@ -1,0 +1,176 @@
+"""HuMoT while it is trained: parts of a skeleton in, other parts of it out."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from torch import Tensor, nn
+
+from retarget_bench.api import Method
+from retarget_bench.errors import BenchError
+from retarget_bench.training.contract import Batch, Phase, Terms
+from retarget_bench.training.material import Material
+from retarget_bench.training.recipe import Recipe
+
+from .body import Body
+from .design import Design
+from .losses import losses
+from .network import Decoder, Encoder
+from .sampling import kept, parents_among
+
+AUTOENCODER = "autoencoder"
+
+
+class Autoencoder(nn.Module):
+    """Encoder and decoder, which know no structure."""
+
+    def __init__(self, design: Design) -> None:
+        super().__init__()
+        self.encoder, self.decoder = Encoder(design), Decoder(design)
+
+    def forward(self, given: Batch, asked: Batch, frames: Tensor) -> Tensor:
+        """``(rows, frames, joints asked, 3)`` metres. given, asked: see ``Learner.draw``."""
+        code = self.encoder(given["places"], given["template"], given["joints"], frames)
+        answer: Tensor = self.decoder(code, asked["template"], asked["joints"], frames)
+        return answer
+
+
+@dataclass(frozen=True)
+class Choices:
+    """subsampled: joints are left out at random (SJS). consistency: weight of eq. 2.
+    turned, mirrored: windows are turned about the vertical axis at random, and every other one mirrored.
+    hop: frames between the starts of windows.
+    """
+
+    subsampled: bool
+    consistency: float
+    turned: bool
+    mirrored: bool
+    hop: int
+
+
+class Learner:
+    """A ``Learner`` (see ``training/contract.py``).
+
+    bodies: by character. build: the method with tensors.
+    """
+
+    def __init__(
+        self,
+        material: Material,
+        recipe: Recipe,
+        bodies: Mapping[str, Body],
+        design: Design,
+        choices: Choices,
+        build: Callable[[Mapping[str, Tensor]], Method],
+    ) -> None:
+        self._material, self._frames, self._bodies = material, recipe.window, bodies
+        self._choices, self._build = choices, build
+        self._network = Autoencoder(design)
+        self.modules = nn.ModuleDict({AUTOENCODER: self._network})
+        self.phases: Sequence[Phase] = (Phase(AUTOENCODER, (AUTOENCODER,)),)
+
+    # ---------------------------------------------------------------------------------------- batches
+    def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
+        """``frames`` ``(rows, frames)`` bool, and ``given`` and ``asked``, two draws of each row's joints,
+        each with
+
+        places ``(rows, frames, joints, 3)`` and template ``(rows, joints, 3)``, metres; joints
+        ``(rows, joints)`` bool; parents ``(rows, joints)`` among them, -1 where there is none.
+        """
+        cast = self._cast(numbers, rows)
+        windows = self._material.draw(numbers, cast, self._frames, self._choices.hop)
+        bodies = [self._bodies[name] for name in cast]
+        places = [
+            self._centred(windows.arrays["places"][row, :, : len(mine.joints)], mine, length)
+            for row, (mine, length) in enumerate(zip(bodies, windows.lengths.tolist(), strict=True))
+        ]
+        templates = [mine.template for mine in bodies]
+        self._augment(numbers, places, templates)
+        given, asked = (self._parts(numbers, bodies, places, templates) for _ in range(2))
+        return {"frames": windows.mask, "given": given, "asked": asked}
+
+    def _cast(self, numbers: np.random.Generator, rows: int) -> list[str]:
+        """Each structure as likely as any other, and each of its characters."""
+        structures = list(self._material.structures.values())
+        chosen = numbers.integers(len(structures), size=rows)
+        return [self._material.cast(numbers, 1, structures[k])[0] for k in chosen]
+
+    @staticmethod
+    def _centred(places: np.ndarray, body: Body, length: int) -> np.ndarray:
+        """Without the mean of the major joints over the window; zeros behind its end."""
+        found = np.zeros_like(places)
+        found[:length] = places[:length] - places[:length, body.major].mean((0, 1))
+        return found
+
+    def _augment(
+        self, numbers: np.random.Generator, places: list[np.ndarray], templates: list[np.ndarray]
+    ) -> None:
+        """A mirrored body is one whose template is mirrored: what lies where says what is left."""
+        for row in range(len(places)):
+            if self._choices.turned:
+                angle = 2.0 * np.pi * numbers.random()
+                cosine, sine = np.cos(angle), np.sin(angle)
+                turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+                places[row] = places[row] @ turn
+            if self._choices.mirrored and numbers.random() < 0.5:
+                places[row] = places[row] * [-1.0, 1.0, 1.0]
+                templates[row] = templates[row] * [-1.0, 1.0, 1.0]
+
+    def _parts(
+        self,
+        numbers: np.random.Generator,
+        bodies: Sequence[Body],
+        places: Sequence[np.ndarray],
+        templates: Sequence[np.ndarray],
+    ) -> dict[str, np.ndarray]:
+        """One draw of every row's joints, side by side, zeros behind them."""
+        every = [
+            kept(numbers, body.major) if self._choices.subsampled else np.arange(len(body.joints))
+            for body in bodies
+        ]
+        rows, most = len(every), max(map(len, every))
+        found = {
+            "places": np.zeros((rows, self._frames, most, 3), np.float32),
+            "template": np.zeros((rows, most, 3), np.float32),
+            "joints": np.zeros((rows, most), bool),
+            "parents": np.full((rows, most), -1, np.int64),
+        }
+        for row, joints in enumerate(every):
+            count = len(joints)
+            found["places"][row, :, :count] = places[row][:, joints]
+            found["template"][row, :count] = templates[row][joints]
+            found["joints"][row, :count] = True
+            found["parents"][row, :count] = parents_among(bodies[row].parents, joints)
+        return found
+
+    # ----------------------------------------------------------------------------------------- losses
+    def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
+        answer = self._network(batch["given"], batch["asked"], batch["frames"])
+        return losses(answer, batch["asked"], batch["frames"], self._choices.consistency)
+
+    # ---------------------------------------------------------------------------------------- weights
+    def method(self) -> Method:
+        return self._build(self.export())
+
+    def export(self) -> Mapping[str, Tensor]:
+        return {name: each.detach().clone() for name, each in self._network.state_dict().items()}
+
+    def load(self, tensors: Mapping[str, Tensor]) -> None:
+        """Raises BenchError where they do not fit."""
+        take(self._network, tensors)
+
+
+def take(network: Autoencoder, tensors: Mapping[str, Tensor]) -> None:
+    """Put tensors in place of a network's. Raises BenchError where they do not fit."""
+    device = next(network.parameters()).device
+    try:
+        network.load_state_dict({name: each.to(device) for name, each in tensors.items()})
+    except RuntimeError as error:
+        raise BenchError(f"these weights do not fit humot's networks: {error}") from None
+
+
+__all__ = ["Autoencoder", "Choices", "Learner", "take"]

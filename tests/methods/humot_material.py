@@ -1,0 +1,40 @@
+"""HuMoT on the small bodies of ``pan_material``, with small networks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+import pan_material
+import torch
+
+from retarget_bench.methods.humot import HuMoT
+from retarget_bench.methods.humot.learner import Learner
+from retarget_bench.training.material import Material
+from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.turns import moved
+
+BODIES, THREE = pan_material.BODIES, pan_material.THREE
+WINDOW = 12
+
+
+def material(method: HuMoT, names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9)) -> Material:
+    """The second of every body's clips is shorter than a window."""
+    return pan_material.material(method, names, lengths)  # type: ignore[arg-type]
+
+
+def learner(names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9), **parameters: Any) -> Learner:
+    method = HuMoT(**parameters)
+    torch.manual_seed(0)
+    recipe = Recipe(steps=1, batch=6, window=WINDOW, rate=1e-3)
+    return method.learner(material(method, names, lengths), recipe)
+
+
+def batch(mine: Learner, rows: int = 6, seed: int = 0) -> Any:
+    return moved(mine.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
+
+
+def trained(names: Sequence[str] = THREE, **parameters: Any) -> Any:
+    """A method with weights that are drawn, not learnt."""
+    return learner(names, **parameters).method()

@@ -1,0 +1,153 @@
+"""HuMoT while it is trained: batches, gradients, that it learns, its weights."""
+
+from __future__ import annotations
+
+import humot_material
+import numpy as np
+import pytest
+import torch
+
+from retarget_bench.errors import BenchError
+from retarget_bench.methods.humot import HuMoT
+from retarget_bench.methods.humot.body import body
+from retarget_bench.training import weights
+from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.turns import turns
+
+BODIES, WINDOW = humot_material.BODIES, humot_material.WINDOW
+
+
+def steps(learner, count, rate=2e-3, batch=None):
+    recipe = Recipe(steps=count, batch=6, window=WINDOW, rate=rate, schedule="cosine")
+    every = turns(learner, recipe, torch.device("cpu"))
+    for step in range(count):
+        torch.manual_seed(step)
+        memory: dict = {}
+        for turn in every:
+            here = batch or humot_material.batch(learner, seed=step)
+            turn(here, memory, recipe.rate_at(step, step / count))
+    return learner
+
+
+def losses(learner, batch):
+    with torch.no_grad():
+        return learner.losses("autoencoder", batch, {})
+
+
+# ---------------------------------------------------------------------------------------- what is drawn
+def test_the_whole_skeleton_where_nothing_is_left_out():
+    learner = humot_material.learner(lengths=(WINDOW,), subsampling=False, turned=False, mirrored=False)
+    given, asked = (humot_material.batch(learner, 4)[key] for key in ("given", "asked"))
+    for key in given:
+        assert torch.equal(given[key], asked[key])
+    for row in range(4):
+        count = int(given["joints"][row].sum())
+        places = given["places"][row, :, :count].numpy()
+        name = next(
+            name
+            for name in humot_material.THREE
+            if len(body(BODIES[name]).joints) == count
+            and np.allclose(body(BODIES[name]).template, given["template"][row, :count], atol=1e-6)
+        )
+        mine = body(BODIES[name])
+        assert np.abs(places[:, mine.major].mean((0, 1))).max() < 1e-5
+        assert given["parents"][row, :count].tolist() == list(mine.parents)
+        clip = humot_material.material(HuMoT(), [name], (WINDOW,)).clips[name][0].arrays["places"]
+        apart = places - clip
+        assert np.abs(apart - apart[:1, :1]).max() < 1e-5  # but for one shift
+
+
+def test_two_draws_of_joints_are_independent_and_fit_their_templates():
+    learner = humot_material.learner(turned=False, mirrored=False)
+    found = humot_material.batch(learner, 40)
+    differ = 0
+    for side in ("given", "asked"):
+        part = found[side]
+        assert (part["places"][~part["joints"].unsqueeze(1).expand(-1, WINDOW, -1)] == 0.0).all()
+        assert (part["places"][~found["frames"]] == 0.0).all()
+        assert (part["parents"][~part["joints"]] == -1).all()
+        assert part["joints"].sum(1).min() >= 2
+    for row in range(40):
+        counts = [int(found[side]["joints"][row].sum()) for side in ("given", "asked")]
+        templates = [
+            found[side]["template"][row, :count]
+            for side, count in zip(("given", "asked"), counts, strict=True)
+        ]
+        differ += counts[0] != counts[1] or not torch.equal(*templates)
+    assert differ > 35
+
+
+def test_turned_and_mirrored_windows_keep_their_shape():
+    """Distances between joints stay, heights stay; mirrored bodies have mirrored templates."""
+    options = {"subsampling": False, "lengths": (WINDOW,)}
+    plain = humot_material.batch(humot_material.learner(turned=False, mirrored=False, **options), 12)
+    other = humot_material.batch(humot_material.learner(**options), 12)
+    # the numbers that choose the rows are drawn first, so rows are the same
+    joints = plain["given"]["joints"]
+    assert torch.equal(joints, other["given"]["joints"])
+    a, b = (each["given"]["places"] for each in (plain, other))
+    torch.testing.assert_close(torch.cdist(a, a), torch.cdist(b, b), atol=1e-4, rtol=1e-4)
+    torch.testing.assert_close(a[..., 2], b[..., 2], atol=1e-5, rtol=0.0)
+    assert not torch.allclose(a[..., 0], b[..., 0], atol=0.01)
+    one, two = (each["given"]["template"] for each in (plain, other))
+    mirrored = [not torch.equal(one[row], two[row]) for row in range(12)]
+    assert 0 < sum(mirrored) < 12
+    for row in range(12):
+        sign = torch.tensor([-1.0 if mirrored[row] else 1.0, 1.0, 1.0])
+        torch.testing.assert_close(two[row], one[row] * sign)
+        # a turn about the vertical axis that keeps the hand of space, after the mirror
+        u, _, v = torch.linalg.svd((a[row].flatten(0, 1) * sign).T @ b[row].flatten(0, 1))
+        assert torch.linalg.det(u @ v).item() == pytest.approx(1.0, abs=1e-4)
+
+
+def test_a_batch_is_drawn_from_its_numbers_alone():
+    learner = humot_material.learner()
+    one, same, other = (humot_material.batch(learner, seed=seed) for seed in (3, 3, 4))
+    assert torch.equal(one["given"]["places"], same["given"]["places"])
+    assert one["given"]["places"].shape != other["given"]["places"].shape or not torch.equal(
+        one["given"]["places"], other["given"]["places"]
+    )
+
+
+# ------------------------------------------------------------------------------------------ that it learns
+@pytest.mark.parametrize("variant", ["small", "paper_count"])
+def test_every_parameter_has_a_gradient(variant):
+    learner = humot_material.learner(variant=variant)
+    learner.losses("autoencoder", humot_material.batch(learner), {})["reconstruction"].backward()
+    for name, parameter in learner.modules.named_parameters():
+        assert parameter.grad is not None, name
+        assert torch.isfinite(parameter.grad).all(), name
+        assert parameter.grad.abs().max() > 0.0, name
+
+
+def test_one_batch_is_learnt_by_heart():
+    learner = humot_material.learner(lengths=(WINDOW,), turned=False, mirrored=False)
+    batch = humot_material.batch(learner)
+    before = losses(learner, batch)["reconstruction"].item()
+    steps(learner, 150, batch=batch)
+    assert losses(learner, batch)["reconstruction"].item() < 0.02 * before
+
+
+def test_training_is_the_same_under_one_seed():
+    one, two = (steps(humot_material.learner(), 3).export() for _ in range(2))
+    assert all(torch.equal(one[name], two[name]) for name in one)
+
+
+def test_without_consistency_there_is_one_term():
+    learner = humot_material.learner(consistency=0.0)
+    assert set(losses(learner, humot_material.batch(learner))) == {"reconstruction"}
+
+
+# ---------------------------------------------------------------------------------------------- weights
+def test_weights_go_round(tmp_path):
+    learner = humot_material.learner()
+    card = {"method": "humot", "version": "1", "facts": dict(HuMoT().facts())}
+    weights.write(tmp_path, "weights", learner.export(), card, exact=list(learner.export()))
+    again = humot_material.learner()
+    again.load(weights.read(tmp_path).tensors)
+    assert all(torch.equal(value, again.export()[name]) for name, value in learner.export().items())
+
+
+def test_weights_of_other_sizes_are_refused():
+    with pytest.raises(BenchError, match="do not fit humot's networks"):
+        humot_material.learner().load(humot_material.learner(variant="paper_count").export())

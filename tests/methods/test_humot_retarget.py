@@ -1,0 +1,140 @@
+"""Retargeting by HuMoT: any length, rate and skeleton, and what is beside a clip does not matter."""
+
+from __future__ import annotations
+
+import humot_material
+import numpy as np
+import pan_material
+import pytest
+
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError
+from retarget_bench.methods.humot import HuMoT
+from retarget_bench.methods.humot.body import body
+from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces
+from retarget_bench.motion import rates
+
+BODIES = humot_material.BODIES
+
+
+@pytest.fixture(scope="module")
+def method():
+    return humot_material.trained()
+
+
+def dance(name, frames):
+    return pan_material.dances(name, (frames,))[0]
+
+
+def carried(method, source, target):
+    return method.retarget(source, target, context=Context(seed=0))
+
+
+def test_a_batch_gives_what_its_rows_give_alone(method):
+    sources = [dance("one", 40), dance("legs", 33), dance("one_one_armed", 7)]
+    targets = [BODIES["stout"], BODIES["one_one_armed"], BODIES["one"]]
+    together = method.retarget_batch(sources, targets, contexts=[Context(seed=0)] * 3)
+    for source, target, found in zip(sources, targets, together, strict=True):
+        alone = carried(method, source, target)
+        assert found.character is target
+        np.testing.assert_allclose(found.positions, alone.positions, atol=1e-5)
+
+
+@pytest.mark.parametrize("frames", [1, 2, 29, 30, 31, 60, 100])
+@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
+@pytest.mark.parametrize("windows", ["overlapping", "whole"])
+def test_any_length_and_rate(method, frames, fps, windows):
+    source = dance("one", frames)
+    source = source.character.motion(source.rotations, source.root, fps)
+    method = humot_material.trained(windows=windows) if windows == "whole" else method
+    found = carried(method, source, BODIES["legs"])
+    assert (found.frames, found.fps) == (frames, fps)
+    assert np.isfinite(found.positions).all()
+
+
+def test_windows_cover_a_clip_and_fade_into_each_other(method):
+    for frames in (5, 30, 31, 44, 45, 46, 100):
+        question = Question.of(dance("one", frames), BODIES["one"])
+        pieces = list(_pieces(question, "overlapping"))
+        weight = np.zeros(frames)
+        for piece in pieces:
+            assert piece.stop - piece.start == min(WINDOW, frames)
+            weight[piece.start : piece.stop] += _fade(piece.stop - piece.start)
+        assert (weight > 0.0).all()
+        assert [piece.start for piece in pieces][:-1] == list(range(0, max(frames - WINDOW, 0), HOP))
+    assert len(list(_pieces(question, "whole"))) == 1
+
+
+def test_positions_are_taken_like_motions(method):
+    source = dance("one", 40)
+    known = source.character.positions(source.positions, source.fps)
+    np.testing.assert_allclose(
+        carried(method, known, BODIES["legs"]).positions,
+        carried(method, source, BODIES["legs"]).positions,
+        atol=1e-4,
+    )
+
+
+def test_an_answer_moves_with_its_source(method):
+    """Windows are centred: another place in the world is the same question."""
+    source = dance("one", 40)
+    step = np.array([3.0, 0.5, -2.0])
+    there = source.character.motion(source.rotations, source.root + step, source.fps)
+    found, wanted = (carried(method, each, BODIES["tall"]).positions for each in (there, source))
+    ratio = BODIES["tall"].measures.leg_length / BODIES["one"].measures.leg_length
+    np.testing.assert_allclose(found, wanted + ratio * step, atol=1e-4)
+
+
+def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
+    """What is around the networks changes nothing: pieces, fading, axes, rates."""
+    monkeypatch.setattr(
+        "retarget_bench.methods.humot.learner.Autoencoder.forward",
+        lambda self, given, asked, frames: given["places"],
+    )
+    for frames in (1, 12, 77):
+        source = dance("one", frames)
+        found = carried(method, source, source.character)
+        np.testing.assert_allclose(found.positions, source.positions, atol=1e-5)
+
+
+def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch):
+    monkeypatch.setattr(
+        "retarget_bench.methods.humot.learner.Autoencoder.forward",
+        lambda self, given, asked, frames: given["places"],
+    )
+    source, tall = dance("one", 50), BODIES["tall"]
+    found = carried(method, source, tall).positions
+    ratio = tall.measures.leg_length / source.character.measures.leg_length
+    np.testing.assert_allclose(found[:, 0], ratio * source.positions[:, 0], atol=1e-5)
+    seen = list(body(tall).joints)
+    poses = found[:, seen] - found[:, :1]
+    np.testing.assert_allclose(poses, source.positions[:, seen] - source.positions[:, :1], atol=1e-5)
+
+
+def test_a_skeleton_never_trained_on_is_taken():
+    method = humot_material.trained(("one", "tall"))
+    assert method.supports(BODIES["legs"], BODIES["one_one_armed"]) is None
+    found = carried(method, dance("legs", 20), BODIES["one_one_armed"])
+    assert found.positions.shape == (20, len(BODIES["one_one_armed"].skeleton), 3)
+
+
+def test_refusals_are_sentences(method):
+    assert "stands on four legs" in method.supports(BODIES["rex"], BODIES["one"])
+    assert "stands on four legs" in method.supports(BODIES["one"], BODIES["rex"])
+    with pytest.raises(BenchError, match="consistency is a weight"):
+        HuMoT(consistency=-1.0)
+    with pytest.raises(BenchError, match="hop is a number of frames"):
+        HuMoT(hop=0)
+
+
+def test_no_source_no_answer(method):
+    assert method.retarget_batch([], [], contexts=[]) == []
+
+
+def test_thirty_frames_per_second_are_the_networks(method):
+    """A source at 60 gives what every second frame of it gives, at those frames."""
+    source = dance("one", 41)
+    fast = source.character.motion(source.rotations, source.root, 60.0)
+    slow = rates.at_thirty(fast)
+    found = carried(method, fast, BODIES["legs"]).positions[::2]
+    np.testing.assert_allclose(found, carried(method, slow, BODIES["legs"]).positions, atol=1e-5)
