@@ -314,6 +314,14 @@ def test_predictions_made_from_an_export_are_scored(bench, bows):
         assert hips[info.id] == pytest.approx(100 * off / case.target.height, rel=1e-5)
 
 
+def test_a_method_has_a_name_already(bench):
+    done = bench("score", "copy_rotations+footfix", "--name", "mine")
+    assert done.code == 2
+    assert done.err.strip() == (
+        "bench: --name is what a folder's method is called, and copy_rotations+footfix is no folder"
+    )
+
+
 # ------------------------------------------------------------------------------------------------ docs
 def documented() -> list[tuple[str, list[str]]]:
     """(page, words) of every ``bench`` command line in the documents."""

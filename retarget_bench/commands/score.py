@@ -35,6 +35,8 @@ def command(what: tuple[str, ...], name: str | None, **given: Any) -> None:
         given |= _manifest(folder)
         given["external"] = folder
         what = (name or _label(folder),)
+    elif name:
+        raise BenchError(f"--name is what a folder's method is called, and {what[0]} is no folder")
     plan = planning.make_plan(what, stage="score", **given)
     places = planning.carry_out(plan, "bench score")
     found = summary.sections(place for place in places if place.header.exists())
