@@ -35,8 +35,10 @@ class ToySets:
 
     def features(self, comparison):
         self.network(comparison.target)
-        real = _pieces(comparison.case.reference.positions)
         made = _pieces(comparison.prediction.positions) * (np.nan if self.broken == "features" else 1.0)
+        if comparison.case.reference is None:
+            return CaseFeatures(made, made[:0], np.linspace(0, 1, len(made), dtype=np.float32))
+        real = _pieces(comparison.case.reference.positions)
         return CaseFeatures(made, real, np.linspace(0, 1, len(real), dtype=np.float32))
 
     def least(self, value_id):

@@ -1,0 +1,227 @@
+"""Sets of answers to cases without references, against other real motion of the target's structure."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench import records, registry, run, sets
+from retarget_bench.api import CaseFeatures, CaseInfo
+from retarget_bench.comparison import Comparison
+from retarget_bench.metrics.fid.frechet import frechet
+from retarget_bench.plan import Plan, dataset
+from retarget_bench.predict import context_for
+from retarget_bench.sets import draw, files
+from retarget_bench.sets.collect import NO_REFERENCE, collect
+from retarget_bench.spec import Spec
+
+HERE = Path(__file__).parent
+TOYS = (*sorted((HERE / "toys").glob("*.py")), *sorted((HERE / "set_toys").glob("*.py")))
+
+
+@pytest.fixture(autouse=True)
+def _toys():
+    for file in TOYS:
+        registry.add_file(file)
+
+
+# -------------------------------------------------------------------------------------------------- draws
+def case(name: str, clip: str, generated: np.ndarray | None, real: np.ndarray | None, speed: np.ndarray):
+    info = CaseInfo(name, "retarget", "cross", name.split(">")[0], name.split(">")[1], clip, "", 100)
+    width = (generated if generated is not None else real).shape[1]
+    none = np.zeros((0, width), np.float32)
+    return info, CaseFeatures(
+        none if generated is None else generated, none if real is None else real, speed.astype(np.float32)
+    )
+
+
+def corpus(seed: int = 0, clips: int = 20, windows: int = 9, wide: int = 3):
+    """Answers named by their clip and window, and real motion likewise, of other clips."""
+    random = np.random.default_rng(seed)
+    answers, real = {}, {}
+    infos, real_infos = {}, {}
+    for number in range(clips):
+        named = np.stack([np.full(windows, number), np.arange(windows), np.zeros(windows)], axis=1)
+        info, found = case(
+            f"a>b/{number}", f"s{number}", named[:, :wide], None, random.gamma(1, 0.4, windows)
+        )
+        answers[info.id], infos[info.id] = found, info
+        info, found = case(
+            f"b>b/{number}", f"r{number}", None, named[:, :wide] + 100, random.gamma(1, 1, windows)
+        )
+        real[info.id], real_infos[info.id] = replace(found, generated=found.real), info
+    return answers, infos, real, real_infos
+
+
+def test_both_halves_of_the_real_motion_stand_against_one_set_of_all_answers():
+    answers, infos, real, real_infos = corpus()
+    drawn = draw.draw_apart(answers, infos, real, real_infos)
+    first, second = (set(half.clips.tolist()) for half in drawn.real)
+    assert not first & second
+    assert first | second == {info.clip for info in real_infos.values()}
+    assert drawn.generated[0] is drawn.generated[1]
+    assert drawn.apart
+    sizes = {len(sample.clips) for sample in (*drawn.real, *drawn.generated)}
+    assert sizes == {drawn.n} == {90}
+    assert set(drawn.generated[0].clips.tolist()) <= {info.clip for info in infos.values()}
+    rows = {tuple(row) for row in drawn.generated[0].features.tolist()}
+    assert len(rows) == drawn.n
+
+
+def test_answers_decide_nothing_about_the_draw():
+    answers, infos, real, real_infos = corpus()
+    drawn = draw.draw_apart(answers, infos, real, real_infos)
+    other = {key: replace(each, generated=each.generated * 3 + 1) for key, each in answers.items()}
+    assert draw.draw_apart(other, infos, real, real_infos).hash == drawn.hash
+    fewer = dict(list(answers.items())[:-1])
+    assert draw.draw_apart(fewer, infos, real, real_infos).hash != drawn.hash
+    moved = {key: replace(each, real=each.real + 1) for key, each in real.items()}
+    assert draw.draw_apart(answers, infos, moved, real_infos).hash != drawn.hash
+
+
+def test_answers_are_drawn_evenly_over_the_sources_speed(monkeypatch):
+    """Fast windows are rare among the sources; of those drawn, they are not."""
+    monkeypatch.setattr(draw, "MOST", 60)
+    answers, infos, real, real_infos = corpus(clips=40, windows=20)
+    fast = {}
+    for key, each in answers.items():
+        speed = np.where(np.arange(20) % 10 == 0, 0.9, 0.1).astype(np.float32)
+        fast[key] = replace(each, generated=speed[:, None].repeat(3, 1), speed=speed)
+    drawn = draw.draw_apart(fast, infos, real, real_infos)
+    assert drawn.n == 60
+    assert (drawn.generated[0].features[:, 0] > 0.5).mean() == pytest.approx(0.5)
+
+
+def exactly(random: np.random.Generator, n: int, mean: np.ndarray, covariance: np.ndarray) -> np.ndarray:
+    """A sample of n with this very mean and covariance."""
+    raw = random.normal(size=(n, len(mean)))
+    raw -= raw.mean(axis=0)
+    white = raw @ np.linalg.inv(np.linalg.cholesky(np.cov(raw.T))).T
+    return white @ np.linalg.cholesky(covariance).T + mean
+
+
+def test_the_frechet_distance_of_gaussians_is_its_closed_form():
+    """Equation 21 with commuting covariances: |m - w|^2 + sum (sqrt a - sqrt b)^2 over common axes."""
+    random = np.random.default_rng(3)
+    axes = np.linalg.qr(random.normal(size=(4, 4)))[0]
+    a, b = np.array([0.5, 1.0, 2.0, 4.0]), np.array([3.0, 1.0, 0.2, 5.0])
+    m, w = np.array([1.0, 0.0, -1.0, 2.0]), np.array([0.0, 0.5, 0.0, 2.0])
+    one = exactly(random, 400, m, axes @ np.diag(a) @ axes.T)
+    other = exactly(random, 300, w, axes @ np.diag(b) @ axes.T)
+    closed = ((m - w) ** 2).sum() + ((np.sqrt(a) - np.sqrt(b)) ** 2).sum()
+    assert frechet(one, other) == pytest.approx(closed, rel=1e-9)
+
+
+# --------------------------------------------------------------------------------------------- whole runs
+def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> list[records.Place]:
+    plan = Plan(
+        methods=tuple(map(Spec.parse, methods)),
+        datasets=(Spec.parse(data),),
+        splits=("cross",),
+        metrics=("position", "toy_sets"),
+        root=root,
+    )
+    return run.run(replace(plan, **changes), lambda done, total: None)
+
+
+@pytest.fixture(scope="module")
+def finished(tmp_path_factory) -> list[records.Place]:
+    for file in TOYS:
+        registry.add_file(file)
+    return carry_out(tmp_path_factory.mktemp("apart"), "toy_method", "other_clip")
+
+
+def test_values_are_of_the_stored_answers_and_the_real_motion(finished):
+    """Worked out here from the data set's motion, half by half, as the definition has it."""
+    found = {(each.value_id, each.structure, each.kind): each for each in sets.read(finished[0])}
+    gap = found["toy_gap", "tall", ""]
+    data = dataset(Spec.parse("toy_apart"))
+    metric = registry.create("metrics", Spec.parse("toy_sets"))
+    assert gap.n == 18
+    halves = draw.halves(
+        [(info.id, at) for info in data.real("retarget", "tall") for at in range(3)],
+        {info.id: info for info in data.real("retarget", "tall")},
+    )
+
+    def pieces(case, motion):
+        return metric.features(Comparison(case, motion)).generated
+
+    real: dict[int, list[np.ndarray]] = {0: [], 1: []}
+    for info in data.real("retarget", "tall"):
+        shown = data.load(info)
+        real[halves[info.clip]].append(pieces(shown, shown.reference))
+    means = [np.concatenate(each).mean(axis=0) for each in real.values()]
+    assert gap.floor == pytest.approx(np.linalg.norm(means[0] - means[1]), rel=1e-5)
+    # half of the answers are drawn: by the same draw, from what the run stored
+    infos = {info.id: info for info in data.cases("retarget", "cross") if info.target == "tall"}
+    none = np.zeros((0, 27), np.float32)
+    with np.load(files.features_path(finished[0])) as arrays:
+        names = ("generated", "real", "speed")
+        answers = {
+            key: CaseFeatures(*(arrays[f"{key}/toy_sets:{name}"] for name in names)) for key in infos
+        }
+    shown = {info.id: info for info in data.real("retarget", "tall")}
+    moving = {
+        key: CaseFeatures(none, pieces(data.load(info), data.load(info).reference), np.linspace(0, 1, 3))
+        for key, info in shown.items()
+    }
+    drawn = draw.draw_apart(answers, infos, moving, shown).generated[0]
+    assert gap.clips == len(set(drawn.clips.tolist())) >= 10
+    away = [np.linalg.norm(each - drawn.features.mean(axis=0)) for each in means]
+    assert gap.value == pytest.approx(np.mean(away), rel=1e-5)
+    assert gap.low <= gap.value <= gap.high
+
+
+def test_kinds_stand_apart_and_structures_without_real_motion_say_so(finished):
+    found = {(each.value_id, each.structure, each.kind): each for each in sets.read(finished[0])}
+    assert {key[2] for key in found if key[1] == "tall"} == {"", "hop", "rest"}
+    for kind in ("hop", "rest"):
+        part = found["toy_gap", "tall", kind]
+        assert part.n == 9  # six clips of three windows, half of the real ones
+        assert part.value is not None
+        assert (part.low, part.high) == (None, None)  # too few clips of one kind
+    assert found["toy_gap", "small", ""].value is None
+    assert found["toy_gap", "small", ""].reason == (
+        "the data set has no real motion of bodies of structure small in this part"
+    )
+
+
+def test_files_name_the_kind_and_headers_the_legs(finished):
+    place = finished[0]
+    head = files.values_path(place).read_text().splitlines()[0]
+    assert head == ",".join(files.FIELDS)
+    assert records.read_header(place.header)["four_legged"] == []
+    with np.load(files.features_path(place)) as arrays:
+        assert not [name for name in arrays if name.endswith("toy_sets:real") and len(arrays[name])]
+
+
+def test_other_clip_takes_real_motion_of_the_target(finished):
+    """The small body has none and is not answered; the tall one's answers are its own real motion."""
+    found = {(each.value_id, each.structure): each for each in sets.read(finished[1]) if not each.kind}
+    assert ("toy_gap", "small") not in found
+    assert found["toy_gap", "tall"].value is not None
+    data = dataset(Spec.parse("toy_apart"))
+    asked = data.cases("retarget", "cross")[0]
+    method = registry.create("methods", Spec.parse("other_clip"))
+    context = context_for(method, data, data.load(asked), seed=0)
+    assert context.reference is None
+    assert len(context.other_clips) == 12
+    shown = data.load(data.real("retarget", "tall")[0]).reference
+    assert any((clip.positions == shown.positions).all() for clip in context.other_clips)
+
+
+def test_no_value_that_needs_a_reference_is_there(finished):
+    text = finished[0].rows.read_text()
+    assert "mpjpe" not in text
+
+
+def test_data_without_real_motion_say_why_there_is_no_value():
+    data = dataset(Spec.parse("toy_apart"))
+    found = data.load(data.cases("retarget", "cross")[0])
+    metric = registry.create("metrics", Spec.parse("toy_sets"))
+    answer = found.target.motion(found.source.rotations, found.source.root, found.source.fps)
+    assert str(collect([metric], found, answer)["toy_sets:reason"]) == NO_REFERENCE
+    assert "toy_sets:generated" in collect([metric], found, answer, elsewhere=True)
