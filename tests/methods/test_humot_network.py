@@ -1,0 +1,230 @@
+"""HuMoT's networks: as many parameters as said, the same as plain ones, and blind to padding and neighbours."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import replace
+
+import pytest
+import torch
+from humot_reference import PlainDecoder, PlainEncoder, batch
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from torch import Tensor, nn
+
+from retarget_bench.methods.humot.design import PAPER_COUNT, SMALL, TEXT, Design
+from retarget_bench.methods.humot.network import Decoder, Encoder
+from retarget_bench.methods.humot.network import block as blocks
+
+TINY = {"width": 16, "latent": 8, "heads": 4, "blocks": (2, 2), "template": (4, 6), "motion": (3, 5, 8)}
+DESIGNS = {
+    "batch": replace(TEXT, **TINY),
+    "batch, free of parameters": replace(PAPER_COUNT, **TINY),
+    "layer": replace(SMALL, **TINY),
+    "layer, free of parameters": replace(SMALL, **TINY, affine=False, biased=True),
+}
+every_design = pytest.mark.parametrize("design", DESIGNS.values(), ids=list(DESIGNS))
+by_token = [design for design in DESIGNS.values() if design.norm == "layer"]
+SIZES = {
+    "alike": ([5, 5, 5], [12, 12, 12]),
+    "joints differ": ([9, 3, 5], [12, 12, 12]),
+    "both differ": ([9, 2, 15], [12, 7, 9]),
+    "next to nothing": ([2, 1], [3, 1]),
+    "long": ([7, 20], [110, 95]),
+}
+Batch = tuple[Tensor, Tensor, Tensor, Tensor]
+
+
+def networks(design: Design, seed: int = 0) -> tuple[Encoder, Decoder]:
+    """With all parameters off their starting values, and running statistics of something."""
+    torch.manual_seed(seed)
+    encoder, decoder = Encoder(design), Decoder(design)
+    with torch.no_grad():
+        for each in (*encoder.parameters(), *decoder.parameters()):
+            each += 0.05 * torch.randn_like(each)
+        through(encoder, decoder, batch([6, 4], [10, 10], seed=9))
+    return encoder, decoder
+
+
+def through(encoder: nn.Module, decoder: nn.Module, sequences: Batch) -> tuple[Tensor, Tensor]:
+    """Code and positions."""
+    positions, *where = sequences
+    code = encoder(positions, *where)
+    return code, decoder(code, *where)
+
+
+def doubled(sequences: Batch) -> Batch:
+    positions, template, joints, frames = sequences
+    return positions.double(), template.double(), joints, frames
+
+
+def gradients(encoder: nn.Module, decoder: nn.Module, sequences: Batch) -> list[Tensor]:
+    """Code, positions, and gradients by all parameters of a sum that means nothing."""
+    code, places = through(encoder, decoder, sequences)
+    (places.square() + places).sum().backward()
+    found = [each.grad for module in (encoder, decoder) for each in module.parameters()]
+    return [code, places, *found]
+
+
+# ---------------------------------------------------------------------------------------- what they are
+@pytest.mark.parametrize(("design", "count"), [(PAPER_COUNT, 2_475_511), (TEXT, 2_562_629)])
+def test_as_many_parameters_as_said(design, count):
+    found = sum(each.numel() for net in (Encoder(design), Decoder(design)) for each in net.parameters())
+    assert found == count
+
+
+def test_small_has_sixty_four_channels_and_four_blocks():
+    encoder, decoder = Encoder(SMALL), Decoder(SMALL)
+    assert encoder.code.in_features == 64
+    assert (len(encoder.blocks), len(decoder.blocks)) == (2, 2)
+    code, places = through(encoder, decoder, batch([5, 3], [4, 4]))
+    assert (code.shape, places.shape) == ((2, 4, 64), (2, 4, 5, 3))
+
+
+@every_design
+@pytest.mark.parametrize("training", [True, False])
+@pytest.mark.parametrize("sizes", SIZES.values(), ids=list(SIZES))
+def test_the_same_as_plain_networks(design, sizes, training):
+    encoder, decoder = networks(design)
+    ours = [net.double().train(training) for net in (encoder, decoder)]
+    plain = [PlainEncoder(encoder).train(training), PlainDecoder(decoder).train(training)]
+    sequences = doubled(batch(*sizes))
+    found, expected = gradients(*ours, sequences), gradients(*plain, sequences)
+    for one, other in zip(found, expected, strict=True):
+        torch.testing.assert_close(one, other, atol=1e-9, rtol=1e-9)
+    for own, other in zip(ours, plain, strict=True):
+        for one, two in zip(own.buffers(), other.buffers(), strict=True):
+            torch.testing.assert_close(one, two, atol=1e-12, rtol=1e-12)
+
+
+@pytest.mark.parametrize("design", [PAPER_COUNT, TEXT, SMALL], ids=["paper_count", "text", "small"])
+def test_single_precision_is_enough_for_five_digits(design):
+    torch.manual_seed(0)
+    encoder, decoder = Encoder(design), Decoder(design)
+    plain = PlainEncoder(encoder), PlainDecoder(decoder)
+    sequences = batch([11, 5, 3], [30, 30, 30])
+    exact = gradients(*(copy.deepcopy(net).double() for net in plain), doubled(sequences))
+    found, expected = gradients(encoder, decoder, sequences), gradients(*plain, sequences)
+    for one, other in zip(found[:2], expected[:2], strict=True):
+        torch.testing.assert_close(one, other, atol=1e-5, rtol=1e-5)
+    ours, theirs, true = (
+        torch.cat([each.flatten() for each in several[2:]]) for several in (found, expected, exact)
+    )
+    assert (ours - theirs).norm() < 1e-5 * true.norm()
+    assert (ours - true).norm() < 2.0 * (theirs - true).norm()
+
+
+@every_design
+@pytest.mark.parametrize("training", [True, False])
+def test_every_parameter_is_learned(design, training):
+    found = gradients(*(net.train(training) for net in networks(design)), batch([6, 4], [9, 9]))
+    for each in found[2:]:
+        assert each.isfinite().all()
+        assert each.abs().max() > 0.0
+
+
+def test_twice_is_the_same():
+    sequences = batch([6, 4, 9], [9, 9, 9])
+    first, second = (gradients(*networks(DESIGNS["batch"]), sequences) for _ in range(2))
+    for one, other in zip(first, second, strict=True):
+        assert torch.equal(one, other)
+
+
+# ------------------------------------------------------------------------- padding and neighbours
+sequences = st.lists(st.tuples(st.integers(1, 9), st.integers(1, 12)), min_size=1, max_size=4)
+more = st.tuples(st.integers(0, 4), st.integers(0, 5))
+
+
+def alone(sequences: Batch, row: int) -> Batch:
+    """One of them without padding."""
+    positions, template, joints, frames = (each[row] for each in sequences)
+    positions = positions[frames][:, joints]
+    ones = torch.ones(1, len(template[joints]), dtype=torch.bool), torch.ones(1, len(positions)).bool()
+    return positions[None], template[joints][None], *ones
+
+
+def padded(sequences: Batch, joints: int, frames: int) -> Batch:
+    """With so much more of both, and with junk where there is nothing."""
+    positions, template, real, lasting = sequences
+    positions = nn.functional.pad(positions, (0, 0, 0, joints, 0, frames))
+    template = nn.functional.pad(template, (0, 0, 0, joints))
+    real, lasting = nn.functional.pad(real, (0, joints)), nn.functional.pad(lasting, (0, frames))
+    positions[~(real.unsqueeze(1) & lasting.unsqueeze(2))] = torch.nan
+    template[~real] = torch.nan
+    return positions, template, real, lasting
+
+
+@torch.no_grad()
+def check_alone(nets: tuple[Encoder, Decoder], given: Batch) -> None:
+    code, places = through(*nets, given)
+    for row in range(len(code)):
+        joints, frames = given[2][row], given[3][row]
+        own_code, own_places = through(*nets, alone(given, row))
+        torch.testing.assert_close(code[row, frames], own_code[0], atol=1e-5, rtol=1e-5)
+        torch.testing.assert_close(places[row, frames][:, joints], own_places[0], atol=1e-5, rtol=1e-5)
+        assert not code[row, ~frames].any()
+        assert not places[row, ~frames].any()
+        assert not places[row, :, ~joints].any()
+
+
+@every_design
+@settings(max_examples=12, deadline=None)
+@given(sizes=sequences, more=more, seed=st.integers(0, 99))
+def test_answers_are_those_of_a_sequence_alone(design, sizes, more, seed):
+    given = padded(batch([one for one, _ in sizes], [two for _, two in sizes], seed), *more)
+    check_alone(tuple(net.eval() for net in networks(design)), given)
+
+
+@pytest.mark.parametrize("design", by_token, ids=["affine", "free of parameters"])
+@settings(max_examples=12, deadline=None)
+@given(sizes=sequences, more=more, seed=st.integers(0, 99))
+def test_by_tokens_so_are_those_in_training(design, sizes, more, seed):
+    given = padded(batch([one for one, _ in sizes], [two for _, two in sizes], seed), *more)
+    check_alone(tuple(net.train() for net in networks(design)), given)
+
+
+@every_design
+def test_padding_changes_no_statistics_and_no_gradients(design):
+    sizes = [7, 3, 5], [11, 6, 9]
+    nets, others = networks(design), networks(design)
+    found, expected = gradients(*nets, padded(batch(*sizes), 4, 3)), gradients(*others, batch(*sizes))
+    torch.testing.assert_close(found[0][:, :11], expected[0], atol=1e-5, rtol=1e-5)
+    torch.testing.assert_close(found[1][:, :11, :7], expected[1], atol=1e-5, rtol=1e-5)
+    for own, other in zip(nets, others, strict=True):
+        for one, two in zip(own.buffers(), other.buffers(), strict=True):
+            torch.testing.assert_close(one, two, atol=1e-6, rtol=1e-6)
+    largest = max(float(each.abs().max()) for each in expected[2:])
+    for one, other in zip(found[2:], expected[2:], strict=True):
+        torch.testing.assert_close(one / largest, other / largest, atol=1e-5, rtol=0.0)
+
+
+@every_design
+def test_a_joint_left_out_anywhere_is_not_there(design):
+    positions, template, joints, frames = batch([8, 8], [9, 9])
+    joints[0, [0, 4]] = False
+    joints[1, [3, 7]] = False
+    check_alone(tuple(net.eval() for net in networks(design)), (positions, template, joints, frames))
+
+
+@every_design
+def test_rows_in_another_order_are_answered_in_that_order(design):
+    nets, given = networks(design), batch([7, 3, 5, 9], [11, 6, 9, 11])
+    order = torch.tensor([2, 0, 3, 1])
+    with torch.no_grad():
+        found = through(*nets, tuple(each[order] for each in given))
+        expected = through(*networks(design), given)
+    for one, other in zip(found, expected, strict=True):
+        torch.testing.assert_close(one, other[order], atol=1e-5, rtol=1e-5)
+
+
+@every_design
+def test_long_motions_are_read_in_parts_to_the_same_effect(design, monkeypatch):
+    nets = tuple(net.eval() for net in networks(design))
+    given = batch([23, 9], [100, 81])
+    expected = through(*nets, given)
+    monkeypatch.setattr(blocks, "LONG", 1)
+    monkeypatch.setattr(blocks, "SIDE", (5, 7))
+    with torch.no_grad():
+        found = through(*nets, given)
+    for one, other in zip(found, expected, strict=True):
+        torch.testing.assert_close(one, other, atol=1e-5, rtol=1e-5)
