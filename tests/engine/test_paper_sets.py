@@ -1,0 +1,132 @@
+"""PAN's Table 3: values of sets on two legs and on four land in the paper's columns, with their floor."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from retarget_bench import paper_sets, papers, records
+from retarget_bench.paper_table import NOT_PRINTED, paper_table
+from retarget_bench.records import Place
+from retarget_bench.sets import SetValue, files
+
+TABLE = papers.published("pan-table3")
+DECLARED = {key: {"label": key, "metric": "fid", "unit": "1", "better": "lower"} for key in ("fid", "kid")}
+
+
+def value(structure: str, number: float | None, kind: str = "", **changes) -> SetValue:
+    facts = {"value_id": "fid", "n": 1200, "clips": 30, "floor": 5.0, "real": "r", "network": "w"} | changes
+    return SetValue(structure=structure, value=number, kind=kind, **facts)
+
+
+def store(
+    root: Path, name: str, values: list[SetValue], split: str = "cross", file: str = "", **changes
+) -> None:
+    place = Place(root, "data", "retarget", split, file or name)
+    place.folder.mkdir(parents=True, exist_ok=True)
+    header = {
+        "schema": records.SCHEMA,
+        "keys": {},
+        "method": {"name": name, "label": name, "control": False, "privileged": [], "stochastic": False},
+        "dataset": {"name": "data", "label": "data", "content": "c", "notes": []},
+        "values": {},
+        "set_values": DECLARED,
+        "networks": {},
+        "four_legged": ["dog"],
+        "counts": {"asked": 0} | dict.fromkeys(records.STATUSES, 0),
+        "problems": [],
+    }  # fmt: skip
+    for key, change in changes.items():
+        header[key] = {**header[key], **change} if isinstance(change, dict) else change
+    if header["four_legged"] is None:
+        del header["four_legged"]
+    records.write_results(place, header, [], [])
+    files.write(place, values)
+
+
+def rows(root: Path) -> dict[str, papers.OwnRow]:
+    return {row.label: row for row in paper_sets.own_rows(TABLE, records.find_results(root))}
+
+
+def test_directions_are_told_by_the_targets_legs_and_structures_are_averaged(tmp_path: Path) -> None:
+    store(
+        tmp_path, "mine", [value("dog", 40.0), value("man", 10.0), value("child", 30.0, n=1100, clips=20)]
+    )
+    found = rows(tmp_path)
+    cells = found["mine"].cells
+    assert cells["B->Q"].value == 40.0
+    assert (cells["Q->B"].value, cells["Q->B"].pairs) == (20.0, 2)
+    assert (cells["Q->B"].cases, cells["Q->B"].clips) == (1100, 20)
+    floor = found["floor"]
+    assert floor.mark
+    assert {key: cell.value for key, cell in floor.cells.items()} == {"Q->B": 5.0, "B->Q": 5.0}
+
+
+def test_kinds_and_kid_have_columns_of_their_own(tmp_path: Path) -> None:
+    store(
+        tmp_path,
+        "mine",
+        [value("dog", 1.0, "idle"), value("dog", 2.0, "sit"), value("man", 3.0, "move", value_id="kid")],
+    )
+    cells = rows(tmp_path)["mine"].cells
+    assert {key: cell.value for key, cell in cells.items()} == {
+        "B->Q idle": 1.0,
+        "B->Q sit": 2.0,
+        "Q->B move kid": 3.0,
+    }
+
+
+def test_what_has_no_number_says_why(tmp_path: Path) -> None:
+    why = "fid needs 1024 windows in each set, here 85"
+    store(tmp_path, "mine", [value("dog", None, reason=why, floor=None), value("man", 9.0)])
+    drawn = paper_table(TABLE, paper_sets.own_rows(TABLE, records.find_results(tmp_path)))
+    (mine,) = (row for row in drawn.groups[0].ranked if row.label == "mine")
+    assert [cell.value for cell in mine.cells] == [9.0, None]
+    assert mine.cells[1].reason == why
+    assert why in drawn.footnotes
+    assert NOT_PRINTED not in drawn.footnotes
+    assert any("Q->B: 1,200 windows in each set" in note.replace("1200", "1,200") for note in drawn.notes)
+
+
+def test_results_with_references_and_later_seeds_are_not_of_this_table(tmp_path: Path) -> None:
+    store(tmp_path, "itself", [value("dog", 1.0)], split="self")
+    store(tmp_path, "paired", [value("dog", 1.0)], four_legged=None)
+    store(tmp_path, "mine", [value("dog", 2.0)])
+    store(tmp_path, "mine", [value("dog", 3.0)], file="mine.seed-1", seeds=[1])
+    found = rows(tmp_path)
+    assert set(found) == {"mine", "floor"}
+    assert found["mine"].cells["B->Q"].value == 2.0
+
+
+def test_the_floor_is_that_of_most_methods(tmp_path: Path) -> None:
+    for name in ("a", "b"):
+        store(tmp_path, name, [value("dog", 2.0)])
+    store(tmp_path, "lacking", [value("dog", 2.0, real="other", floor=50.0)])
+    assert rows(tmp_path)["floor"].cells["B->Q"].value == 5.0
+
+
+def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path: Path) -> None:
+    store(tmp_path, "still", [value("dog", 7.0), value("dog", 1.0, "idle")], method={"control": True})
+    drawn = paper_table(TABLE, paper_sets.own_rows(TABLE, records.find_results(tmp_path)))
+    printed, *others = drawn.groups
+    assert [row.label for row in printed.ranked] == [
+        f"{name} (printed)" for name in ("NKN*", "PMnet*", "SAN", "PAN")
+    ]
+    assert [cell.text for cell in printed.ranked[-1].cells] == ["51.68", "132.76"]
+    assert all(not group.ranked for group in others)
+    assert {row.label for row in printed.unranked} == {"still", "floor"}
+    assert any("cannot be compared" in note for note in drawn.notes)
+
+
+def test_without_results_the_printed_rows_are_there() -> None:
+    drawn = paper_table(TABLE, paper_sets.own_rows(TABLE, []))
+    assert len(drawn.groups[0].ranked) == 4
+    assert drawn.notes
+
+
+@pytest.mark.parametrize("column", TABLE.columns, ids=lambda column: column.id)
+def test_every_column_is_of_a_direction(column: papers.PublishedColumn) -> None:
+    assert column.legs == {"Q": 2, "B": 4}[column.id[0]]
+    assert column.kind == next((kind for kind in ("idle", "move", "sit") if kind in column.id), "")
+    assert column.value == ("kid" if column.id.endswith("kid") else "fid")
