@@ -215,6 +215,11 @@ def asked_pairs(table: PublishedTable) -> int:
 
 def caveats(table: PublishedTable, rows: Sequence[OwnRow]) -> list[str]:
     """Why our numbers do not compare with the printed ones: sentences, one per data set and reason."""
+    if not rows and table.of_sets:
+        return [
+            "None of the results is between two legs and four without references: bench run METHOD -d "
+            "'puppets[size=default,between=legs]' makes some."
+        ]
     if not rows:
         return [
             "None of the results has a case that this table asks for: the pairs are of Mixamo's test set."
