@@ -13,12 +13,11 @@ import pytest
 import torch
 from hypothesis import given
 from hypothesis import strategies as st
+from small_plans import asked, carry_out
 
 from retarget_bench import batches, plan, records, registry, run
 from retarget_bench.api import CaseInfo
-from retarget_bench.plan import Plan
 from retarget_bench.records import STATUSES
-from retarget_bench.spec import Spec
 from retarget_bench.training import validate
 
 HERE = Path(__file__).parent
@@ -38,21 +37,6 @@ FRAMES = 12  # of every case of toy_cases
 def _toys():
     for file in TOYS:
         registry.add_file(file)
-
-
-def asked(root: Path, *methods: str, clips: int = 3, **changes) -> Plan:
-    return Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec.parse(f"toy_cases[clips={clips}]"),),
-        splits=("intra",),
-        metrics=("position",),
-        root=root,
-        **changes,
-    )
-
-
-def carry_out(wanted: Plan) -> list[records.Results]:
-    return [records.read_results(place) for place in run.run(wanted, lambda done, total: None)]
 
 
 def mates(results: records.Results, case: str) -> float:
@@ -112,7 +96,7 @@ def test_sixteen_clips_of_a_minute_fit():
 
 # ----------------------------------------------------------------------------------------------- in runs
 def test_cases_are_asked_together_and_the_refused_are_left_out(tmp_path):
-    mix, picky = carry_out(asked(tmp_path, "toy_batches", "toy_batches[does=picky]"))
+    mix, picky = carry_out(tmp_path, "toy_batches", "toy_batches[does=picky]")
     assert {mates(mix, entry.case) for entry in mix.entries} == {6}
     assert picky.header["counts"]["unsupported"] == 3
     assert {mates(picky, entry.case) for entry in picky.entries if entry.status == "ok"} == {3}
@@ -128,7 +112,7 @@ def test_cases_are_asked_together_and_the_refused_are_left_out(tmp_path):
     ],
 )
 def test_a_fault_in_a_batch_costs_its_own_row(tmp_path, does, status, words):
-    _, bad, plain = carry_out(asked(tmp_path, "toy_batches", f"toy_batches[does={does}]", "toy_method"))
+    _, bad, plain = carry_out(tmp_path, "toy_batches", f"toy_batches[does={does}]", "toy_method")
     lost = {entry.case: entry for entry in bad.entries if entry.status != "ok"}
     assert {bad.cases[case].clip for case in lost} == {"clip 1"}
     assert len(lost) == 2
@@ -160,8 +144,8 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
 
 
 def test_what_dies_beside_a_batch_does_not_move_it(tmp_path):
-    (alone,) = carry_out(asked(tmp_path / "a", "toy_batches"))
-    _, beside = carry_out(asked(tmp_path / "b", "toy_batches[does=die]", "toy_batches"))
+    (alone,) = carry_out(tmp_path / "a", "toy_batches")
+    _, beside = carry_out(tmp_path / "b", "toy_batches[does=die]", "toy_batches")
     assert beside.place.rows.read_bytes() == alone.place.rows.read_bytes()
 
 
@@ -172,21 +156,21 @@ def test_progress_counts_cases(tmp_path):
 
 
 def test_what_is_missing_of_a_batch_is_made_by_the_whole_batch_and_stored_alone(tmp_path):
-    (first,) = carry_out(asked(tmp_path, "toy_batches"))
+    (first,) = carry_out(tmp_path, "toy_batches")
     wanted = first.place.rows.read_bytes()
     files = sorted((first.place.folder / "toy_batches").glob("*.npz"))
     before = {file: file.stat().st_mtime_ns for file in files[1:]}
     content = files[0].read_bytes()
     files[0].unlink()
     first.place.header.unlink()
-    (again,) = carry_out(asked(tmp_path, "toy_batches"))
+    (again,) = carry_out(tmp_path, "toy_batches")
     assert again.place.rows.read_bytes() == wanted
     assert files[0].read_bytes() == content
     assert {file: file.stat().st_mtime_ns for file in files[1:]} == before
 
 
 def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
-    (first,) = carry_out(asked(tmp_path, "toy_batches"))
+    (first,) = carry_out(tmp_path, "toy_batches")
     wanted = first.place.rows.read_bytes()
     first.place.header.unlink()
     for file in (first.place.folder / "toy_batches").glob("*.npz"):
@@ -194,17 +178,17 @@ def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
     records.open_journal(first.place, first.header["keys"])
     for entry in first.entries[:2]:
         records.append_journal(first.place, entry)
-    (again,) = carry_out(asked(tmp_path, "toy_batches"))
+    (again,) = carry_out(tmp_path, "toy_batches")
     assert again.place.rows.read_bytes() == wanted
     assert len(list((first.place.folder / "toy_batches").glob("*.npz"))) == 4
 
 
 def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
-    (both,) = carry_out(asked(tmp_path / "a", "toy_batches", clips=20))
+    (both,) = carry_out(tmp_path / "a", "toy_batches", clips=20)
     run.run(
         asked(tmp_path / "b", "toy_batches", clips=20, stage="predict", jobs=2), lambda done, total: None
     )
-    (apart,) = carry_out(asked(tmp_path / "b", "toy_batches", clips=20, stage="score"))
+    (apart,) = carry_out(tmp_path / "b", "toy_batches", clips=20, stage="score")
     assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
     assert {name: both.header["counts"][name] for name in STATUSES} == {
         **dict.fromkeys(STATUSES, 0),
@@ -218,7 +202,7 @@ def test_killed_at_any_moment_gives_the_same_bytes(tmp_path):
     line = [sys.executable, "-m", "retarget_bench", "run", "toy_batches[does=wait]", "--metric", "position"]
     line += ["-d", "toy_cases[clips=20]", "-s", "intra", *toys, "--out", str(tmp_path)]
     environment = os.environ | {"PYTHONPATH": str(HERE.parents[1])}
-    (whole,) = carry_out(asked(tmp_path / "whole", "toy_batches[does=wait]", clips=20))
+    (whole,) = carry_out(tmp_path / "whole", "toy_batches[does=wait]", clips=20)
     folder = tmp_path / whole.place.folder.relative_to(tmp_path / "whole")
     for predictions in (1, 9, 21):
         process = subprocess.Popen(line, env=environment, start_new_session=True, stderr=subprocess.DEVNULL)

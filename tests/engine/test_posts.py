@@ -8,12 +8,12 @@ from types import MappingProxyType
 
 import numpy as np
 import pytest
+from small_plans import asked, carry_out
 
 from retarget_bench import plan as plans
 from retarget_bench import predict, records, registry, run, summary
 from retarget_bench.api import Context, MethodCard
 from retarget_bench.errors import BenchError
-from retarget_bench.plan import Plan
 from retarget_bench.post import composed
 from retarget_bench.spec import Spec
 
@@ -30,22 +30,6 @@ TOYS = (
 def _toys():
     for file in TOYS:
         registry.add_file(file)
-
-
-def asked(root: Path, *methods: str, **changes) -> Plan:
-    return Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec.parse("toy_cases"),),
-        splits=("intra",),
-        metrics=("position",),
-        root=root,
-        **changes,
-    )
-
-
-def carry_out(*args, **changes) -> list[records.Results]:
-    places = run.run(asked(*args, **changes), lambda done, total: None)
-    return [records.read_results(place) for place in places]
 
 
 def roots(results: records.Results) -> dict[str, np.ndarray]:

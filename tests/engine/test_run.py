@@ -13,10 +13,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from small_plans import asked, carry_out
 
 from retarget_bench import predict, records, registry, run
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.plan import Plan, dataset_slug
+from retarget_bench.plan import dataset_slug
 from retarget_bench.spec import Spec
 
 TOYS = Path(__file__).parent / "toys"
@@ -27,22 +28,6 @@ SHIFT = 0.01  # as in toys/toy_cases.py
 def _toys():
     for file in sorted(TOYS.glob("*.py")):
         registry.add_file(file)
-
-
-def plan(root: Path, *methods: str, **changes) -> Plan:
-    return Plan(
-        methods=tuple(map(Spec.parse, methods)),
-        datasets=(Spec.parse("toy_cases"),),
-        splits=("intra",),
-        metrics=("position",),
-        root=root,
-        **changes,
-    )
-
-
-def carry_out(*args, **changes) -> list[records.Results]:
-    places = run.run(plan(*args, **changes), lambda done, total: None)
-    return [records.read_results(place) for place in places]
 
 
 def test_rows_hold_the_known_error_of_every_case(tmp_path):
@@ -123,7 +108,7 @@ def test_positions_are_an_answer_too(tmp_path):
 def test_seeds_belong_to_cases(tmp_path):
     (few,) = carry_out(tmp_path / "few", "toy_method[does=noise]")
     more = replace(
-        plan(tmp_path / "more", "toy_method[does=noise]"), datasets=(Spec.parse("toy_cases[clips=5]"),)
+        asked(tmp_path / "more", "toy_method[does=noise]"), datasets=(Spec.parse("toy_cases[clips=5]"),)
     )
     (many,) = [records.read_results(place) for place in run.run(more, lambda done, total: None)]
     values = {entry.case: entry.values for entry in many.entries}
@@ -136,7 +121,7 @@ def test_seeds_belong_to_cases(tmp_path):
 def test_nothing_is_computed_twice(tmp_path):
     carry_out(tmp_path, "toy_method")
     calls = []
-    run.run(plan(tmp_path, "toy_method"), lambda done, total: calls.append(total))
+    run.run(asked(tmp_path, "toy_method"), lambda done, total: calls.append(total))
     assert calls == [0]
 
 
@@ -145,7 +130,7 @@ def test_a_changed_metric_list_rescores_without_predicting(tmp_path):
     files = sorted((first.place.folder / first.place.method).glob("*.npz"))
     before = [file.stat().st_mtime_ns for file in files]
     place = run.run(
-        replace(plan(tmp_path, "toy_method"), metrics=("position", "ground")), lambda d, t: None
+        replace(asked(tmp_path, "toy_method"), metrics=("position", "ground")), lambda d, t: None
     )[0]
     assert [file.stat().st_mtime_ns for file in files] == before
     assert set(records.read_results(place).header["metrics"]) == {"position", "ground"}
@@ -153,7 +138,7 @@ def test_a_changed_metric_list_rescores_without_predicting(tmp_path):
 
 def test_predict_then_score_is_run(tmp_path):
     (both,) = carry_out(tmp_path / "a", "toy_method[does=picky]")
-    places = run.run(plan(tmp_path / "b", "toy_method[does=picky]", stage="predict"), lambda d, t: None)
+    places = run.run(asked(tmp_path / "b", "toy_method[does=picky]", stage="predict"), lambda d, t: None)
     assert not places[0].rows.exists()
     (apart,) = carry_out(tmp_path / "b", "toy_method[does=picky]", stage="score")
     assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
@@ -162,7 +147,7 @@ def test_predict_then_score_is_run(tmp_path):
 
 def test_scored_from_files_or_at_once_the_same_bytes(tmp_path):
     (both,) = carry_out(tmp_path / "a", "toy_method[does=shaken]")
-    run.run(plan(tmp_path / "b", "toy_method[does=shaken]", stage="predict"), lambda d, t: None)
+    run.run(asked(tmp_path / "b", "toy_method[does=shaken]", stage="predict"), lambda d, t: None)
     (apart,) = carry_out(tmp_path / "b", "toy_method[does=shaken]", stage="score")
     assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
     assert apart.place.arrays.read_bytes() == both.place.arrays.read_bytes()
@@ -199,7 +184,7 @@ def test_results_where_no_folder_can_be(tmp_path):
 
 
 def test_no_case_at_all_is_an_error_with_the_data_sets_notes(tmp_path):
-    empty = replace(plan(tmp_path, "toy_method"), datasets=(Spec.parse("toy_cases[clips=0]"),))
+    empty = replace(asked(tmp_path, "toy_method"), datasets=(Spec.parse("toy_cases[clips=0]"),))
     with pytest.raises(BenchError, match=r"there is no case in intra\. toy_cases: "):
         run.run(empty, lambda done, total: None)
 
@@ -221,7 +206,7 @@ def test_redo(tmp_path):
     for redo in ("never", "missing", "failed", "always"):
         counts = []
         run.run(
-            plan(tmp_path, "toy_method[does=raise]", redo=redo),
+            asked(tmp_path, "toy_method[does=raise]", redo=redo),
             lambda done, total, to=counts: to.append(total),
         )
         jobs[redo] = counts[0]
@@ -329,4 +314,4 @@ def test_unknown_names_are_refused(tmp_path):
     with pytest.raises(BenchError, match="toy_method"):
         carry_out(tmp_path, "toy_methd")
     with pytest.raises(BenchError, match="split"):
-        run.run(replace(plan(tmp_path, "toy_method"), splits=("outer",)), lambda done, total: None)
+        run.run(replace(asked(tmp_path, "toy_method"), splits=("outer",)), lambda done, total: None)
