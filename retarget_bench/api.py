@@ -26,6 +26,9 @@ if TYPE_CHECKING:
 SPLITS = ("self", "intra", "cross")
 """self: same character; intra: same structure, another character; cross: another structure."""
 
+TASKS = ("retarget", "reconstruct", "denoise", "upsample")
+"""All but the first are derived from any data set's own motion (``retarget_bench/tasks``)."""
+
 Prediction = Motion | Positions
 Direction = Literal["lower", "higher", "target", "none"]
 Parameters = Mapping[str, str | int | float | bool]
@@ -214,6 +217,8 @@ class MethodCard:
     stochastic: the result depends on ``context.seed``.
     default:    takes part in a plain ``bench run`` (untrained, or weights are shipped).
     variants:   sets of parameters with which it takes part a further time.
+    uses:       inputs that are not privileged: ``training``, what the data set has to train on.
+    tasks:      those whose plain runs it takes part in, if it is a default at all.
     """
 
     name: str
@@ -223,6 +228,8 @@ class MethodCard:
     licence: str = ""
     accepts: tuple[str, ...] = ("motion",)
     needs: tuple[str, ...] = ()
+    uses: tuple[str, ...] = ()
+    tasks: tuple[str, ...] = TASKS
     control: bool = False
     stochastic: bool = False
     default: bool = True
@@ -240,9 +247,10 @@ class Context:
     ground: the case's floor, for post-processes (``post.py``); None for methods, and where it is not known.
     The privileged inputs are None unless the card's ``needs`` names them.
     second_reference: another answer that is as right as the reference (``Case.alternative``).
-    other_clips: motions of the target in other clips of the split, in a fixed order, loaded when indexed;
-    of the other splits where this one has none.
+    other_clips: motions of the target in other clips of the split (of the others where it has none), in a
+    fixed order, loaded when indexed.
     target_motions: every reference motion of the target, this clip's included.
+    training: for cards that use it: ``TrainingDataset.training()``, always the same object; None without.
     """
 
     seed: int = 0
@@ -253,6 +261,7 @@ class Context:
     second_reference: Prediction | None = None
     target_motions: Sequence[Prediction] | None = None
     other_clips: Sequence[Prediction] | None = None
+    training: Mapping[str, Mapping[str, TrainingClips]] | None = None
 
 
 class Method(Protocol):
@@ -281,17 +290,6 @@ class BatchMethod(Method, Protocol):
 
 
 # -------------------------------------------------------------------------------------------- metrics
-PROTOCOL: Mapping[str, str] = {
-    "error": "what is averaged: distance, squared distance, or squared coordinate (a third of it)",
-    "divided by": "the height that it is divided by, and its power: h, H1, H1^2, H2, or 1",
-    "joints": "which joints count",
-    "placed": "how prediction and reference are put together: world, hips, fit of a frame, ...",
-    "frames": "which frames count",
-    "self pairs": "pairs of a character with itself: apart, or in intra",
-}
-"""What tells position protocols apart, beside the unit (see ``Value.protocol``)."""
-
-
 @dataclass(frozen=True)
 class Value:
     """One named number that a metric returns, as its card declares it.
@@ -307,8 +305,8 @@ class Value:
                missing the value is *not applicable*.
     index:     what the value is a curve over (``threshold``, ``joint``), or "" for one number.
     with_self: in the intra group this value pools self pairs too (a legacy protocol).
-    protocol: of position errors, what fixes the number: the keys of ``PROTOCOL``. Two protocols differ by
-               what these say; ``bench explain`` lists them.
+    protocol: of position errors, what fixes the number: the keys of ``protocols.PROTOCOL``. Two protocols
+               differ by what these say; ``bench explain`` lists them.
     """
 
     id: str
@@ -328,12 +326,15 @@ class Value:
 
 @dataclass(frozen=True)
 class MetricCard:
-    """A family of values that are computed together; ``version`` moves when any number does."""
+    """A family of values that are computed together; ``version`` moves when any number does.
+
+    tasks: those whose plain runs it takes part in."""
 
     name: str
     summary: str
     version: str
     values: tuple[Value, ...]
+    tasks: tuple[str, ...] = TASKS[:1]
 
 
 class Metric(Protocol):

@@ -1,5 +1,5 @@
-"""One panel into several: by pair, clip, kind of performance, joint, body part, what training had, or the
-points of a curve; and the part of it that is long."""
+"""One panel into several: by pair, clip, kind of performance, structure, level, joint, body part, what
+training had, or the points of a curve; and the part of it that is long."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion.roles import BODY_PARTS
 from retarget_bench.panel import Panel, Row
 from retarget_bench.records import Place
+from retarget_bench.tasks import levels
 
-By = Literal["pair", "clip", "kind", "joint", "part", "seen", "second", "threshold"]
+By = Literal["pair", "clip", "kind", "structure", "level", "joint", "part", "seen", "second", "threshold"]
 CURVES: tuple[By, ...] = ("second", "threshold")
 """What a value may be a curve over, a row of the results per point; a line each in a table."""
 UNKNOWN = "unknown"
@@ -39,8 +40,44 @@ def broken_down(panel: Panel, by: By) -> list[Panel]:
         return _by_joint(panel, by)
     if by == "seen":
         return _by_seen(panel)
+    if by in ("structure", "level"):
+        return _by_mark(panel, _structures(panel) if by == "structure" else _levels(panel))
     names = np.array([str(getattr(info, by)) or UNKNOWN for info in panel.cases])
     return [panel.restricted(names == name, name) for name in sorted(set(names.tolist()))]
+
+
+# ----------------------------------------------------------------------------------------------- marks
+def _by_mark(panel: Panel, groups: Mapping[str, str]) -> list[Panel]:
+    """A panel per group; case -> its group, in the order in which groups are to stand."""
+    names = np.array([groups[info.id] for info in panel.cases])
+    return [panel.restricted(names == name, name) for name in dict.fromkeys(groups.values())]
+
+
+def _structures(panel: Panel) -> dict[str, str]:
+    found: dict[str, str] = {}
+    for row in panel.rows:
+        mine = marks.read_structures(row.place)
+        if mine is None:
+            raise BenchError(
+                f"{row.place.folder} does not say of what structure the bodies are; bench run --redo "
+                "always writes it"
+            )
+        found |= mine
+    groups = {info.id: found.get(info.target, UNKNOWN) for info in panel.cases}
+    return dict(sorted(groups.items(), key=lambda pair: pair[1]))
+
+
+def _levels(panel: Panel) -> dict[str, str]:
+    conditions = {
+        case: each for row in panel.rows for case, each in marks.read_conditions(row.place).items()
+    }
+    if not conditions:
+        raise BenchError(
+            f"{panel.dataset}, {panel.split}: these cases have no levels; those of bench task denoise "
+            "and upsample have"
+        )
+    ordered = sorted(panel.cases, key=lambda info: levels.order(conditions.get(info.id, {})))
+    return {info.id: levels.name(conditions.get(info.id, {})) for info in ordered}
 
 
 # ---------------------------------------------------------------------------------------------- joints

@@ -17,6 +17,7 @@ COMMANDS = {
     "run": ("run", "Predict and score what is missing, then show the table. Start here."),
     "predict": ("predict", "First stage only: write a method's predictions."),
     "score": ("score", "Second stage only: score predictions, also a folder made elsewhere."),
+    "task": ("task", "Reconstruct, denoise or upsample motion: tasks derived from any data set."),
     "table": ("table", "Show the results that exist."),
     "compare": ("compare", "Compare two methods, or two versions of one: differences and p-values."),
     "explain": ("explain", "Show the same predictions under every position protocol, and why they differ."),
@@ -38,7 +39,7 @@ COMMANDS = {
 }
 """Command -> the module in ``retarget_bench.commands`` that holds it as ``command``, and its help line."""
 
-CONTINUED = ("run", "predict", "score", "data")
+CONTINUED = ("run", "task", "predict", "score", "data")
 """Commands that keep what they finished and continue from there."""
 
 

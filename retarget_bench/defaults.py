@@ -2,5 +2,7 @@
 
 DATASET = "puppets[size=tiny]"
 METHOD = "ik"
+TASK_METRICS = ("position", "smoothness")
+"""Metrics that say something of every task, beside those that are made for it."""
 VALIDATION = ("position", ("mpjpe_h.world", "mpjpe_h.root"))
 """The metric and its values that training is watched by; the first value decides which weights are kept."""

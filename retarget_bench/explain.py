@@ -1,7 +1,7 @@
 """The same predictions under every position protocol, and what stands between any two of them.
 
-A protocol is a value whose declaration says what fixes it (``api.PROTOCOL``). Two protocols differ by what
-these facts say; the factor between them is measured, case by case, on the predictions at hand.
+A protocol is a value whose declaration says what fixes it (``protocols.PROTOCOL``). Two protocols differ by
+what these facts say; the factor between them is measured, case by case, on the predictions at hand.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import PROTOCOL
 from retarget_bench.errors import BenchError
+from retarget_bench.protocols import PROTOCOL
 from retarget_bench.records import Results
 
 CONSTANT = 1e-6

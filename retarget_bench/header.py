@@ -17,7 +17,6 @@ from retarget_bench import registry, score
 from retarget_bench.api import Dataset, Method, Metric, SetMetric
 from retarget_bench.plan import (
     Cell,
-    dataset,
     method,
     metric_versions,
     metrics,
@@ -35,7 +34,7 @@ PACKAGES = ("numpy", "scipy", "torch")
 def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
     """The header for a finished cell; plain data, ready for JSON."""
     plan = cell.plan
-    data = dataset(cell.dataset)
+    data = cell.data
     return _sets(cell) | {
         "schema": SCHEMA,
         "keys": cell.keys,
@@ -126,7 +125,7 @@ def _sets(cell: Cell) -> dict[str, Any]:
     asked = set_metrics(cell.plan.metrics)
     if not asked:
         return {}
-    data = dataset(cell.dataset)
+    data = cell.data
     return {
         "set_values": _values(asked),
         "networks": cell.networks,

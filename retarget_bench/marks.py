@@ -1,9 +1,11 @@
-"""What is known of a split's cases beyond the case list: joints by part of the body, and what is unseen.
+"""What is known of a split's cases beyond the case list: bodies, what is unseen, and how hard a case is.
 
-Two small files lie beside ``cases.csv``. Results written before there were any load without them.
+Small files lie beside ``cases.csv``. Results written before there were any load without them.
 
     cases.parts.csv    target, joint, part of the body (``retarget_bench.motion.roles.BODY_PARTS``)
+    cases.structures.csv  target, structure
     cases.unseen.csv   case, and which of source, target and kind no training part of the data has
+    cases.conditions.csv  of derived tasks: case, condition (``noise``), number
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ from pathlib import Path
 
 from retarget_bench import records
 from retarget_bench.api import CaseInfo, Dataset
+from retarget_bench.errors import FileError
 from retarget_bench.files import atomic
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import body_part
@@ -21,20 +24,34 @@ from retarget_bench.records import Place
 
 PARTS_FIELDS = ("target", "joint", "part")
 UNSEEN_FIELDS = ("case", "unseen")
+STRUCTURES_FIELDS = ("target", "structure")
+CONDITIONS_FIELDS = ("case", "condition", "value")
 
 
 def write(place: Place, data: Dataset, infos: Sequence[CaseInfo]) -> None:
-    """The marks of a split. A data set that does not say what its training part has gets no second file."""
+    """The marks of a split: a file of each kind that the data set knows."""
     bodies = data.characters()
     targets = sorted({info.target for info in infos} & set(bodies))
     rows = [(name, joint, part) for name in targets for joint, part in parts(bodies[name]).items()]
-    _write(_parts_path(place), PARTS_FIELDS, rows)
+    _write(_path(place, "parts"), PARTS_FIELDS, rows)
+    _write(
+        _path(place, "structures"), STRUCTURES_FIELDS, [(name, bodies[name].structure) for name in targets]
+    )
+    _write_conditions(place, data, infos)
     unseen = getattr(data, "unseen", None)
     if unseen is None:
-        _unseen_path(place).unlink(missing_ok=True)
+        _path(place, "unseen").unlink(missing_ok=True)
     else:
         marks = [(info.id, "+".join(sorted(unseen(info)))) for info in infos]
-        _write(_unseen_path(place), UNSEEN_FIELDS, sorted(marks))
+        _write(_path(place, "unseen"), UNSEEN_FIELDS, sorted(marks))
+
+
+def _write_conditions(place: Place, data: Dataset, infos: Sequence[CaseInfo]) -> None:
+    conditions = getattr(data, "conditions", None)
+    if conditions is None:
+        return
+    rows = [(info.id, name, f"{number:.9g}") for info in infos for name, number in conditions(info).items()]
+    _write(_path(place, "conditions"), CONDITIONS_FIELDS, sorted(rows))
 
 
 def parts(body: Character) -> dict[str, str]:
@@ -51,7 +68,7 @@ def parts(body: Character) -> dict[str, str]:
 
 def read_parts(place: Place) -> dict[tuple[str, str], str] | None:
     """(target, joint) -> part of the body; None where the results are older than these marks."""
-    path = _parts_path(place)
+    path = _path(place, "parts")
     if not path.exists():
         return None
     return {(target, joint): part for target, joint, part in records.read_csv(path, PARTS_FIELDS)}
@@ -59,11 +76,30 @@ def read_parts(place: Place) -> dict[tuple[str, str], str] | None:
 
 def read_unseen(place: Place) -> dict[str, frozenset[str]] | None:
     """Case -> what of it the data set's training part does not have; None where it does not say."""
-    path = _unseen_path(place)
+    path = _path(place, "unseen")
     if not path.exists():
         return None
     rows = records.read_csv(path, UNSEEN_FIELDS)
     return {case: frozenset(words.split("+")) if words else frozenset() for case, words in rows}
+
+
+def read_structures(place: Place) -> dict[str, str] | None:
+    """Target -> its structure; None where the results are older than these marks."""
+    path = _path(place, "structures")
+    return dict(records.read_csv(path, STRUCTURES_FIELDS)) if path.exists() else None
+
+
+def read_conditions(place: Place) -> dict[str, dict[str, float]]:
+    """Case -> condition -> number; empty where the task has none. Raises FileError."""
+    path = _path(place, "conditions")
+    found: dict[str, dict[str, float]] = {}
+    rows = records.read_csv(path, CONDITIONS_FIELDS) if path.exists() else []
+    for line, (case, name, text) in enumerate(rows, 2):
+        try:
+            found.setdefault(case, {})[name] = float(text)
+        except ValueError:
+            raise FileError(path, f"{text!r} is not a number", line) from None
+    return found
 
 
 def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[str]:
@@ -80,12 +116,8 @@ def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[s
     return frozenset(word for word, there in known.items() if not there)
 
 
-def _parts_path(place: Place) -> Path:
-    return place.folder / "cases.parts.csv"
-
-
-def _unseen_path(place: Place) -> Path:
-    return place.folder / "cases.unseen.csv"
+def _path(place: Place, what: str) -> Path:
+    return place.folder / f"cases.{what}.csv"
 
 
 def _write(path: Path, fields: Sequence[str], rows: Iterable[Sequence[str]]) -> None:

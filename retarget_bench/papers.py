@@ -66,11 +66,13 @@ class PublishedRow(_Facts):
 
 
 class PublishedTable(_Facts):
-    """``clips``: how many test clips the paper has (0: its test set is another one)."""
+    """``clips``: how many test clips the paper has (0: its test set is another one). ``task``: whose
+    results answer to it."""
 
     title: str
     paper: str
     clips: int
+    task: str = "retarget"
     notes: tuple[str, ...]
     columns: tuple[PublishedColumn, ...]
     rows: tuple[PublishedRow, ...] = Field(min_length=1)

@@ -18,6 +18,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.predict import takes_batches
 from retarget_bench.score import declared_values
 from retarget_bench.spec import Spec
+from retarget_bench.tasks import RETARGET, derive
 
 Redo = Literal["never", "missing", "failed", "always"]
 Stage = Literal["run", "predict", "score"]
@@ -30,6 +31,7 @@ LOCATIONS = ("root", "target", "people", "dogs")
 class Plan:
     """A request. Plain data throughout: it travels to worker processes.
 
+    task:     ``retarget``, or a derived one with its parameters (``denoise[levels=5]``).
     stage:    predict only, score only, or both.
     redo:     never: compute nothing; missing: what is missing or was made by other code, data or
               parameters; failed: also what failed; always: everything.
@@ -41,7 +43,7 @@ class Plan:
     datasets: tuple[Spec, ...]
     splits: tuple[str, ...] = SPLITS
     metrics: tuple[str, ...] = ()
-    task: str = "retarget"
+    task: str = RETARGET
     root: Path = Path("runs")
     seed: int = 0
     seeds: int = 1
@@ -53,8 +55,10 @@ class Plan:
 
 
 @cache
-def dataset(spec: Spec) -> Dataset:
-    """The data set, built once per process."""
+def dataset(spec: Spec, task: str = RETARGET) -> Dataset:
+    """The data set, built once per process; of another task, what the engine derives from its motion."""
+    if task != RETARGET:
+        return derive(dataset(spec), Spec.parse(task))
     return registry.create("datasets", spec)
 
 
@@ -94,9 +98,13 @@ class Cell:
     method: Spec
     draw: int = 0
 
+    @property
+    def data(self) -> Dataset:
+        return dataset(self.dataset, self.plan.task)
+
     @cached_property
     def infos(self) -> Sequence[CaseInfo]:
-        return dataset(self.dataset).cases(self.plan.task, self.split)
+        return self.data.cases(Spec.parse(self.plan.task).name, self.split)
 
     @property
     def known_as(self) -> Spec:
@@ -106,12 +114,12 @@ class Cell:
     @cached_property
     def place(self) -> records.Place:
         name = self.known_as.slug + (f".seed-{self.draw}" if self.draw else "")
-        return records.Place(self.plan.root, dataset_slug(self.dataset), self.plan.task, self.split, name)
+        task = Spec.parse(self.plan.task).slug
+        return records.Place(self.plan.root, dataset_slug(self.dataset), task, self.split, name)
 
     @cached_property
     def prediction_facts(self) -> dict[str, Any]:
         """What predictions depend on; the case is added per case."""
-        data = dataset(self.dataset)
         facts = {
             "method": self.method.name,
             "parameters": dict(self.known_as.parameters),
@@ -121,7 +129,7 @@ class Cell:
             else "",
             "dataset": self.dataset.name,
             "dataset_parameters": without_location(self.dataset),
-            "content": data.content,
+            "content": self.data.content,
             "task": self.plan.task,
             "split": self.split,
             "seed": self.plan.seed,
@@ -140,7 +148,7 @@ class Cell:
         """The ids of all cases, in the batches that the method is asked them in; mostly one by one."""
         if not self.in_batches or self.plan.stage == "score":
             return [(info.id,) for info in self.infos]
-        return batches(self.infos, dataset(self.dataset).characters())
+        return batches(self.infos, self.data.characters())
 
     @cached_property
     def keys(self) -> dict[str, str]:
@@ -156,7 +164,7 @@ class Cell:
         asked = set_metrics(self.plan.metrics)
         if not asked:
             return {}
-        cast = dataset(self.dataset).characters()
+        cast = self.data.characters()
         targets = {cast[name].structure: cast[name] for name in {info.target for info in self.infos}}
         return {
             each.card.name: {name: _network(each, targets[name]) for name in sorted(targets)}
@@ -175,7 +183,7 @@ def cells(plan: Plan) -> list[Cell]:
     methods = plan.methods if plan.external else _distinct(plan.methods)
     found = []
     for spec in dict.fromkeys(registry.canonical("datasets", data) for data in plan.datasets):
-        offered = dataset(spec).card.splits
+        offered = dataset(spec, plan.task).card.splits
         for split in dict.fromkeys(plan.splits):
             if split in offered:
                 found += [

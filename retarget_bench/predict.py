@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TypeGuard, overload
@@ -11,7 +11,16 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from retarget_bench.api import BatchMethod, Case, CaseInfo, Context, Dataset, Method, Prediction
+from retarget_bench.api import (
+    BatchMethod,
+    Case,
+    CaseInfo,
+    Context,
+    Dataset,
+    Method,
+    Prediction,
+    TrainingClips,
+)
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.files import atomic
 from retarget_bench.motion import bvh, rotation
@@ -216,6 +225,8 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
     """The context of a case, with only those privileged inputs that the method's card declares."""
     needs = declared(method, "needs")
     context = Context(seed=seed, ground=case.ground if hasattr(method, "posts") else None)
+    if "training" in declared(method, "uses"):
+        context = replace(context, training=_training(dataset))
     if "reference" in needs:
         context = replace(context, reference=case.reference and case.reference.copy())
     if "second_reference" in needs:
@@ -233,6 +244,17 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
         if "other_clips" in needs:
             context = replace(context, other_clips=Clips(dataset.load, others))
     return context
+
+
+_CASTS: dict[int, tuple[Dataset, Mapping[str, Mapping[str, TrainingClips]] | None]] = {}
+
+
+def _training(dataset: Dataset) -> Mapping[str, Mapping[str, TrainingClips]] | None:
+    """What a data set has to train on; the same object as long as the process lives."""
+    if id(dataset) not in _CASTS:
+        # the data set is kept beside it, lest another one be given its id
+        _CASTS[id(dataset)] = dataset, getattr(dataset, "training", dict)() or None
+    return _CASTS[id(dataset)][1]
 
 
 def _clips_of_target(dataset: Dataset, info: CaseInfo, splits: Sequence[str]) -> list[CaseInfo]:

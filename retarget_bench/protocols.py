@@ -3,10 +3,20 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 from retarget_bench import registry
 from retarget_bench.api import MetricCard, Value
+
+PROTOCOL: Mapping[str, str] = {
+    "error": "what is averaged: distance, squared distance, or squared coordinate (a third of it)",
+    "divided by": "the height that it is divided by, and its power: h, H1, H1^2, H2, or 1",
+    "joints": "which joints count",
+    "placed": "how prediction and reference are put together: world, hips, fit of a frame, ...",
+    "frames": "which frames count",
+    "self pairs": "pairs of a character with itself: apart, or in intra",
+}
+"""What tells position protocols apart, beside the unit (see ``Value.protocol``)."""
 
 TITLE = "# Protocols"
 INTRODUCTION = """\

@@ -313,10 +313,11 @@ def read_arrays(place: Place) -> dict[str, np.ndarray]:
 def find_results(root: Path, task: str = "retarget") -> list[Place]:
     """Every finished result of a task under a results root, sorted.
 
-    task: ``retarget``, or ``probe`` for what ``bench probe`` wrote.
+    task: ``retarget``, a derived one (with any parameters), or ``probe``: what ``bench probe`` wrote.
     """
     places = []
-    for header in sorted(root.glob(f"*/{task}/*/*.json")):
-        dataset, _, split = header.relative_to(root).parts[:3]
-        places.append(Place(root, dataset, task, split, header.stem))
+    changed = f"{task}-{8 * '[0-9a-f]'}"  # see Spec.slug
+    for header in sorted([*root.glob(f"*/{task}/*/*.json"), *root.glob(f"*/{changed}/*/*.json")]):
+        dataset, folder, split = header.relative_to(root).parts[:3]
+        places.append(Place(root, dataset, folder, split, header.stem))
     return places

@@ -9,7 +9,7 @@ from retarget_bench import marks, records
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.executor import Executor, LocalPool
 from retarget_bench.header import header_of
-from retarget_bench.plan import Cell, Plan, cells, dataset, set_metrics
+from retarget_bench.plan import Cell, Plan, cells, set_metrics
 from retarget_bench.records import Entry, Place
 from retarget_bench.sets import files as set_files
 from retarget_bench.work import Stop
@@ -45,7 +45,7 @@ def _finish(pool: Executor, done: Mapping[Cell, Mapping[str, Entry]]) -> None:
     """Values of sets, then rows, then the header, which says that all is there."""
     for cell in _with_sets(pool, done):
         listed = [done[cell][info.id] for info in cell.infos]
-        marks.write(cell.place, dataset(cell.dataset), cell.infos)
+        marks.write(cell.place, cell.data, cell.infos)
         records.write_results(cell.place, header_of(cell, listed), listed, cell.infos)
         set_files.clear(cell.place)
 
@@ -179,7 +179,7 @@ def _with_cases(found: list[Cell]) -> list[Cell]:
     """The cells that have cases; raises BenchError with the data set's own notes where none has."""
     filled = [cell for cell in found if cell.infos]
     if not filled:
-        data = [dataset(spec) for spec in dict.fromkeys(cell.dataset for cell in found)]
+        data = {id(cell.data): cell.data for cell in found}.values()
         notes = " ".join(f"{each.label}: {'; '.join(each.notes) or 'no notes'}." for each in data)
         splits = ", ".join(dict.fromkeys(cell.split for cell in found)) or "any split asked for"
         raise BenchError(f"there is no case in {splits}. {notes}")

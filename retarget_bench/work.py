@@ -42,7 +42,7 @@ def work(job: dict[str, Any]) -> list[tuple[Place, Entry]] | Stop:
     plan: Plan = job["plan"]
     know(plan.plugin_files)
     cases, lost = _loaded(job["dataset"], plan.task, job["split"], job["cases"])
-    real = offers(dataset(job["dataset"]))
+    real = offers(dataset(job["dataset"], plan.task))
     found = [
         (place, Entry(case, "failed", lost[case]))
         for _, place, wanted in job["cells"]
@@ -66,7 +66,7 @@ def _loaded(
     lost: dict[str, str] = {}
     for each in ids:
         try:
-            cases[each] = dataset(data).load(_infos(data, task, split)[each])
+            cases[each] = dataset(data, task).load(_infos(data, task, split)[each])
         except BenchError as error:
             lost[each] = str(error)
     return cases, lost
@@ -116,7 +116,7 @@ def _kept(plan: Plan, place: Place, key: str, case: Case) -> Outcome | None:
 
 def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) -> dict[str, Outcome]:
     # post-processes follow the very answers that the method gives alone
-    asked, source, name = method(spec), dataset(data), str(known_as(spec).alone)
+    asked, source, name = method(spec), dataset(data, plan.task), str(known_as(spec).alone)
     contexts = [
         stage_one.context_for(asked, source, case, records.case_seed(plan.seed, name, case.info.id))
         for case in cases.values()
@@ -184,4 +184,5 @@ def know(files: Sequence[str]) -> None:
 
 @lru_cache(maxsize=8)
 def _infos(data: Spec, task: str, split: str) -> dict[str, CaseInfo]:
-    return {info.id: info for info in dataset(data).cases(task, split)}
+    listed = dataset(data, task).cases(Spec.parse(task).name, split)
+    return {info.id: info for info in listed}

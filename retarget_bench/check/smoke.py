@@ -110,7 +110,8 @@ def default_methods() -> list[str]:
         card = method.card
         if registry.find("methods", name).origin != registry.BUILT_IN:
             continue
-        if getattr(card, "default", True) and not getattr(card, "stochastic", False):
+        plain = getattr(card, "default", True) and "retarget" in getattr(card, "tasks", ("retarget",))
+        if plain and not getattr(card, "stochastic", False):
             variants = [Spec(name, changes) for changes in getattr(card, "variants", ())]
             found += [str(registry.canonical("methods", spec)) for spec in (Spec(name), *variants)]
     return found

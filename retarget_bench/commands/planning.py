@@ -8,7 +8,7 @@ from typing import Any, TypeVar
 
 import click
 
-from retarget_bench import registry
+from retarget_bench import defaults, registry
 from retarget_bench.commands import options
 from retarget_bench.spec import Spec
 
@@ -95,15 +95,16 @@ def make_plan(
     metric: Sequence[str] = (),
     **others: Any,
 ) -> Any:
-    """A Plan. No methods: all that take part in a plain run; no metrics: all there are."""
+    """A Plan. No methods: all that take part in a plain run of the task; no metrics: all that do."""
     from retarget_bench import plan
 
     others.pop("plugins", None)
+    task = Spec.parse(others.get("task", "retarget")).name
     return plan.Plan(
-        methods=tuple(map(Spec.parse, methods)) or _default_methods(),
+        methods=tuple(map(Spec.parse, methods)) or _default_methods(task),
         datasets=(options.dataset_spec(dataset, root),),
         splits=splits,
-        metrics=tuple(metric) or _default_metrics(),
+        metrics=tuple(metric) or _default_metrics(task),
         root=out,
         jobs=jobs,
         seed=seed,
@@ -111,23 +112,40 @@ def make_plan(
     )
 
 
-def _default_methods() -> tuple[Spec, ...]:
-    """The methods whose card asks to be part of a plain run, with the variants that it names."""
+def _default_methods(task: str) -> tuple[Spec, ...]:
+    """The methods whose card asks to be part of a plain run of the task, with the variants that it names.
+
+    Of derived tasks, whose right answer is the motion itself, those that see no more than the source; where
+    that is known by positions, those that take positions.
+    """
+    from retarget_bench.api import TASKS
+
+    kind = "motion" if task in ("retarget", "reconstruct") else "positions"
     specs = []
     for name, each in _working("methods").items():
-        if getattr(each.card, "default", True):
+        asks = getattr(each.card, "default", True) and task in getattr(each.card, "tasks", TASKS)
+        if asks and kind in getattr(each.card, "accepts", ("motion",)):
             variants = getattr(each.card, "variants", ())
             specs += [Spec(name), *(Spec(name, changes) for changes in variants)]
+    if task != TASKS[0]:
+        specs = [spec for spec in specs if not registry.create("methods", spec).card.needs]
     return tuple(specs)
 
 
-def _default_metrics() -> tuple[str, ...]:
-    """All metrics but those that declare a value which another one has already; built-in ones first."""
+def _default_metrics(task: str) -> tuple[str, ...]:
+    """All metrics of the task (of a derived one also those that are useful for all of them) but those that
+    declare a value which another one has already; built-in ones first."""
+    from retarget_bench.api import TASKS
     from retarget_bench.errors import BenchError
     from retarget_bench.score import declared_values
 
     kept: dict[str, Any] = {}
-    working = _working("metrics")
+    working = {
+        name: each
+        for name, each in _working("metrics").items()
+        if task in getattr(each.card, "tasks", TASKS[:1])
+        or (task != TASKS[0] and name in defaults.TASK_METRICS)
+    }
     for name in sorted(
         working, key=lambda name: registry.find("metrics", name).origin != registry.BUILT_IN
     ):

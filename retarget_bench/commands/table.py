@@ -11,7 +11,10 @@ import click
 from retarget_bench.errors import BenchError
 
 FORMATS = ("text", "md", "tex", "html", "csv")
-BREAKDOWNS = ("pair", "clip", "kind", "joint", "part", "seen", "second", "threshold")
+TASKS = ("retarget", "reconstruct", "denoise", "upsample")
+BREAKDOWNS = (
+    "pair", "clip", "kind", "structure", "level", "joint", "part", "seen", "second", "threshold",
+)  # fmt: skip
 
 
 @click.command("table")
@@ -21,8 +24,16 @@ BREAKDOWNS = ("pair", "clip", "kind", "joint", "part", "seen", "second", "thresh
 @click.option(
     "--by",
     type=click.Choice(BREAKDOWNS),
-    help="Break values down: a line per pair, clip, kind of performance, joint, part of the body, by what "
-    "was seen in training, or per point of a curve. Without --columns: the first value that there is.",
+    help="Break values down: a line per pair, clip, kind of performance, structure, level of a task, "
+    "joint, part of the body, by what was seen in training, or per point of a curve. Without --columns: "
+    "the first value that there is.",
+)
+@click.option(
+    "--task",
+    type=click.Choice(TASKS),
+    default="retarget",
+    show_default=True,
+    help="Results of this task, as bench task wrote them.",
 )
 @click.option(
     "--at-least", type=click.IntRange(1), metavar="SECONDS", help="Only clips this long or longer."
@@ -30,8 +41,8 @@ BREAKDOWNS = ("pair", "clip", "kind", "joint", "part", "seen", "second", "thresh
 @click.option(
     "--paper",
     metavar="TABLE",
-    help="Print a published table with these results beside it: humot-table3, -4, -5, pan-table1, -3 or "
-    "correspondence-free-table4.",
+    help="Print a published table with these results beside it: humot-table2, -3, -4, -5, pan-table1, -3 "
+    "or correspondence-free-table4.",
 )
 @click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
 @click.option("--intervals", is_flag=True, help="Show 95 % intervals in text and md; the others always do.")
@@ -43,6 +54,7 @@ def command(
     columns: str | None,
     everything: bool,
     by: Any,
+    task: str,
     at_least: int | None,
     paper: str | None,
     probes: bool,
@@ -64,7 +76,11 @@ def command(
         )
     if paper is not None and probes:
         raise BenchError("published tables have no probes; give --paper or --probes")
-    task, maker = ("probe", "bench probe METHOD") if probes else ("retarget", "bench run")
+    maker = "bench run" if task == "retarget" else f"bench task {task}"
+    if probes:
+        task, maker = "probe", "bench probe METHOD"
+    elif paper is not None:
+        task, maker = _task_of(paper, task, maker)
     everything = everything or (probes and columns is None)
     roots = roots or (Path("runs"),)
     places = []
@@ -77,7 +93,9 @@ def command(
         raise BenchError(f"no results of {dataset} in {', '.join(map(str, roots))}; {maker} makes some")
     renderers = WITH_INTERVALS if intervals else RENDERERS
     made = (
-        _tables(places, columns, everything, by, at_least) if paper is None else _published(places, paper)
+        _published(places, paper)
+        if paper is not None
+        else _tables(places, task, columns, everything, by, at_least)
     )
     written = renderers[form](made)
     if output is None:
@@ -87,17 +105,36 @@ def command(
         click.echo(f"wrote {output}")
 
 
+def _task_of(paper: str, task: str, maker: str) -> tuple[str, str]:
+    """The task that a published table is of, and what makes its results."""
+    from retarget_bench import papers
+
+    wanted = papers.published(paper).task
+    return (task, maker) if wanted == "retarget" else (wanted, f"bench task {wanted}")
+
+
 def _tables(
-    places: Sequence[Any], columns: str | None, everything: bool, by: Any, at_least: int | None
+    places: Sequence[Any],
+    task: str,
+    columns: str | None,
+    everything: bool,
+    by: Any,
+    at_least: int | None,
 ) -> list[Any]:
     from retarget_bench import summary, table
     from retarget_bench.grouping import FPS
+    from retarget_bench.tasks import DERIVED
+    from retarget_bench.tasks.tables import BY, task_tables
 
+    if task in DERIVED and columns is None and not everything and at_least is None:
+        return task_tables(places, task, by)
+    if task in DERIVED and columns is not None and task != "reconstruct":
+        by = by or BY[task]
     found = summary.sections(places, by, at_least)
     wanted: tuple[str, ...] = table.FIRST_SIGHT
     if everything:
-        # nobody times probes
-        timed = places[0].task != "probe"
+        # nobody times probes, nor derived tasks
+        timed = places[0].task == "retarget"
         wanted = tuple(column for column in table.all_columns(found) if timed or column != FPS)
     elif columns is not None:
         wanted = tuple(column.strip() for column in columns.split(",") if column.strip())

@@ -8,9 +8,10 @@ import numpy as np
 import pytest
 
 from retarget_bench import explain, records
-from retarget_bench.api import PROTOCOL, CaseInfo, MetricCard
+from retarget_bench.api import CaseInfo, MetricCard
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
+from retarget_bench.protocols import PROTOCOL
 from retarget_bench.records import Entry, Place, Results
 from retarget_bench.registry import create
 from retarget_bench.spec import Spec

@@ -1,0 +1,67 @@
+"""Makes up joints that are not given by ridge regression on the data set's training poses."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import completion
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Positions
+
+
+class LinearJoints:
+    """The best linear map from the joints that are given to the others, frame by frame.
+
+    It is fitted for every body and set of joints, in a frame that moves and turns with the given joints, on
+    poses of that very body: the training motion's rotations copied to it. Joints that are given stay.
+
+    ridge: penalty, as a share of the mean variance of a coordinate; larger ones trust the mean pose more.
+    poses: how many it is fitted on, evenly over the training clips.
+    """
+
+    def __init__(self, ridge: float = 1e-3, poses: int = 4000) -> None:
+        if not 0.0 < ridge <= 1e6:
+            raise BenchError(f"linear_joints: ridge is above 0 and at most 1e6; got {ridge:g}")
+        if poses < 1:
+            raise BenchError(f"linear_joints: poses is one or more; got {poses}")
+        self.ridge = ridge
+        self._completer = completion.Completer(self._fit, poses)
+        self.card = MethodCard(
+            name="linear_joints",
+            summary="Missing joints by linear regression on the training poses, given joints kept",
+            version="1",
+            accepts=("motion", "positions"),
+            uses=("training",),
+            tasks=("upsample",),
+            parameters={
+                "ridge": "penalty of the regression, as a share of the mean variance of a coordinate",
+                "poses": "how many training poses it is fitted on",
+            },
+        )
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        return completion.reason(source, target)
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
+        given = Positions(source.character, source.positions, source.fps)
+        return self._completer.complete(given, target, context.training)
+
+    def _fit(self, known: completion.Known) -> completion.Fitted:
+        inputs = known.seen.reshape(len(known.seen), -1)
+        wanted = known.wanted.reshape(len(known.wanted), -1)
+        middle, mean = inputs.mean(axis=0), wanted.mean(axis=0)
+        centred = inputs - middle
+        gram = centred.T @ centred
+        penalty = self.ridge * max(float(np.trace(gram)) / len(gram), 1e-12)
+        weights = np.linalg.solve(gram + penalty * np.eye(len(gram)), centred.T @ (wanted - mean))
+
+        def fitted(seen: np.ndarray) -> np.ndarray:
+            answers = (seen.reshape(len(seen), -1) - middle) @ weights + mean
+            return answers.reshape(len(seen), -1, 3)
+
+        return fitted
+
+
+plugin = LinearJoints

@@ -1,0 +1,74 @@
+"""Makes up joints that are not given from the training poses whose given joints lie nearest."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.errors import BenchError
+from retarget_bench.motion import completion
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Positions
+
+_NEAR = 1e-3
+"""Metres: neighbours nearer than this count alike."""
+_ENOUGH = 200
+"""Poses that tell which given joint a missing one is close to."""
+
+
+class NearestPose:
+    """The mean of the nearest training poses, frame by frame, the nearer the weightier.
+
+    Poses are of that very body (the training motion's rotations copied to it) and are compared in a frame
+    that moves and turns with the given joints. A missing joint is placed from the given joint that it is
+    closest to on average, as far off as in the neighbours. Joints that are given stay.
+
+    neighbours: how many poses are averaged. poses: how many there are, evenly over the training clips.
+    """
+
+    def __init__(self, neighbours: int = 8, poses: int = 4000) -> None:
+        for name, number in (("neighbours", neighbours), ("poses", poses)):
+            if number < 1:
+                raise BenchError(f"nearest_pose: {name} is one or more; got {number}")
+        self.neighbours = neighbours
+        self._completer = completion.Completer(self._fit, poses)
+        self.card = MethodCard(
+            name="nearest_pose",
+            summary="Missing joints from the training poses that are nearest, given joints kept",
+            version="1",
+            accepts=("motion", "positions"),
+            uses=("training",),
+            tasks=("upsample",),
+            parameters={
+                "neighbours": "how many training poses are averaged",
+                "poses": "how many training poses there are to choose from",
+            },
+        )
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        return completion.reason(source, target)
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
+        given = Positions(source.character, source.positions, source.fps)
+        return self._completer.complete(given, target, context.training)
+
+    def _fit(self, known: completion.Known) -> completion.Fitted:
+        from scipy.spatial import cKDTree  # type: ignore[import-untyped]
+
+        tree = cKDTree(known.seen.reshape(len(known.seen), -1))
+        count = min(self.neighbours, len(known.seen))
+        few = slice(None, None, max(1, len(known.seen) // _ENOUGH))
+        apart = known.wanted[few, :, None] - known.seen[few, None]
+        anchor = np.linalg.norm(apart, axis=-1).mean(axis=0).argmin(axis=1)  # per missing joint
+        steps = known.wanted - known.seen[:, anchor]
+
+        def fitted(seen: np.ndarray) -> np.ndarray:
+            far, which = tree.query(seen.reshape(len(seen), -1), k=list(range(1, count + 1)))
+            weights = 1.0 / np.maximum(far, _NEAR)
+            weights /= weights.sum(axis=1, keepdims=True)
+            return np.asarray(seen[:, anchor] + np.einsum("fk,fkjc->fjc", weights, steps[which]))
+
+        return fitted
+
+
+plugin = NearestPose

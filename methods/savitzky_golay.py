@@ -1,0 +1,69 @@
+"""Fits a polynomial to every joint's place around each frame; for source and target of one body."""
+
+from __future__ import annotations
+
+import math
+
+from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Positions
+
+RATE = 30.0
+"""Frames per second that ``window`` is counted at."""
+
+
+class SavitzkyGolay:
+    """Least-squares polynomials over a moving window (Savitzky and Golay 1964): unlike plain averages they
+    keep the height of peaks, and leave any polynomial of their order alone, at the ends too.
+
+    window: frames of 30 per second, odd; other rates take as many seconds. A shorter clip is one window.
+    order: of the polynomials.
+    """
+
+    def __init__(self, window: int = 21, order: int = 2) -> None:
+        if window < 1 or window % 2 == 0:
+            raise BenchError(
+                f"savitzky_golay: window is an odd number of frames, one or more; got {window}"
+            )
+        if not 0 <= order < window:
+            raise BenchError(
+                f"savitzky_golay: order is zero or more and less than window ({window}); got {order}"
+            )
+        self.window, self.order = window, order
+        self.card = MethodCard(
+            name="savitzky_golay",
+            summary="Polynomials fitted to every joint's place over a moving window",
+            version="1",
+            accepts=("motion", "positions"),
+            tasks=("denoise",),
+            parameters={
+                "window": "frames of 30 per second that each polynomial is fitted to, odd",
+                "order": "of the polynomials, less than window",
+            },
+        )
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        if source.skeleton.same_as(target.skeleton):
+            return None
+        return f"filters the source, and {target.name} has another skeleton than {source.name}"
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
+        from scipy.signal import savgol_filter  # type: ignore[import-untyped]
+
+        window = min(self._frames(source.fps), _odd_at_most(source.frames))
+        if window <= self.order:  # any such polynomial goes through all frames
+            return target.positions(source.positions, source.fps)
+        smooth = savgol_filter(source.positions, window, self.order, axis=0, mode="interp")
+        return target.positions(smooth, source.fps)
+
+    def _frames(self, fps: float) -> int:
+        """The nearest odd number of frames that lasts as long as the window."""
+        return 2 * math.floor(self.window * fps / RATE / 2) + 1
+
+
+def _odd_at_most(frames: int) -> int:
+    return frames - (frames + 1) % 2
+
+
+plugin = SavitzkyGolay

@@ -1,0 +1,83 @@
+"""How much of a clean motion is there again, in centimetres: for tasks that ask for the motion itself."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from retarget_bench.api import MetricCard, Value
+from retarget_bench.comparison import Comparison, squared_length
+
+HUMOT = "HuMoT (Mourot et al. 2023), sections 4.1, 4.3 and 4.4: MPJPE in cm, world, not aligned"
+JOINTS = "all joints of the target but 'virtual' copies"
+CENTIMETRES = 100.0
+
+
+def _value(key: str, label: str, meaning: str, formula: str, **others: str) -> Value:
+    given = {"unit": "cm", "better": "lower", "source": HUMOT} | others
+    return Value(id=key, label=label, meaning=meaning, formula=formula, tolerance=1e-5, **given)  # type: ignore[arg-type]
+
+
+class Restoration:
+    """Distances to the clean motion: after, before, and over joints that were given or not."""
+
+    card = MetricCard(
+        name="restoration",
+        summary="centimetres from the clean motion, after a method and before it",
+        version="1",
+        values=(
+            _value(
+                "restored_cm",
+                "error after",
+                "how far joints are from the clean motion, on average",
+                f"100 * mean over frames and joints of |p - g|, metres; {JOINTS}",
+            ),
+            _value(
+                "given_cm",
+                "error before",
+                "how far the joints of the source are from the clean motion: what a method was given",
+                "100 * mean over frames and joints of |s - g| with s the source, over the joints of "
+                "restored_cm that the source has; left out where source and target are different bodies",
+                better="none",
+            ),
+            _value(
+                "restored_cm.given",
+                "error, given joints",
+                "the error of those joints that the source has",
+                "restored_cm over the joints that the source has; left out where it has all or none",
+            ),
+            _value(
+                "restored_cm.missing",
+                "error, missing joints",
+                "the error of those joints that the source does not have, and a method has to make up",
+                "restored_cm over the joints that the source does not have; left out where it has all",
+            ),
+        ),
+        tasks=("reconstruct", "denoise", "upsample"),
+    )
+
+    def compute(self, comparison: Comparison) -> Mapping[str, float]:
+        """Left out without a reference; all but ``restored_cm`` where source and target are two bodies."""
+        if comparison.distances is None or comparison.expected is None:
+            return {}
+        distances = comparison.distances[:, comparison.joints]
+        values = {"restored_cm": CENTIMETRES * float(distances.mean())}
+        info, source = comparison.case.info, comparison.case.source
+        if info.source != info.target:
+            return values
+        at = {name: joint for joint, name in enumerate(source.skeleton.names)}
+        names = [comparison.target.skeleton.names[joint] for joint in comparison.joints]
+        there = np.array([name in at for name in names])
+        if there.any():
+            seen = source.positions[:, [at[name] for name in names if name in at]]
+            wanted = comparison.expected[:, comparison.joints[there]]
+            values["given_cm"] = CENTIMETRES * float(np.sqrt(squared_length(seen - wanted)).mean())
+        if there.any() and not there.all():
+            values["restored_cm.given"] = CENTIMETRES * float(distances[:, there].mean())
+        if not there.all():
+            values["restored_cm.missing"] = CENTIMETRES * float(distances[:, ~there].mean())
+        return values
+
+
+plugin = Restoration

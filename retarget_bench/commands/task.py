@@ -1,0 +1,104 @@
+"""``bench task``: the tasks that are derived from a data set's own motion."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any, TypeVar
+
+import click
+
+from retarget_bench.commands import options, planning
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+
+@click.group("task")
+def command() -> None:
+    """Ask for a motion itself back: reconstruct, denoise or upsample it.
+
+    Any data set will do: its own clean motions are the right answers. Results stand beside those of
+    `bench run`; `bench table --task TASK` and `bench plot TASK` show them.
+    """
+
+
+def _common(function: F) -> F:
+    """The options that all tasks share."""
+    for option in (
+        options.plugin_option,
+        options.seeds_option,
+        options.seed_option,
+        options.jobs_option,
+        options.out_option,
+        planning.redo_option,
+        planning.metric_option,
+        options.root_option,
+        options.dataset_option,
+        click.option(
+            "--motions",
+            type=click.IntRange(1),
+            metavar="N",
+            help="At most so many motions, evenly over structures and clips. [default: all]",
+        ),
+        click.argument(
+            "methods", nargs=-1, metavar="[METHOD]...", shell_complete=options.plugin_names("methods")
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+@command.command("reconstruct")
+@_common
+def reconstruct(**given: Any) -> None:
+    """From a motion to itself: what a method loses on the way (HuMoT, Table 2), in centimetres.
+
+    With no METHOD: all that take part in a plain run.
+    """
+    _carry_out("reconstruct", None, **given)
+
+
+@command.command("denoise")
+@click.option(
+    "--levels", metavar="CM,CM", help="Standard deviations of the noise. [default: 0 to 10, nine levels]"
+)
+@_common
+def denoise(levels: str | None, **given: Any) -> None:
+    """From positions with Gaussian noise to the clean motion (HuMoT, Figure 8).
+
+    With no METHOD: all that take part in a plain run and can read positions.
+    """
+    _carry_out("denoise", levels, **given)
+
+
+@command.command("upsample")
+@click.option(
+    "--levels",
+    metavar="P,P",
+    help="Proportions of joints that are given, drawn at random, or major: ankles, knees, hips, shoulders, "
+    "elbows and wrists. [default: 0.1 to 1 in tenths, and major]",
+)
+@_common
+def upsample(levels: str | None, **given: Any) -> None:
+    """From positions of some joints to all of them (HuMoT, Figures 9 and 12).
+
+    With no METHOD: all that take part in a plain run and can read positions.
+    """
+    _carry_out("upsample", levels, **given)
+
+
+def _carry_out(
+    name: str, levels: str | None, methods: tuple[str, ...], motions: int | None, **given: Any
+) -> None:
+    from retarget_bench import tasks
+    from retarget_bench.errors import BenchError
+    from retarget_bench.rendering import text
+    from retarget_bench.tasks.tables import task_tables
+
+    task = str(tasks.canonical(name, levels, motions or 0))
+    plan = planning.make_plan(methods, splits=("self",), task=task, **given)
+    places = planning.carry_out(plan, f"bench task {name}")
+    there = [place for place in places if place.header.exists()]
+    if not there:
+        raise BenchError(f"no results in {plan.root}, and --redo never makes none")
+    click.echo(text(task_tables(there, name)))
+    click.echo(f"All values: bench table {plan.root} --task {name} --all. Rows lie in {plan.root}/.")

@@ -1,0 +1,113 @@
+"""Making up joints that are not given, from poses that a body is known to take."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from retarget_bench.motion import facing
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Positions
+from retarget_bench.motion.poses import Cast, poses
+
+FITS = 64
+"""The most fits that are kept at a time."""
+NOTHING = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class Known:
+    """Poses seen from the joints that are given: their mean place is the origin, and they are turned about
+    the vertical axis as the typical pose is, as well as that can be told.
+
+    given, missing: joint numbers.
+    typical: ``(given, 3)`` the mean pose.
+    seen:    ``(poses, given, 3)`` the given joints.
+    wanted:  ``(poses, missing, 3)`` the missing ones.
+    """
+
+    given: np.ndarray
+    missing: np.ndarray
+    typical: np.ndarray
+    seen: np.ndarray
+    wanted: np.ndarray
+
+    def look(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Given joints ``(frames, given, 3)`` of the world, seen so; the origin ``(frames, 1, 3)`` and the
+        direction ``(frames, 1)`` they are seen from."""
+        return _look(places, self.typical)
+
+
+Fitted = Callable[[np.ndarray], np.ndarray]
+"""From given joints as they are seen ``(frames, given, 3)`` to missing ones ``(frames, missing, 3)``."""
+Fit = Callable[[Known], Fitted]
+
+
+def known(found: np.ndarray, given: Sequence[int]) -> Known:
+    """Poses ``(poses, joints, 3)`` facing +Z, seen from some of their joints."""
+    at = np.array(given)
+    rest = np.setdiff1d(np.arange(found.shape[1]), at)
+    typical = (found[:, at] - found[:, at].mean(axis=1, keepdims=True)).mean(axis=0)
+    seen, origin, turn = _look(found[:, at], typical)
+    return Known(at, rest, typical, seen, facing.seen(found[:, rest] - origin, turn))
+
+
+def _look(places: np.ndarray, typical: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    origin = places.mean(axis=1, keepdims=True)
+    level = [each[..., 2] + 1j * each[..., 0] for each in (places - origin, typical)]
+    turn = (level[0] * level[1].conj()).sum(axis=1, keepdims=True)  # the best fit of one angle
+    size = np.abs(turn)
+    turn = np.where(size > NOTHING, turn / np.maximum(size, NOTHING), 1.0)
+    return facing.seen(places - origin, turn), origin, turn
+
+
+class Completer:
+    """Answers of a method that makes up joints: those given stay, the others come from a fit.
+
+    fit:  made for every body and set of joints, and kept.
+    most: poses that it is made from.
+    """
+
+    def __init__(self, fit: Fit, most: int) -> None:
+        self._fit, self._most = fit, most
+        self._cast: Cast | None = None
+        self._poses: dict[bytes, np.ndarray] = {}
+        self._fits: dict[tuple[bytes, tuple[int, ...]], tuple[Known, Fitted]] = {}
+
+    def complete(self, source: Positions, target: Character, cast: Cast | None) -> Positions:
+        """The target's joints; the source is the target with joints left out (see ``reason``).
+
+        Raises NotSupported where there is no motion to learn from.
+        """
+        given = tuple(target.skeleton.index(name) for name in source.skeleton.names)
+        places = np.empty((source.frames, len(target.skeleton), 3))
+        places[:, given] = source.positions
+        if len(given) < len(target.skeleton):
+            seen_from, fitted = self._fitted(target, given, cast)
+            seen, origin, turn = seen_from.look(source.positions)
+            places[:, seen_from.missing] = facing.placed(fitted(seen), turn) + origin
+        return target.positions(places, source.fps)
+
+    def _fitted(self, target: Character, given: tuple[int, ...], cast: Cast | None) -> tuple[Known, Fitted]:
+        if cast is not self._cast:  # other motion to learn from
+            self._cast, self._poses, self._fits = cast, {}, {}
+        body = target.skeleton.offsets.tobytes() + "\n".join(target.skeleton.names).encode()
+        if (body, given) not in self._fits:
+            if body not in self._poses:
+                self._poses[body] = poses(cast, target, self._most)
+            if len(self._fits) >= FITS:
+                self._fits.clear()
+            seen = known(self._poses[body], given)
+            self._fits[body, given] = seen, self._fit(seen)
+        return self._fits[body, given]
+
+
+def reason(source: Character, target: Character) -> str | None:
+    """None, or why the source is not the target with joints left out, as a sentence."""
+    unknown = [name for name in source.skeleton.names if name not in target.skeleton.names]
+    if not unknown and source.measures == target.measures:
+        return None
+    why = f"has no joint {unknown[0]!r}" if unknown else "has other proportions"
+    return f"makes up joints of the same body that are not given, and {target.name} {why}"

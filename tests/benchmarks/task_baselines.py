@@ -1,0 +1,67 @@
+"""How the defaults of the tasks' baselines were chosen: error on validation data over their parameters.
+
+    python tests/benchmarks/task_baselines.py denoise
+    python tests/benchmarks/task_baselines.py upsample
+
+Validation data share no clip with the test. Each number is the mean over cases of the error in cm at a
+level; the last column, the mean over levels, chooses.
+"""
+
+from __future__ import annotations
+
+import argparse
+from collections import defaultdict
+
+import numpy as np
+
+from retarget_bench.plan import dataset, method
+from retarget_bench.predict import context_for, predict
+from retarget_bench.spec import Spec
+from retarget_bench.tasks import canonical
+
+CANDIDATES = {
+    "denoise": [
+        "identity",
+        *(f"gaussian_filter[sigma={sigma}]" for sigma in (0.02, 0.03, 0.04, 0.05, 0.06, 0.08)),
+        *(
+            f"savitzky_golay[window={window},order={order}]"
+            for order, windows in ((1, (3, 5, 7)), (2, (5, 7, 9, 11, 13)), (4, (9, 11, 13, 15, 19)))
+            for window in windows
+        ),
+    ],
+    "upsample": [
+        *(f"linear_joints[ridge={ridge}]" for ridge in (1e-5, 1e-4, 1e-3, 1e-2)),
+        *(f"nearest_pose[neighbours={count}]" for count in (1, 4, 8, 16, 32)),
+    ],
+}
+LEVELS = {"denoise": "1,2,3,5,8", "upsample": "0.1,0.3,0.5,0.7,0.9,major"}
+
+
+def errors(name: str, task: str, data: Spec) -> dict[str, float]:
+    """Level -> mean error in cm."""
+    asked, cases = method(Spec.parse(name)), dataset(data, task)
+    found = defaultdict(list)
+    for info in cases.cases(Spec.parse(task).name, "self"):
+        case = cases.load(info)
+        answer = predict(asked, case, context_for(asked, cases, case, 0)).prediction
+        if answer is not None and case.reference is not None:
+            off = np.linalg.norm(answer.positions - case.reference.positions, axis=-1)
+            found[info.id.rsplit("/", 1)[1]].append(100 * float(off.mean()))
+    return {level: float(np.mean(each)) for level, each in found.items()}
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
+    parser.add_argument("task", choices=CANDIDATES)
+    parser.add_argument("-d", "--dataset", default="puppets[size=default,part=validation]")
+    parser.add_argument("--motions", type=int, default=24)
+    given = parser.parse_args()
+    task = str(canonical(given.task, LEVELS[given.task], given.motions))
+    for name in CANDIDATES[given.task]:
+        found = errors(name, task, Spec.parse(given.dataset))
+        cells = "  ".join(f"{level} {number:.3f}" for level, number in found.items())
+        print(f"{name:40} {cells}  mean {np.mean(list(found.values())):.3f}", flush=True)
+
+
+if __name__ == "__main__":
+    main()
