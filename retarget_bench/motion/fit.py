@@ -10,7 +10,8 @@ the joints that hang on it:
    towards that start. Bones that the whole clip shows longer or shorter than they are keep their
    directions instead (``fit_bones.goals``).
 3. Twists that no position shows are chosen: knees and elbows bend about their hinges, else there is no
-   twist against the parent, and nothing jumps from frame to frame (``fit_twist``).
+   twist against the parent, and nothing jumps from frame to frame (``fit_twist``). The rest of the body
+   then gives way to twists that are shown too weakly to be left to noise.
 
 Joints that nothing hangs on follow their parents. The root joint is where it was seen, exactly.
 """
@@ -27,6 +28,9 @@ from retarget_bench.motion import alignment, fit_bones, fit_twist
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.fit_tree import Tree
 from retarget_bench.motion.motion import Motion, Positions
+
+_HOLD = 30.0
+"""Squares of the fit's own error that a radian away from the chosen twists costs."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +99,7 @@ def fit(positions: Positions) -> Fitted:
     off = np.square(tree.places(turned, wanted[:, 0]) - wanted).sum(axis=2)[:, 1:]
     noise = float(np.sqrt(off.mean())) if off.size else 0.0
     turned = fit_twist.twisted(tree, turned, wanted, positions.fps, noise)
+    turned = fit_bones.refined(tree, turned, wanted, _HOLD * noise**2)
     motion = character.motion(
         alignment.from_relative(character, turned), positions.root.copy(), positions.fps
     )

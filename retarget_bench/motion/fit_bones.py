@@ -87,16 +87,16 @@ def _wahba(now: np.ndarray, then: np.ndarray, above: np.ndarray) -> np.ndarray:
 
 
 # ------------------------------------------------------------------------------------- Gauss-Newton
-def refined(tree: Tree, start: np.ndarray, wanted: np.ndarray) -> np.ndarray:
+def refined(tree: Tree, start: np.ndarray, wanted: np.ndarray, hold: float = 0.0) -> np.ndarray:
     """``(frames, joints, 4)`` from ``start``, of the same shape, to the least sum of squared distances from
     ``wanted`` ``(frames, joints, 3)``, each frame damped as it needs (Levenberg).
 
-    The root stands where it is wanted."""
+    hold: square metres that a radian away from the start costs. The root stands where it is wanted."""
     out = np.array(start)
     size = max(1, _AT_ONCE // len(tree.parents))
     for low in range(0, len(out), size):
         some = slice(low, low + size)
-        _descend(_Problem(tree, start[some], wanted[some]), out[some])
+        _descend(_Problem(tree, start[some], wanted[some], hold), out[some])
     return out
 
 
@@ -123,10 +123,11 @@ def _descend(problem: _Problem, out: np.ndarray) -> None:
 class _Problem:
     """Some frames of a clip, and what is wanted of them."""
 
-    def __init__(self, tree: Tree, start: np.ndarray, wanted: np.ndarray) -> None:
+    def __init__(self, tree: Tree, start: np.ndarray, wanted: np.ndarray, hold: float) -> None:
         self.tree, self.start, self.wanted = tree, start, wanted
         longest = [max((float(tree.lengths[c]) for c in below), default=0.0) for below in tree.children]
         self.scale = np.maximum(longest, NOTHING) ** 2
+        self.hold = _PULL * self.scale + hold
         self.nothing = _NEAR * float(np.square(tree.lengths).sum() + NOTHING**2)
 
     def at(self, frames: np.ndarray) -> _Problem:
@@ -138,7 +139,7 @@ class _Problem:
         """``(frames,)`` square metres, and how far joints are from where they are wanted."""
         off = self.tree.places(turned, self.wanted[:, 0]) - self.wanted
         back = self._back(turned)
-        pull = _PULL * self.scale @ np.square(back).sum(axis=2).T
+        pull = self.hold @ np.square(back).sum(axis=2).T
         return np.square(off).sum(axis=(1, 2)) + pull, off
 
     def _back(self, turned: np.ndarray) -> np.ndarray:
@@ -159,7 +160,7 @@ class _Problem:
         force = np.array(off.transpose(1, 0, 2))
         gain, ease = np.zeros((joints, frames, 3, 3)), np.zeros((joints, frames, 3))
         for joint in range(joints - 1, -1, -1):
-            hold = _PULL * self.scale[joint]
+            hold = self.hold[joint]
             ease[joint] = -back[:, joint]
             if not tree.children[joint]:
                 continue
