@@ -133,6 +133,8 @@ def compare(design: Design, rows: int, rounds: int, full: bool) -> None:
     encoder, decoder = Encoder(design), Decoder(design)
     lean = Pair(encoder, decoder, given)
     plain = Pair(PlainEncoder(encoder), PlainDecoder(decoder), given)
+    with torch.no_grad():
+        torch.testing.assert_close(lean.answer(), plain.answer(), atol=1e-5, rtol=1e-5)
     bare = products(design, counts)
     print(f"{rows} rows of {FRAMES} frames, {sum(counts)} joints, {rows * max(counts)} with padding")
     for name, work in (("step", (lean.step, plain.step)), ("answer", (lean.infer, plain.infer))):
@@ -168,7 +170,8 @@ def long(design: Design, frames: int, joints: int) -> None:
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     each = seconds / frames / joints * 1e6
     print(
-        f"{frames:7d} frames {joints:4d} joints {seconds:9.2f} s {each:7.2f} us a joint and frame {peak:6.2f} GB"
+        f"{frames:7d} frames {joints:4d} joints {seconds:9.2f} s {each:7.2f} us a joint and frame"
+        f" {peak:6.2f} GB"
     )
 
 

@@ -1,4 +1,4 @@
-"""HuMoT's networks: as many parameters as said, the same as plain ones, and blind to padding and neighbours."""
+"""HuMoT's networks: as many parameters as said, the same as plain ones, blind to padding and neighbours."""
 
 from __future__ import annotations
 
