@@ -5,7 +5,7 @@
 Right answers of the tiny puppets (one clip of every structure), known to the contenders by positions alone,
 as they are and with noise (metres, in every coordinate). Of each: the root mean square distance that is
 left to the positions given and to the true ones, the mean angle to the true orientations of all joints that
-carry a bone, and the largest turn of any such joint from frame to frame beside the true one (a flip is large).
+carry a bone, and the largest turn of such a joint from frame to frame beside the true one (flips show).
 pymotion aligns the first bone of a joint and rolls to the others, from the root outward; SciPy solves the
 same least squares as ours, frame by frame from pymotion's answer, for the first few frames of each clip.
 
@@ -31,7 +31,7 @@ from retarget_bench.motion.fit import fit
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 
-FEW = 8
+FEW = 4
 """Frames of each clip that SciPy is asked for: it takes a second for each."""
 Solver = Callable[[Character, np.ndarray], Motion]
 

@@ -13,9 +13,10 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import importer, rotation
+from retarget_bench.motion import fit_bones, importer, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.fit import Fitted, fit
+from retarget_bench.motion.fit_tree import Tree
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 from tests.methods.method_bodies import about, body, dance, pose, squat
@@ -180,12 +181,44 @@ def test_the_least_squares_are_those_of_scipy():
     assert mine == pytest.approx(2.0 * best.cost, rel=1e-3)
 
 
+def test_a_step_is_that_of_the_whole_system():
+    """The recursion over the tree against one dense system, with a Jacobian by differences."""
+    motion = wiggle(random_tree(5, 12), 2)
+    tree = Tree.of(motion.character)
+    start, wanted = fit_bones.first(tree, motion.positions), noisy(motion, 0.05)
+    now = rotation.multiply(rotation.from_rotation_vector(0.1 * noisy(motion, 1.0)), start)
+    problem = fit_bones._Problem(tree, start, wanted, 0.03)
+    found = problem.step(now, np.full(2, 0.01))
+
+    def residuals(turns: np.ndarray, frame: int) -> np.ndarray:
+        """How far joints are off after small turns in the world."""
+        turned = rotation.multiply(rotation.from_rotation_vector(turns.reshape(-1, 3)), now[frame])
+        return (tree.places(turned[None], wanted[frame : frame + 1, 0])[0] - wanted[frame]).ravel()
+
+    for frame in range(2):
+        size = found[frame].size
+        columns = [
+            (residuals(step, frame) - residuals(-step, frame)) / 2e-6 for step in 1e-6 * np.eye(size)
+        ]
+        jacobian, hold = np.stack(columns, axis=1), np.repeat(problem.hold, 3)
+        back = (
+            Rotation.from_quat(start[frame], scalar_first=True)
+            * Rotation.from_quat(now[frame], scalar_first=True).inv()
+        )
+        left = jacobian.T @ jacobian + np.diag(hold + 0.01 * np.repeat(problem.scale, 3))
+        right = hold * back.as_rotvec().ravel() - jacobian.T @ residuals(np.zeros(size), frame)
+        inner = np.repeat([bool(below) for below in tree.children], 3)
+        assert found[frame].ravel()[inner] == pytest.approx(np.linalg.solve(left, right)[inner], abs=1e-5)
+
+
 # ------------------------------------------------------------------------------------------- smoothness
+@pytest.mark.parametrize("tilt", [0.0, 4.0, 15.0])
 @pytest.mark.parametrize("axis", ["Y", "Z"])
-def test_a_straight_arm_that_swings_all_round_does_not_flip(axis):
-    """Half way it points opposite to where it rests, where the shortest turn there jumps by half a turn."""
+def test_a_straight_arm_that_swings_all_round_does_not_flip(axis, tilt):
+    """Half way it points opposite to where it rests, or nearly, where the shortest turn there jumps."""
     frames = 120
-    turn = about(axis, np.linspace(0.0, 360.0, frames))
+    tilted = about("Z" if axis == "Y" else "Y", np.full(frames, tilt))
+    turn = rotation.multiply(about(axis, np.linspace(0.0, 360.0, frames)), tilted)
     motion = pose(body(), frames, {"LeftArm": turn}, np.zeros((frames, 3)))
     found = refitted(motion).motion
     for joint in ("LeftArm", "LeftForeArm"):
