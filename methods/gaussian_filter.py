@@ -58,8 +58,8 @@ class GaussianFilter:
         places = source.positions
         seconds = _fitting(places, source.fps) if isinstance(self.sigma, str) else self.sigma
         width = seconds * source.fps
-        reach = min(math.ceil(REACH * width), source.frames - 1)
-        if reach < 1:
+        reach = math.ceil(REACH * width)
+        if reach < 1 or source.frames < 2:
             return target.positions(places, source.fps)
         longer = np.pad(places, ((reach, reach), (0, 0), (0, 0)), mode="reflect", reflect_type="odd")
         smooth = gaussian_filter1d(longer, width, axis=0, mode="nearest", truncate=REACH)

@@ -10,6 +10,9 @@ from retarget_bench.motion import completion
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 
+_NOTHING = 1e-12
+"""Of a variance, lest joints that never move make the equations singular."""
+
 
 class LinearJoints:
     """The best linear map from the joints that are given to the others, frame by frame.
@@ -21,13 +24,12 @@ class LinearJoints:
     poses: how many it is fitted on, evenly over the training clips.
     """
 
-    def __init__(self, ridge: float = 1e-3, poses: int = 4000) -> None:
+    def __init__(self, ridge: float = 1e-5, poses: int = 4000) -> None:
         if not 0.0 < ridge <= 1e6:
             raise BenchError(f"linear_joints: ridge is above 0 and at most 1e6; got {ridge:g}")
         if poses < 1:
             raise BenchError(f"linear_joints: poses is one or more; got {poses}")
-        self.ridge = ridge
-        self._completer = completion.Completer(self._fit, poses)
+        self._completer = completion.Completer(lambda known: regression(known, ridge), poses)
         self.card = MethodCard(
             name="linear_joints",
             summary="Missing joints by linear regression on the training poses, given joints kept",
@@ -48,20 +50,22 @@ class LinearJoints:
         given = Positions(source.character, source.positions, source.fps)
         return self._completer.complete(given, target, context.training)
 
-    def _fit(self, known: completion.Known) -> completion.Fitted:
-        inputs = known.seen.reshape(len(known.seen), -1)
-        wanted = known.wanted.reshape(len(known.wanted), -1)
-        middle, mean = inputs.mean(axis=0), wanted.mean(axis=0)
-        centred = inputs - middle
-        gram = centred.T @ centred
-        penalty = self.ridge * max(float(np.trace(gram)) / len(gram), 1e-12)
-        weights = np.linalg.solve(gram + penalty * np.eye(len(gram)), centred.T @ (wanted - mean))
 
-        def fitted(seen: np.ndarray) -> np.ndarray:
-            answers = (seen.reshape(len(seen), -1) - middle) @ weights + mean
-            return answers.reshape(len(seen), -1, 3)
+def regression(known: completion.Known, ridge: float) -> completion.Fitted:
+    """The linear map, with a constant, of least squared error and a penalty on its weights (see above)."""
+    inputs = known.seen.reshape(len(known.seen), -1)
+    wanted = known.wanted.reshape(len(known.wanted), -1)
+    middle, mean = inputs.mean(axis=0), wanted.mean(axis=0)
+    centred = inputs - middle
+    gram = centred.T @ centred
+    penalty = ridge * max(float(np.trace(gram)) / len(gram), _NOTHING)
+    weights = np.linalg.solve(gram + penalty * np.eye(len(gram)), centred.T @ (wanted - mean))
 
-        return fitted
+    def fitted(seen: np.ndarray) -> np.ndarray:
+        answers = (seen.reshape(len(seen), -1) - middle) @ weights + mean
+        return answers.reshape(len(seen), -1, 3)
+
+    return fitted
 
 
 plugin = LinearJoints

@@ -26,7 +26,7 @@ class NearestPose:
     neighbours: how many poses are averaged. poses: how many there are, evenly over the training clips.
     """
 
-    def __init__(self, neighbours: int = 8, poses: int = 4000) -> None:
+    def __init__(self, neighbours: int = 16, poses: int = 4000) -> None:
         for name, number in (("neighbours", neighbours), ("poses", poses)):
             if number < 1:
                 raise BenchError(f"nearest_pose: {name} is one or more; got {number}")

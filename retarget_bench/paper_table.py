@@ -74,6 +74,11 @@ def _column(column: PublishedColumn) -> Column:
     elif column.legs:
         kind = f" of kind {column.kind}" if column.kind else ""
         meaning = f"{column.value} of all answers{kind} on bodies of {column.legs} legs"
+    elif column.seen:
+        had = "had" if column.seen == "seen" else "did not have"
+        meaning = f"protocol {column.value}, mean over bodies of structures that training {had}"
+    elif column.structure:
+        meaning = f"protocol {column.value}, mean over bodies of structure {column.structure}"
     elif column.pairs:
         meaning = f"protocol {column.value}, mean over {', '.join(column.pairs)}"
     else:

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
-from retarget_bench import columns, records, versions
+from retarget_bench import columns, marks, records, versions
 from retarget_bench.api import CaseInfo
 from retarget_bench.columns import Columns
 from retarget_bench.errors import BenchError
@@ -27,6 +27,10 @@ from retarget_bench.records import Place
 
 DATASET = "mixamo"
 """Where the pairs of the papers' test set come from."""
+
+
+OUR_STRUCTURES = "structures of the data at hand"
+UNTRAINED = "the method is not trained, so no structure is known or new to it"
 
 
 class _Facts(BaseModel):
@@ -40,6 +44,8 @@ class PublishedColumn(_Facts):
     pairs:    ``source>target`` of the cases that it is a mean over.
     any_pair: a mean over every pair that is no self pair, of whatever data.
     mean_of:  columns that it is the mean of.
+    seen:     a mean over all target structures that training had (``seen``) or had not (``unseen``).
+    structure: a mean over all bodies of a structure.
     legs, kind: of values of sets of answers: the legs of the targets, and the kind of the cases ("": all).
     block:    columns of one block are drawn together.
     missing:  why we have no number for it, or "".
@@ -52,6 +58,8 @@ class PublishedColumn(_Facts):
     pairs: tuple[str, ...] = ()
     any_pair: bool = False
     mean_of: tuple[str, ...] = ()
+    seen: str = ""
+    structure: str = ""
     legs: int = 0
     kind: str = ""
     block: str = ""
@@ -127,6 +135,27 @@ def _folder() -> Traversable:
     return files("retarget_bench") / "published"
 
 
+def with_structures(table: PublishedTable, places: Sequence[Place]) -> PublishedTable:
+    """A table by structures, with a further block: our own structures, and a note per trained method that
+    says which of them it knew. The value is that of the columns by what was seen."""
+    value, unit = next((column.value, column.unit) for column in table.columns if column.seen)
+    found: set[str] = set()
+    notes: dict[str, None] = {}
+    for place in places:
+        mine = set((marks.read_structures(place) or {}).values())
+        found |= mine
+        method = records.read_header(place.header)["method"]
+        if trained := method.get("trained_on"):
+            known = mine & set(trained.get("structures", ()))
+            told = [", ".join(sorted(each)) or "none" for each in (known, mine - known)]
+            notes[f"{method['label']}: trained on structures {told[0]}; new to it: {told[1]}."] = None
+    ours = tuple(
+        PublishedColumn(id=name, label=name, unit=unit, value=value, structure=name, block=OUR_STRUCTURES)
+        for name in sorted(found)
+    )
+    return table.model_copy(update={"columns": (*table.columns, *ours), "notes": (*table.notes, *notes)})
+
+
 def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
     """Our methods in the columns of a published table: those that have a number in any of them.
 
@@ -152,10 +181,16 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
     header = found[0].header
     numbers = _numbers(found)
     theirs = header["dataset"]["name"] == DATASET
+    structures = marks.read_structures(found[0].place) or {}
+    trained = header["method"].get("trained_on")
     asked = {
-        column.id: [each for each in numbers.get(column.value, ()) if _asked(column, each[0])]
+        column.id: [
+            each
+            for each in numbers.get(column.value, ())
+            if _asked(column, each[0], structures.get(each[0].target, ""), trained)
+        ]
         for column in table.columns
-        if theirs or column.any_pair
+        if theirs or column.any_pair or column.seen or column.structure
     }
     cells: dict[str, OwnCell] = {}
     for column in table.columns:
@@ -163,7 +198,8 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
             cells[column.id] = _mean_of(parts, [each for part in column.mean_of for each in asked[part]])
         elif asked.get(column.id):
             cells[column.id] = _mean(asked[column.id])
-    return OwnRow(label, dataset, header["dataset"]["name"], mark_of(header["method"]), cells)
+    reasons = {} if trained else {column.id: UNTRAINED for column in table.columns if column.seen}
+    return OwnRow(label, dataset, header["dataset"]["name"], mark_of(header["method"]), cells, reasons)
 
 
 def mark_of(method: Mapping[str, Any]) -> str:
@@ -187,7 +223,15 @@ def _numbers(found: Sequence[Columns]) -> dict[str, list[tuple[CaseInfo, float]]
     }
 
 
-def _asked(column: PublishedColumn, info: CaseInfo) -> bool:
+def _asked(
+    column: PublishedColumn, info: CaseInfo, structure: str, trained: Mapping[str, Sequence[str]] | None
+) -> bool:
+    """trained: what a method's weights were trained on; None where it is not trained."""
+    if column.structure:
+        return structure == column.structure
+    if column.seen:
+        had = trained is not None and structure in trained.get("structures", ())
+        return trained is not None and had == (column.seen == "seen")
     return info.split != "self" if column.any_pair else info.pair in column.pairs
 
 

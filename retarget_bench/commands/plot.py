@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
@@ -19,9 +19,28 @@ if TYPE_CHECKING:
     from retarget_bench.spec import Spec
 
 
+F = TypeVar("F", bound=Callable[..., Any])
+
+
 @click.group("plot")
 def command() -> None:
     """Draw pictures of results, as .png, .pdf or .svg."""
+
+
+def _task_options(function: F) -> F:
+    """Which results of a task are drawn, and where."""
+    for option in (
+        click.option(
+            "-d", "--dataset", help="Only results of this data set (a folder name under RESULTS)."
+        ),
+        click.option(
+            "-m", "--method", "methods", multiple=True, metavar="METHOD", help="Only these methods."
+        ),
+        click.option("-o", "--output", required=True, type=click.Path(dir_okay=False, path_type=Path)),
+        click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=click.Path(path_type=Path)),
+    ):
+        function = option(function)
+    return function
 
 
 @command.command("recall")
@@ -56,16 +75,70 @@ def recall(
     click.echo(f"wrote {output}")
 
 
-def _places(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[Place]:
+@command.command("denoise")
+@_task_options
+def denoise(roots: tuple[Path, ...], output: Path, methods: tuple[str, ...], dataset: str | None) -> None:
+    """Draw the error after denoising over the error before (HuMoT's Figure 8).
+
+    The dotted diagonal is doing nothing, and what leaves the picture at the top is far worse.
+    RESULTS: folders written by `bench task denoise`. [default: runs]
+    """
+    from retarget_bench import summary
+    from retarget_bench.plotting import canvas
+    from retarget_bench.plotting import denoise as picture
+
+    canvas.ending(output)
+    places = _task_places(roots, dataset, methods, "denoise")
+    picture.draw(output, summary.sections(places, "level"))
+    click.echo(f"wrote {output}")
+
+
+@command.command("upsample")
+@_task_options
+def upsample(roots: tuple[Path, ...], output: Path, methods: tuple[str, ...], dataset: str | None) -> None:
+    """Draw the error over the proportion of joints that are given (HuMoT's Figure 9).
+
+    RESULTS: folders written by `bench task upsample`. [default: runs]
+    """
+    from retarget_bench import summary
+    from retarget_bench.plotting import canvas
+    from retarget_bench.plotting import upsample as picture
+
+    canvas.ending(output)
+    places = _task_places(roots, dataset, methods, "upsample")
+    picture.draw(output, summary.sections(places, "level"), picture.major_share(places))
+    click.echo(f"wrote {output}")
+
+
+def _task_places(
+    roots: Sequence[Path], dataset: str | None, methods: Sequence[str], task: str
+) -> list[Place]:
+    """The results of a task, of one data set and with the same levels. Raises BenchError otherwise."""
+    places = _places(roots or (Path("runs"),), dataset, ("self",), task)
+    if len(folders := sorted({place.task for place in places})) > 1:
+        usual = [place for place in places if place.task == task]
+        if not usual:
+            raise BenchError(
+                f"these are results of {task} with several sets of levels or motions "
+                f"({', '.join(folders)}): give the folder of one run"
+            )
+        places = usual
+    return _of_methods(places, methods) if methods else places
+
+
+def _places(
+    roots: Sequence[Path], dataset: str | None, splits: Sequence[str], task: str = "retarget"
+) -> list[Place]:
     """The results asked for, of one data set. Raises BenchError where there are none, or of several."""
     from retarget_bench import records
 
-    found = [place for root in roots for place in records.find_results(root) if place.split in splits]
+    maker = "bench run" if task == "retarget" else f"bench task {task}"
+    found = [place for root in roots for place in records.find_results(root, task) if place.split in splits]
     places = [place for place in found if dataset in (None, place.dataset)]
     known = ", ".join(sorted({place.dataset for place in found}))
     if not places:
         where = ", ".join(map(str, roots))
-        hint = f"; there are results of {known}" if known else "; bench run makes some"
+        hint = f"; there are results of {known}" if known else f"; {maker} makes some"
         raise BenchError(f"no results of {dataset or ', '.join(splits)} in {where}{hint}")
     if len({place.dataset for place in places}) > 1:
         raise BenchError(f"these are results of several data sets: choose one by -d out of {known}")

@@ -148,5 +148,7 @@ def _published(places: Sequence[Any], name: str) -> list[Any]:
     from retarget_bench.paper_table import paper_table
 
     published = papers.published(name)
+    if published.task == "reconstruct":
+        published = papers.with_structures(published, places)
     own_rows = paper_sets.own_rows if published.of_sets else papers.own_rows
     return [paper_table(published, own_rows(published, places))]

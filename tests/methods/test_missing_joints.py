@@ -1,0 +1,166 @@
+"""Joints that are made up: exact where they follow from those given, and honest where they cannot."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from retarget_bench.api import Context
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.methods.linear_joints import LinearJoints, regression
+from retarget_bench.methods.nearest_pose import NearestPose
+from retarget_bench.motion import completion, facing, rotation
+from retarget_bench.motion.motion import Positions
+from retarget_bench.motion.poses import poses
+from retarget_bench.tasks.reduced import reduced
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "tasks" / "toys"))
+from toy_people import Clips, body, swing
+
+ANN, BOB = body("ann", 1.0), body("bob", 1.1)
+GIVEN = [1, 4, 9, 12, 16]
+METHODS = (LinearJoints, NearestPose)
+
+
+class Rigid(Clips):
+    """A statue that is carried about and turned."""
+
+    def __getitem__(self, index):
+        motion = swing(self.character, self.numbers[index])
+        still = np.broadcast_to(motion.rotations[:1], motion.rotations.shape).copy()
+        still[:, 0] = rotation.about(np.array([0.0, 1.0, 0.0]), np.linspace(0, 3, motion.frames))
+        return self.character.motion(still, motion.root, motion.fps)
+
+
+def part(motion, joints) -> Positions:
+    return Positions(reduced(motion.character, joints), motion.positions[:, joints], motion.fps)
+
+
+def cast(kind=Clips, bodies=(ANN, BOB), numbers=(7, 8)):
+    return {"toy17": {each.name: kind(each, numbers) for each in bodies}}
+
+
+def answer(method, source, target, training) -> np.ndarray:
+    assert method.supports(source.character, target) is None
+    return method.retarget(source, target, context=Context(training=training)).positions
+
+
+@pytest.mark.parametrize("make", METHODS)
+def test_a_statue_is_made_up_exactly_wherever_it_goes(make):
+    moving = Rigid(ANN, (7,))[0]
+    found = answer(make(), part(moving, GIVEN), ANN, cast(Rigid, (ANN,), (7,)))
+    assert np.abs(found - moving.positions).max() < 1e-5
+
+
+@pytest.mark.parametrize("make", METHODS)
+def test_given_joints_stay_and_all_of_them_need_no_training(make):
+    source = swing(BOB, 0)
+    found = answer(make(), part(source, GIVEN), BOB, cast())
+    assert np.array_equal(found[:, GIVEN], source.positions[:, GIVEN])
+    whole = Positions(BOB, source.positions, 30.0)
+    assert np.array_equal(answer(make(), whole, BOB, None), source.positions)
+
+
+@pytest.mark.parametrize("make", METHODS)
+def test_an_answer_moves_and_turns_with_its_source(make):
+    source, training = part(swing(ANN, 0), GIVEN), cast()
+    found = answer(make(), source, ANN, training)
+    turn = rotation.about(np.array([0.0, 1.0, 0.0]), 2.0)
+    moved = rotation.rotate(turn, source.positions) + np.array([3.0, 1.0, -2.0])
+    again = answer(make(), Positions(source.character, moved, 30.0), ANN, training)
+    assert np.allclose(again, rotation.rotate(turn, found) + np.array([3.0, 1.0, -2.0]), atol=1e-6)
+
+
+@pytest.mark.parametrize("make", METHODS)
+def test_it_beats_the_mean_pose(make):
+    source, training = swing(ANN, 0), cast()
+    found = answer(make(), part(source, GIVEN), ANN, training)
+    known = completion.known(poses(training, ANN, 4000), GIVEN)
+    _, origin, turn = known.look(source.positions[:, GIVEN])
+    mean = facing.placed(np.broadcast_to(known.wanted.mean(axis=0), (40, *known.wanted.shape[1:])), turn)
+    off = np.linalg.norm(mean + origin - source.positions[:, known.missing], axis=-1).mean()
+    ours = np.linalg.norm(found - source.positions, axis=-1)[:, known.missing].mean()
+    assert ours < 0.7 * off
+
+
+def test_regression_is_exact_on_linear_data_and_agrees_with_least_squares():
+    rng = np.random.default_rng(5)
+    seen = rng.normal(size=(200, 4, 3))
+    mixing, shift = rng.normal(size=(12, 6)), rng.normal(size=6)
+    linear = (seen.reshape(200, 12) @ mixing + shift).reshape(200, 2, 3)
+    fresh = rng.normal(size=(9, 4, 3))
+
+    def fitted(wanted):
+        known = completion.Known(np.arange(4), np.arange(4, 6), seen.mean(axis=0), seen, wanted)
+        return regression(known, 1e-12)(fresh)
+
+    expected = (fresh.reshape(9, 12) @ mixing + shift).reshape(9, 2, 3)
+    assert np.allclose(fitted(linear), expected, atol=1e-8)
+    noisy = linear + rng.normal(size=linear.shape)
+    columns = np.c_[seen.reshape(200, 12), np.ones(200)]
+    weights = np.linalg.lstsq(columns, noisy.reshape(200, 6), rcond=None)[0]
+    expected = (np.c_[fresh.reshape(9, 12), np.ones(9)] @ weights).reshape(9, 2, 3)
+    assert np.allclose(fitted(noisy), expected, atol=1e-8)
+
+
+def test_a_large_penalty_gives_the_mean_pose():
+    rng = np.random.default_rng(6)
+    seen, wanted = rng.normal(size=(50, 3, 3)), rng.normal(size=(50, 2, 3))
+    known = completion.Known(np.arange(3), np.arange(3, 5), seen.mean(axis=0), seen, wanted)
+    assert np.allclose(regression(known, 1e6)(seen), wanted.mean(axis=0), atol=1e-4)
+
+
+def test_one_neighbour_finds_a_pose_that_was_trained_on():
+    trained = swing(ANN, 7)
+    found = answer(NearestPose(neighbours=1), part(trained, GIVEN), ANN, cast(bodies=(ANN,), numbers=(7,)))
+    assert np.abs(found - trained.positions).max() < 1e-6
+
+
+def test_poses_are_the_targets_own_whoever_performed_them():
+    found = poses(cast(bodies=(ANN,)), BOB, 30)
+    lengths = np.linalg.norm(found[:, 1:] - found[:, BOB.skeleton.parents[1:]], axis=-1)
+    assert np.allclose(lengths, BOB.skeleton.bone_lengths[1:], atol=1e-9)
+    assert np.allclose(found[:, 0], 0)
+    assert len(found) == 30
+    across = found[:, BOB.joint_of["left_up_leg"]] - found[:, BOB.joint_of["right_up_leg"]]
+    across += found[:, BOB.joint_of["left_arm"]] - found[:, BOB.joint_of["right_arm"]]
+    assert np.allclose(across[:, 2], 0, atol=1e-9)
+    assert (across[:, 0] > 0).all()
+
+
+def test_two_data_sets_in_one_process_do_not_mix():
+    method, source = LinearJoints(), part(swing(ANN, 0), GIVEN)
+    first, second = cast(), cast(numbers=(3,))
+    alone = answer(LinearJoints(), source, ANN, second)
+    answer(method, source, ANN, first)
+    assert np.array_equal(answer(method, source, ANN, second), alone)
+
+
+@pytest.mark.parametrize("make", METHODS)
+@pytest.mark.parametrize("training", [None, {}, {"toy17": {}}])
+def test_without_training_motion_there_is_no_answer(make, training):
+    with pytest.raises(NotSupported, match=r"no motion to train on that ann \(toy17\) could copy"):
+        make().retarget(part(swing(ANN, 0), GIVEN), ANN, context=Context(training=training))
+
+
+@pytest.mark.parametrize("make", METHODS)
+def test_other_bodies_are_refused(make):
+    assert "has other proportions" in make().supports(ANN, BOB)
+    assert "has no joint 'Hips'" in make().supports(ANN, reduced(ANN, GIVEN))
+
+
+@pytest.mark.parametrize(
+    ("make", "words"),
+    [
+        (lambda: LinearJoints(ridge=0), "above 0"),
+        (lambda: LinearJoints(ridge=float("nan")), "got nan"),
+        (lambda: LinearJoints(poses=0), "poses is one or more"),
+        (lambda: NearestPose(neighbours=0), "neighbours is one or more"),
+    ],
+)
+def test_parameters_that_make_no_sense_are_told(make, words):
+    with pytest.raises(BenchError, match=words):
+        make()

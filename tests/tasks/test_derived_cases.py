@@ -1,0 +1,192 @@
+"""Cases of derived tasks: which there are, what they ask, and that they never move."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from retarget_bench import plan, registry
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.spec import Spec
+from retarget_bench.tasks import canonical, levels, randomness
+from retarget_bench.tasks.questions import MAJOR_ROLES
+
+CHI3 = 2 * np.sqrt(2 / np.pi)
+"""Mean length of a vector of three standard normal numbers."""
+GOLDEN_SEED = 272058593699020684
+"""The first fifteen hex digits of the SHA-256 of "0", "denoise" and the case's id, on a line each."""
+GOLDEN_NOISE = [0.5797474540533023, 0.7265651232772817, -1.3287274890635294]
+GOLDEN_JOINTS = (2, 6, 12, 13, 15, 21)
+
+
+@pytest.fixture(autouse=True)
+def _toys():
+    registry.add_file(Path(__file__).parent / "toys" / "toy_people.py")
+    registry.add_file(Path(__file__).parents[1] / "engine" / "toys" / "toy_cases.py")
+
+
+def cases(task: str, data: str = "toy_people"):
+    derived = plan.dataset(Spec.parse(data), task)
+    return [derived.load(info) for info in derived.cases(Spec.parse(task).name, "self")]
+
+
+def test_reconstruct_asks_every_clean_motion_once():
+    found = cases("reconstruct")
+    assert [case.info.id for case in found] == [
+        "people/ann>ann/clip 0", "people/ann>ann/clip 1", "people/bob>bob/clip 0", "people/bob>bob/clip 1",
+    ]  # fmt: skip
+    for case in found:
+        assert isinstance(case.source, Motion)
+        assert case.source is case.reference
+        assert case.target is case.source.character
+        assert (case.info.task, case.info.split, case.conditions) == ("reconstruct", "self", {})
+
+
+def test_without_self_cases_the_sources_are_the_clean_motions():
+    found = cases("reconstruct", "toy_cases")
+    assert sorted(case.info.id for case in found) == sorted(
+        f"toy/{name}>{name}/clip {n}" for name in ("small", "tall") for n in range(3)
+    )
+    for case in found:
+        assert case.reference is case.source
+        assert case.source.character.name == case.info.source == case.info.target
+
+
+def test_noise_has_the_deviation_that_is_asked_for_on_every_coordinate():
+    for case in cases("denoise[levels='0,1,5']"):
+        noise = case.source.positions - case.reference.positions
+        assert isinstance(case.source, Positions)
+        sigma = case.conditions["noise"]
+        if sigma == 0:
+            assert not noise.any()
+            continue
+        count = noise.size
+        assert noise.mean() == pytest.approx(0, abs=4 * sigma / np.sqrt(count))
+        assert noise.std() == pytest.approx(sigma, rel=4 / np.sqrt(2 * count))
+        assert stats.kstest(noise.ravel() / sigma, "norm").pvalue > 1e-4
+        length = np.linalg.norm(noise, axis=-1)
+        assert length.mean() == pytest.approx(CHI3 * sigma, rel=4 * 0.422 / np.sqrt(length.size))
+
+
+def test_noise_of_other_cases_is_other_noise():
+    found = cases("denoise[levels=5]")
+    drawn = [case.source.positions - case.reference.positions for case in found]
+    for a, b in pairwise(drawn):
+        assert abs(np.corrcoef(a.ravel(), b.ravel())[0, 1]) < 5 / np.sqrt(a.size)
+
+
+def test_a_proportion_of_joints_is_given_where_they_are_and_fingers_never():
+    for case in cases("upsample[levels='0.1,0.5,1']"):
+        body = list(case.reference.skeleton.names)
+        assert len(body) == 16
+        assert "LeftHandIndex1" not in body
+        count = {0.1: 2, 0.5: 8, 1.0: 16}[case.conditions["proportion"]]
+        assert case.conditions == {"proportion": case.conditions["proportion"], "joints": count, "of": 16}
+        assert len(case.source.skeleton) == count
+        at = [body.index(name) for name in case.source.skeleton.names]
+        assert np.array_equal(case.source.positions, case.reference.positions[:, at])
+        if count == 16:
+            assert case.source.character is case.target
+
+
+def test_joints_are_drawn_alike():
+    counts = np.zeros(12)
+    for number in range(3000):
+        chosen = randomness.drawn(number, 12, 3)
+        assert len(set(chosen)) == 3
+        counts[list(chosen)] += 1
+    assert stats.chisquare(counts).pvalue > 1e-3
+
+
+def test_the_major_joints_are_the_twelve_of_the_paper():
+    for case in cases("upsample[levels=major]"):
+        assert set(case.source.character.roles) == set(MAJOR_ROLES)
+        assert len(MAJOR_ROLES) == 12
+        assert case.info.id.endswith("/joints-major")
+        assert levels.name(case.conditions) == "major"
+
+
+def test_bodies_without_all_major_joints_are_not_asked_for_them():
+    derived = plan.dataset(Spec.parse("toy_cases"), "upsample[levels='major,0.5']")
+    ids = [info.id for info in derived.cases("upsample", "self")]
+    assert ids
+    assert all(each.endswith("joints-0.5") for each in ids)
+
+
+def test_seeds_and_numbers_stay_what_they_are():
+    case = "puppets/ada>ada/walk-001/noise-5cm"
+    assert randomness.seed_of("denoise", case) == GOLDEN_SEED
+    assert randomness.gaussian(GOLDEN_SEED, (3,)).tolist() == pytest.approx(GOLDEN_NOISE, abs=1e-12)
+    assert randomness.drawn(GOLDEN_SEED, 22, 6) == GOLDEN_JOINTS
+
+
+def test_uniform_numbers_are_those_of_the_raw_bits():
+    raw = np.random.Philox(key=5).random_raw(4)
+    expected = [((int(each) >> 11) + 0.5) / 2**53 for each in raw]
+    assert randomness.uniform(5, 4).tolist() == expected
+
+
+def test_asking_fewer_levels_or_motions_leaves_the_others_as_they_are():
+    every = {case.info.id: case for case in cases("denoise")}
+    few = cases("denoise[levels='5,1',motions=2]")
+    assert len(few) == 4
+    for case in few:
+        assert np.array_equal(case.source.positions, every[case.info.id].source.positions)
+    assert {case.info.source for case in few} == {"ann", "bob"}
+
+
+@pytest.mark.parametrize(
+    ("task", "given", "words"),
+    [
+        ("denoise", "-1", "standard deviations in centimetres, from 0 to 100; got -1"),
+        ("denoise", "nan", "got nan"),
+        ("denoise", "much", "got much"),
+        ("denoise", " , ", "name at least one level"),
+        ("upsample", "0", "above 0 and at most 1"),
+        ("upsample", "1.01", "above 0 and at most 1"),
+        ("upsample", "minor", "or major; got minor"),
+        ("reconstruct", "1", "has no levels"),
+    ],
+)
+def test_hostile_levels_are_told(task, given, words):
+    with pytest.raises(BenchError, match=words):
+        canonical(task, given)
+
+
+@pytest.mark.parametrize(
+    ("task", "words"),
+    [
+        ("inpaint", "no task 'inpaint'; tasks are reconstruct, denoise, upsample"),
+        ("denoise[level=5]", "no parameter 'level'; it has levels, motions"),
+        ("reconstruct[levels=5]", "no parameter 'levels'"),
+        ("denoise[motions=-2]", "whole number"),
+        ("denoise[motions=lots]", "whole number"),
+    ],
+)
+def test_hostile_tasks_are_told(task, words):
+    with pytest.raises(BenchError, match=words):
+        plan.dataset(Spec.parse("toy_people"), task)
+
+
+def test_a_derived_data_set_has_one_task_and_split():
+    derived = plan.dataset(Spec.parse("toy_people"), "denoise")
+    for task, split in (("retarget", "self"), ("denoise", "intra")):
+        with pytest.raises(NotSupported, match="has the task denoise and the split self alone"):
+            derived.cases(task, split)
+
+
+def test_usual_parameters_are_left_out_and_others_written_one_way():
+    assert str(canonical("denoise", "0, 1.0,2,3,4,5,6,8,10")) == "denoise"
+    assert canonical("upsample", "0.50,major, 0.5", 3) == canonical("upsample", "0.5,major", 3)
+    assert canonical("upsample", "0.5").slug != canonical("upsample", "0.6").slug
+
+
+def test_the_content_tells_tasks_and_levels_apart():
+    names = ("reconstruct", "denoise", "denoise[levels=5]", "upsample")
+    found = {plan.dataset(Spec.parse("toy_people"), name).content for name in names}
+    assert len(found) == len(names)
