@@ -307,6 +307,16 @@ DATA_FAULTS = {
         "a case loaded twice",
         "the sources differ",
     ),
+    "the same real motion twice": (
+        {
+            "    def load(self, info": (
+                "    def real(self, task, _):\n        return [*self.cases(task, 'intra')] * 2\n\n"
+                "    def load(self, info"
+            )
+        },
+        "real motion, where it is offered",
+        "is offered twice",
+    ),
 }
 
 

@@ -10,6 +10,7 @@ import numpy as np
 from retarget_bench import registry
 from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
 from retarget_bench.motion.motion import Motion
+from retarget_bench.sets.real import offers
 from retarget_bench.spec import Spec
 from retarget_bench.testing.check import Check, Checks
 from retarget_bench.testing.methods import undescribed
@@ -33,6 +34,7 @@ def check_dataset(spec: Spec) -> Iterator[Check]:
                 "loaded cases fit together: frames, rates, shapes": trial.shapes,
                 "loaded cases are finite and rotations are unit": trial.finite,
                 "a case loaded twice is the same": trial.repeatable,
+                "real motion, where it is offered, is of the structure asked for": trial.real,
             }
         )
     )
@@ -100,6 +102,21 @@ class _Trial:
             split = "self" if source.name == target.name else "intra" if alike else "cross"
             if split != info.split:
                 return f"{info.id} is listed as {info.split} but is {split}"
+        return None
+
+    def real(self) -> str | None:
+        if not offers(self.data):
+            return None
+        for structure in {body.structure for body in self.data.characters().values()}:
+            infos = self.data.real("retarget", structure)
+            if len({(info.clip, info.target) for info in infos}) != len(infos):
+                return f"a clip of a body of {structure} is offered twice"
+            for info in infos[:LOADED]:
+                case = self.data.load(info)
+                if case.reference is None:
+                    return f"{info.id} is offered as real motion and has no reference"
+                if case.target.structure != structure:
+                    return f"{info.id} is offered for {structure} and is of {case.target.structure}"
         return None
 
     def shapes(self) -> str | None:

@@ -14,6 +14,7 @@ from conftest import plain_rig, skeleton
 from hypothesis import given
 from hypothesis import strategies as st
 
+from retarget_bench import testing
 from retarget_bench.api import SPLITS
 from retarget_bench.datasets.lafan_dog import LafanDog
 from retarget_bench.datasets.lafan_dog.motions import cut
@@ -22,6 +23,7 @@ from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh, kinematics
 from retarget_bench.motion.character import Character
+from retarget_bench.spec import Spec
 
 PEOPLE = ("dance1_subject1", "ground1_subject5", "push1_subject2", "multipleActions1_subject1")
 DOGS = ("D1_009_KAN01_001", "D1_009_KAN01_002", "D1_047z_KAN01_002", "D1_031_KAN01_001", "D1_003_KAN01_001")
@@ -257,6 +259,11 @@ def real(real_data: Path) -> LafanDog:
     if not (real_data / "lafan1").is_dir() or not (real_data / "dog").is_dir():
         pytest.skip(f"no takes of LAFAN1 and of the dog in {real_data}")
     return LafanDog(str(real_data))
+
+
+def test_real_takes_keep_the_contract(real: LafanDog, real_data: Path) -> None:
+    assert real.cases("retarget", "cross")
+    testing.assert_contract("datasets", Spec("lafan_dog", {"root": str(real_data)}))
 
 
 def test_real_takes_have_every_role_and_the_bones_that_turn(real: LafanDog) -> None:
