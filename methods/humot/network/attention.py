@@ -78,7 +78,7 @@ class Attention(nn.Module):
         rows, size = len(sums.pairs), width // heads
         asking = self.qkv.weight[: 2 * width]
         half = functional.linear(sums.pairs, asking)
-        squares = torch.einsum("cw,rwc->rc", asking, half)
+        squares = (half * asking.T).sum(1)
         keys = half[..., width:].view(rows, width, heads, size)
         scores = torch.einsum("hiw,rwhj->rhij", asking[:width].view(heads, size, width), keys)
         if sums.tokens is not None:
@@ -109,8 +109,9 @@ class Attention(nn.Module):
         The latter is ``(rows, width)``.
         """
         short = squares.clamp(min=SMALLEST**2).rsqrt()
-        scores = scores * short[:, 0].unsqueeze(3) * short[:, 1].unsqueeze(2) * self.temperature
-        return self._applied(scores.softmax(3), self.qkv.weight[2 * self.out.in_features :])
+        cosines = (scores * short[:, 0].unsqueeze(3) * short[:, 1].unsqueeze(2)).clamp(-1.0, 1.0)
+        weights = (cosines * self.temperature).softmax(3)
+        return self._applied(weights, self.qkv.weight[2 * self.out.in_features :])
 
     def _applied(self, weights: Tensor, values: Tensor) -> tuple[Tensor, Tensor]:
         """weights: ``(rows, heads, size, size)``. values: what makes values of tokens."""

@@ -58,26 +58,29 @@ class TemporalConvolution(nn.Module):
             windows = padded.unfold(1, length + 2 * reach, length).transpose(2, 3)
             values = windows.reshape(joints * count, -1, inputs)
         there, back, taps = (each.to(values) for each in bases)
-        weights = torch.tensordot(taps, self.weight, ([1], [2])).transpose(1, 2)
-        found = _multiplied(values, weights.contiguous(), there, back)
+        weights = torch.mm(taps, self.weight.permute(2, 1, 0).flatten(1)).view(-1, inputs, len(self.bias))
+        found = _multiplied(values, weights, self.bias, there, back)
         if count > 1:
             found = found.view(joints, count * length, -1)[:, :frames]
-        return found + self.bias
+        return found
 
 
 class _Multiplied(torch.autograd.Function):
-    """Values ``(stretches, frames, inputs)`` to frequencies, times weights there, and back."""
+    """Values ``(stretches, frames, inputs)`` to frequencies, times weights there, back, and a bias."""
 
     @staticmethod
-    def forward(ctx: Any, values: Tensor, weights: Tensor, there: Tensor, back: Tensor) -> Tensor:
+    def forward(
+        ctx: Any, values: Tensor, weights: Tensor, bias: Tensor, there: Tensor, back: Tensor
+    ) -> Tensor:
         waves = _each(there, values)
         ctx.save_for_backward(waves, weights, there, back)
-        return _each(back, _filtered(waves, weights, 1.0))
+        return _each(back, _filtered(waves, weights, 1.0)).add_(bias)
 
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, pull: Tensor) -> tuple[Tensor | None, ...]:
         waves, weights, there, back = ctx.saved_tensors
+        to_bias = pull.sum((0, 1))
         pull = _each(back.T, pull.contiguous())
         to_weights = torch.empty_like(weights)
         torch.mm(waves[:, 0].T, pull[:, 0], out=to_weights[0])
@@ -91,7 +94,7 @@ class _Multiplied(torch.autograd.Function):
         values = None
         if ctx.needs_input_grad[0]:
             values = _each(there.T, _filtered(pull, weights.transpose(1, 2), -1.0))
-        return values, to_weights, None, None
+        return values, to_weights, to_bias, None, None
 
 
 _multiplied: Callable[..., Tensor] = _Multiplied.apply
