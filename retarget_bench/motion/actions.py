@@ -1,7 +1,7 @@
 """Standing about, going somewhere or sitting: what a body does in a clip, told from its hips and tail.
 
-After PAN, section 7.2.2, which tells *move* from *idle* by the speed of the root and *sit* by whether hips or
-tail touch the ground. The thresholds are ours: none are published.
+After PAN, section 7.2.2, which tells *move* from *idle* by the speed of the root and *sit* by whether hips
+or tail touch the ground. The thresholds are ours: none are published.
 """
 
 from __future__ import annotations
