@@ -24,7 +24,7 @@ class LinearJoints:
     poses: how many it is fitted on, evenly over the training clips.
     """
 
-    def __init__(self, ridge: float = 1e-5, poses: int = 4000) -> None:
+    def __init__(self, ridge: float = 1e-3, poses: int = 4000) -> None:
         if not 0.0 < ridge <= 1e6:
             raise BenchError(f"linear_joints: ridge is above 0 and at most 1e6; got {ridge:g}")
         if poses < 1:

@@ -151,7 +151,8 @@ def words(text: str, task: str) -> list[str]:
 
 
 def _once(levels: Iterable[Level]) -> tuple[Level, ...]:
-    return tuple(dict.fromkeys(levels))
+    """Each once, in increasing order."""
+    return tuple(sorted(dict.fromkeys(levels), key=lambda level: (level.word == MAJOR, level.number)))
 
 
 def _noise(word: str) -> Level:

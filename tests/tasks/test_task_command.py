@@ -1,0 +1,277 @@
+"""``bench task`` from end to end on toy people: rows, levels, tables, pictures, resuming."""
+
+from __future__ import annotations
+
+import csv
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from retarget_bench import records, registry, run, summary
+from retarget_bench.cli import main
+from retarget_bench.plan import Plan
+from retarget_bench.plotting import upsample as upsample_picture
+from retarget_bench.spec import Spec
+from retarget_bench.tasks import canonical
+
+TOYS = Path(__file__).parent / "toys" / "toy_people.py"
+CHI3 = 2 * np.sqrt(2 / np.pi)
+METRICS = ("restoration", "smoothness")
+
+
+def carried_out(root: Path, task: str, *methods: str, **changes) -> list[records.Results]:
+    registry.add_file(TOYS)
+    plan = Plan(
+        methods=tuple(map(Spec.parse, methods)),
+        datasets=(Spec.parse("toy_people[clips=6]"),),
+        splits=("self",),
+        metrics=METRICS,
+        task=task,
+        root=root,
+        **changes,
+    )
+    return [records.read_results(place) for place in run.run(plan, lambda done, total: None)]
+
+
+def bench(capsys, *arguments: str) -> tuple[int, str]:
+    with pytest.raises(SystemExit) as stopped:
+        main(list(arguments))
+    told = capsys.readouterr()
+    return int(stopped.value.code or 0), told.out + told.err
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory) -> Path:
+    """Two tasks with a few methods each."""
+    root = tmp_path_factory.mktemp("tasks")
+    carried_out(root, "denoise[levels='0,2,5']", "identity", "gaussian_filter", "copy_rotations")
+    carried_out(root, "upsample[levels='0.5,1,major']", "linear_joints", "nearest_pose", "identity")
+    carried_out(root, "reconstruct", "identity", "copy_rotations", "pan")
+    return root
+
+
+def rows(root: Path, task: str, method: str) -> records.Results:
+    (place,) = (each for each in records.find_results(root, task) if each.method == method)
+    return records.read_results(place)
+
+
+def test_doing_nothing_scores_the_noise_before_and_after(results):
+    found = rows(results, "denoise", "identity")
+    by_level: dict[str, list[float]] = {}
+    for entry in found.entries:
+        assert entry.values["restored_cm"] == pytest.approx(entry.values["given_cm"], abs=1e-4)
+        by_level.setdefault(entry.case.rsplit("/", 1)[1], []).append(entry.values["given_cm"])
+    assert {level: len(each) for level, each in by_level.items()} == {
+        "noise-0cm": 12, "noise-2cm": 12, "noise-5cm": 12,
+    }  # fmt: skip
+    assert max(by_level["noise-0cm"]) < 1e-4
+    for level, sigma in (("noise-2cm", 2.0), ("noise-5cm", 5.0)):
+        lengths = 12 * 40 * 17
+        assert np.mean(by_level[level]) == pytest.approx(CHI3 * sigma, rel=4 * 0.422 / np.sqrt(lengths))
+
+
+def test_a_filter_removes_noise(results):
+    nothing, filtered = (rows(results, "denoise", name) for name in ("identity", "gaussian_filter"))
+    for a, b in zip(nothing.entries, filtered.entries, strict=True):
+        if not a.case.endswith("noise-0cm"):
+            assert b.values["restored_cm"] < 0.7 * a.values["restored_cm"]
+
+
+def test_a_method_that_needs_rotations_says_so(results):
+    found = rows(results, "denoise", "copy_rotations")
+    (problem,) = found.header["problems"]
+    assert problem["status"] == "unsupported"
+    assert problem["message"] == "takes motion as source, but this source is known by positions only"
+    assert {e.status for e in rows(results, "reconstruct", "copy_rotations").entries} == {"ok"}
+
+
+def test_all_joints_given_leave_no_error_and_missing_ones_are_told_apart(results):
+    for name in ("linear_joints", "nearest_pose"):
+        for entry in rows(results, "upsample", name).entries:
+            values = entry.values
+            if entry.case.endswith("joints-1"):
+                assert values["restored_cm"] < 1e-4
+                assert "restored_cm.missing" not in values
+            else:
+                share = (12 if entry.case.endswith("major") else 8) / 16
+                assert values["restored_cm.given"] < 1e-4
+                assert values["restored_cm"] == pytest.approx(
+                    (1 - share) * values["restored_cm.missing"], abs=1e-4
+                )
+    nothing = {e.case: e.status for e in rows(results, "upsample", "identity").entries}
+    assert {case for case, status in nothing.items() if status == "ok"} == {
+        case for case in nothing if case.endswith("joints-1")
+    }
+
+
+def test_conditions_and_structures_lie_beside_the_rows(results):
+    (folder,) = {place.folder for place in records.find_results(results, "upsample")}
+    with (folder / "cases.conditions.csv").open(encoding="utf-8", newline="") as file:
+        found = {(row["case"], row["condition"]): float(row["value"]) for row in csv.DictReader(file)}
+    case = "people/ann>ann/clip 3"
+    assert found[f"{case}/joints-0.5", "proportion"] == 0.5
+    assert (found[f"{case}/joints-0.5", "joints"], found[f"{case}/joints-0.5", "of"]) == (8, 16)
+    assert found[f"{case}/joints-major", "major"] == 1
+    text = (folder / "cases.structures.csv").read_text(encoding="utf-8")
+    assert text.splitlines() == ["target,structure", "ann,toy17", "bob,toy17"]
+
+
+def test_levels_stand_in_their_order_with_their_own_means(results):
+    sections = summary.sections(records.find_results(results, "denoise"), "level")
+    assert [section.part for section in sections] == ["0 cm", "2 cm", "5 cm"]
+    found = rows(results, "denoise", "gaussian_filter")
+    for section in sections:
+        sigma = section.part.replace(" ", "")
+        values = {
+            e.case: e.values["restored_cm"] for e in found.entries if e.case.endswith(f"noise-{sigma}")
+        }
+        clips = {found.cases[case].clip for case in values}
+        means = [np.mean([v for c, v in values.items() if found.cases[c].clip == clip]) for clip in clips]
+        (score,) = (score for score in section.scores if score.label == "gaussian_filter")
+        assert score.means["restored_cm"].value == pytest.approx(np.mean(means))
+        assert (score.asked, score.means["restored_cm"].clips) == (12, 6)
+    parts = [
+        section.part for section in summary.sections(records.find_results(results, "upsample"), "level")
+    ]
+    assert parts == ["50 %", "100 %", "major"]
+
+
+def test_interrupted_and_uninterrupted_runs_give_the_same_bytes(tmp_path):
+    task, methods = "denoise[levels='1,4',motions=3]", ("identity", "savitzky_golay")
+    whole, broken = tmp_path / "whole", tmp_path / "broken"
+    asked = []
+    for root in (whole, broken):
+        registry.add_file(TOYS)
+        plan = Plan(
+            methods=tuple(map(Spec.parse, methods)), datasets=(Spec.parse("toy_people"),), splits=("self",),
+            metrics=METRICS, task=task, root=root,
+        )  # fmt: skip
+
+        def progress(done: int, total: int, root: Path = root) -> None:
+            if root == broken and done == 2 and not asked:
+                asked.append(total)
+                raise KeyboardInterrupt
+
+        try:
+            places = run.run(plan, progress)
+        except KeyboardInterrupt:
+            places = run.run(plan, progress)
+    assert asked == [6]
+    for place in places:
+        assert place.rows.read_bytes() == (whole / place.rows.relative_to(broken)).read_bytes()
+        keys = [
+            json.loads(path.read_text())["keys"]
+            for path in (place.header, whole / place.header.relative_to(broken))
+        ]
+        assert keys[0] == keys[1]
+
+
+def test_other_levels_and_tasks_have_other_keys_and_folders(tmp_path):
+    found = [
+        carried_out(tmp_path, task, "identity")[0]
+        for task in ("reconstruct[motions=2]", "denoise[levels=0,motions=2]", "denoise[levels=1,motions=2]")
+    ]
+    assert len({each.header["keys"]["prediction_key"] for each in found}) == 3
+    assert len({each.place.folder for each in found}) == 3
+    assert not records.find_results(tmp_path)
+    assert len(records.find_results(tmp_path, "denoise")) == 2
+
+
+def test_the_command_shows_a_line_per_level(tmp_path, capsys):
+    arguments = ("identity", "savitzky_golay", "-d", "toy_people", "--plugin", str(TOYS), "-j", "1")
+    status, told = bench(
+        capsys, "task", "denoise", *arguments, "--levels", "1,0", "--motions", "2", "--out", str(tmp_path)
+    )
+    assert status == 0
+    assert "error after ↓ in cm, by level" in told
+    assert "0 cm" in told
+    assert "(control)" in told
+    assert "savitzky_golay" in told
+    status, again = bench(capsys, "table", str(tmp_path), "--task", "denoise", "-f", "csv")
+    assert status == 0
+    assert "level" in again.splitlines()[0]
+    status, told = bench(capsys, "table", str(tmp_path))
+    assert (status, "no results in" in told) == (2, True)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("denoise", "--levels", "-3"), "standard deviations in centimetres"),
+        (("upsample", "--levels", "0"), "above 0 and at most 1"),
+        (("upsample", "--levels", "1.5"), "above 0 and at most 1"),
+        (("reconstruct", "--motions", "0"), "0 is not in the range"),
+        (("reconstruct", "--levels", "1"), "No such option"),
+    ],
+)
+def test_hostile_values_are_one_sentence(tmp_path, capsys, arguments, words):
+    status, told = bench(capsys, "task", *arguments, "--out", str(tmp_path / "none"))
+    assert status == 2
+    assert words in told
+    assert "Traceback" not in told
+    assert not (tmp_path / "none").exists()
+
+
+def test_table_2_has_the_printed_numbers_and_our_structures(results, capsys):
+    status, told = bench(capsys, "table", str(results), "--paper", "humot-table2")
+    assert status == 0
+    assert "1.75 ±0.48" in told
+    assert "toy17" in told
+    assert "the method is not trained" in told
+    assert "pan: trained on structures none; new to it: toy17." in told
+
+
+# -------------------------------------------------------------------------------------------- pictures
+@pytest.fixture
+def figures(monkeypatch) -> list[Figure]:
+    made: list[Figure] = []
+    kept = Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
+    return made
+
+
+def line_of(panel, label: str) -> np.ndarray:
+    (found,) = (line for line in panel.lines if line.get_label() == label)
+    return np.array(found.get_xydata())
+
+
+def test_the_picture_of_denoising_is_what_the_rows_say(results, tmp_path, capsys, figures):
+    status, _ = bench(capsys, "plot", "denoise", str(results), "-o", str(tmp_path / "out.png"))
+    assert status == 0
+    panel = figures[0].axes[0]
+    nothing, filtered = (line_of(panel, name) for name in ("identity", "gaussian_filter"))
+    assert np.allclose(nothing[:, 0], nothing[:, 1], atol=1e-4)
+    assert nothing[1:, 0] == pytest.approx([2 * CHI3, 5 * CHI3], rel=0.02)
+    assert np.array_equal(filtered[:, 0], nothing[:, 0])
+    assert (filtered[1:, 1] < nothing[1:, 1]).all()
+    assert (tmp_path / "out.png").stat().st_size > 10_000
+
+
+def test_the_picture_of_upsampling_is_what_the_rows_say(results, tmp_path, capsys, figures):
+    status, _ = bench(
+        capsys, "plot", "upsample", str(results), "-o", str(tmp_path / "out.svg"), "-m", "linear_joints"
+    )
+    assert status == 0
+    whole, missing = figures[0].axes
+    assert line_of(whole, "linear_joints")[:, 0].tolist() == [50, 100]
+    assert line_of(missing, "linear_joints")[:, 0].tolist() == [50]
+    assert line_of(whole, "linear_joints")[-1, 1] == pytest.approx(0, abs=1e-4)
+    hollow = [line for line in whole.lines if line.get_markerfacecolor() == "white"]
+    assert [line.get_xdata()[0] for line in hollow] == [75.0]
+    assert upsample_picture.major_share(records.find_results(results, "denoise")) is None
+
+
+@pytest.mark.parametrize("task", ["denoise", "upsample"])
+def test_pictures_without_results_say_how_to_make_some(tmp_path, capsys, task):
+    status, told = bench(capsys, "plot", task, str(tmp_path), "-o", str(tmp_path / "out.png"))
+    assert status == 2
+    assert f"bench task {task} makes some" in told
+    status, told = bench(capsys, "plot", task, str(tmp_path), "-o", str(tmp_path / "out.doc"))
+    assert (status, ".png, .pdf, .svg" in told) == (2, True)
+
+
+def test_results_of_the_usual_levels_are_known_by_the_task_alone():
+    assert canonical("denoise").slug == "denoise"
