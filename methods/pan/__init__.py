@@ -227,17 +227,12 @@ class Pan(Learned):
     @cached_property
     def structures(self) -> Mapping[str, Structure]:
         """The networks by structure. Raises BenchError where there are no weights."""
-        from .structure import rebuilt
+        from .structure import by_structure, rebuilt
 
-        found = {}
-        for name in sorted({key.partition(".")[0] for key in self.tensors}):
-            mine = {
-                key.removeprefix(f"{name}."): each
-                for key, each in self.tensors.items()
-                if key.startswith(f"{name}.")
-            }
-            found[name] = rebuilt(mine, self._part_map, name.endswith(FOUR), self.settings.design)
-        return found
+        return {
+            name: rebuilt(mine, self._part_map, name.endswith(FOUR), self.settings.design)
+            for name, mine in by_structure(self.tensors).items()
+        }
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         return self.retarget_batch([source], [target], contexts=[context])[0]

@@ -10,7 +10,7 @@ import torch
 from torch import Tensor, nn
 
 from retarget_bench.api import Method
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import NotSupported
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.material import Material
 from retarget_bench.training.recipe import Recipe
@@ -21,7 +21,7 @@ from .design import Design
 from .judges import Judges
 from .kinematics import Kinematics, world
 from .objective import Answer, Choices, Objective
-from .structure import Structure, arranged
+from .structure import Structure, arranged, by_structure, like
 from .windows import Windows, spread
 
 Side = Mapping[str, Any]
@@ -210,20 +210,9 @@ class Learner:
         return found
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
-        known = {name.partition(".")[0] for name in tensors}
-        if known != set(self._names):
-            theirs, ours = ", ".join(sorted(known)), ", ".join(self._names)
-            raise BenchError(f"the weights know the structures {theirs}, and the data have {ours}")
+        """Structures are known by their joints, so that weights go from one data set to another. Raises
+        BenchError where one is missing or does not fit."""
+        known = by_structure(tensors)
+        found = {name: like(each, name, known) for name, each in self._structures.items()}
         for name, structure in self._structures.items():
-            mine = {
-                key.removeprefix(f"{name}."): each
-                for key, each in tensors.items()
-                if key.startswith(f"{name}.")
-            }
-            for key, mark in structure.marks().items():
-                if not torch.equal(mine.pop(key, torch.empty(0)).to(mark.dtype), mark):
-                    raise BenchError(f"the weights know other {key} of {name} than the data have")
-            try:
-                structure.load_state_dict({key: each.float() for key, each in mine.items()})
-            except RuntimeError as error:
-                raise BenchError(f"the weights do not fit this network: {error}") from None
+            structure.take(found[name])

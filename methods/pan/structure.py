@@ -7,12 +7,15 @@ from collections.abc import Mapping, Sequence
 import torch
 from torch import Tensor, nn
 
+from retarget_bench.errors import BenchError
+
 from .design import Design
 from .layout import Layout, Parts
 from .network import Decoder, Encoder, SkeletonEncoder
 
 ROLES, PARENTS, CAST = "roles", "parents", "cast"
 """Names of the tensors that say what the structure is."""
+MARKS = (ROLES, PARENTS, CAST)
 ROWS = "\n"
 
 
@@ -63,6 +66,14 @@ class Structure(nn.Module):
         return torch.cat([slots[:, :, :-1], slots[:, :, -1:] + path.unsqueeze(2)], 2)
 
     # -------------------------------------------------------------------------------------- as tensors
+    def take(self, tensors: Mapping[str, Tensor]) -> None:
+        """The networks and statistics of the same structure. Raises BenchError where they do not fit."""
+        state = {name: each.float() for name, each in tensors.items() if name not in MARKS}
+        try:
+            self.load_state_dict(state)
+        except RuntimeError as error:
+            raise BenchError(f"the weights do not fit this network: {error}") from None
+
     def marks(self) -> dict[str, Tensor]:
         """What tells the structure again, as tensors."""
         roles = ROWS.join(role or "" for role in self.layout.roles)
@@ -73,14 +84,42 @@ class Structure(nn.Module):
         }
 
 
+def by_structure(tensors: Mapping[str, Tensor]) -> Mapping[str, Mapping[str, Tensor]]:
+    """Structure -> its tensors, from all of them by ``structure.name``."""
+    found: dict[str, dict[str, Tensor]] = {}
+    for key in sorted(tensors):
+        structure, _, name = key.partition(".")
+        found.setdefault(structure, {})[name] = tensors[key]
+    return found
+
+
+def like(
+    structure: Structure, name: str, known: Mapping[str, Mapping[str, Tensor]]
+) -> Mapping[str, Tensor]:
+    """What is known of the structure with these joints and characters; of several, of the one of this name.
+
+    Raises BenchError where there is none.
+    """
+    marks = structure.marks()
+
+    def same(tensors: Mapping[str, Tensor]) -> bool:
+        return all(torch.equal(tensors[key].to(each.dtype), each) for key, each in marks.items())
+
+    fitting = [each for each in known if all(key in known[each] for key in MARKS) and same(known[each])]
+    if not fitting:
+        raise BenchError(
+            f"the weights know no structure with the joints of {name}; they know {', '.join(known)}"
+        )
+    return known[name if name in fitting else fitting[0]]
+
+
 def rebuilt(tensors: Mapping[str, Tensor], parts: Parts, four_legged: bool, design: Design) -> Structure:
     """The structure that ``marks`` and the state of its modules describe."""
     parents = [int(each) for each in tensors[PARENTS]]
     roles = [role or None for role in _text(tensors[ROLES]).split(ROWS)]
     cast = [name for name in _text(tensors[CAST]).split(ROWS) if name]
     structure = Structure(Layout.of(parents, roles, parts, four_legged), design, cast)
-    state = {name: each.float() for name, each in tensors.items() if name not in (PARENTS, ROLES, CAST)}
-    structure.load_state_dict(state)
+    structure.take(tensors)
     return structure.eval()
 
 
