@@ -26,7 +26,7 @@ ROUNDING = 1e-3
 PLAUSIBLE = {PERSON: (1.2, 2.5), DOG: (0.4, 1.6)}
 """Metres of role height of a body that was read in the right unit."""
 MISFIT = "has bones of another length than the others of its species"
-KEPT = 32
+KEPT = 8
 """So many takes a process keeps."""
 
 
