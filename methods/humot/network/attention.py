@@ -144,8 +144,7 @@ class _Summed(torch.autograd.Function):
         tokens, weight, bias, mean, scale, normed = ctx.saved_tensors
         pull = ctx.lines.mixed(normed, to_pairs + to_pairs.transpose(1, 2), pull)
         if to_sums is not None:
-            for own, each in zip(ctx.lines.over(pull), to_sums, strict=True):
-                own += each
+            ctx.lines.added_(pull, to_sums)
         ctx.lines.emptied_(pull)
         found = torch.ops.aten.native_layer_norm_backward(
             pull, tokens, weight.shape, mean, scale, weight, bias, [True, True, True]
@@ -163,9 +162,7 @@ class _Mixed(torch.autograd.Function):
         ctx.lines = lines
         ctx.save_for_backward(normed, matrices)
         result = lines.mixed(normed, matrices, tokens)
-        for own, each in zip(lines.over(result), bias, strict=True):
-            own += each
-        return result
+        return lines.added_(result, bias)
 
     @staticmethod
     @once_differentiable

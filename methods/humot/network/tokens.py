@@ -137,8 +137,19 @@ class Lines:
             torch.addmm(plus[own], values[own], matrix, out=flat[own])
         return result
 
+    def added_(self, values: Tensor, vectors: Tensor) -> Tensor:
+        """Values with the vector ``(rows, width)`` of their sequence added, in place."""
+        if self.even:
+            self._batch(values).add_(vectors.unsqueeze(1))
+            return values
+        for own, vector in zip(self.over(values), vectors, strict=True):
+            own += vector
+        return values
+
     def sums(self, values: Tensor) -> Tensor:
-        """Over the tokens of each sequence, blank lines left out ``(rows, width)``."""
+        """Of each sequence's values, which are zero on blank lines ``(rows, width)``."""
+        if self.even:
+            return self._batch(values).sum(1)
         flat = values.flatten(0, 1)
         return torch.stack([flat[own].sum(0) for own in self.slices])
 
