@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Protocol
 
-from retarget_bench.api import BatchMethod, Case, CaseInfo, Context, Method, MethodCard, Prediction
+from retarget_bench.api import TASKS, BatchMethod, Case, CaseInfo, Context, Method, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -149,6 +149,8 @@ def _card(method: Method, posts: Sequence[Post]) -> MethodCard:
         licence=getattr(card, "licence", ""),
         accepts=declared(method, "accepts") or ("motion",),
         needs=declared(method, "needs"),
+        uses=declared(method, "uses"),
+        tasks=declared(method, "tasks") or TASKS,
         control=bool(getattr(card, "control", False)),
         stochastic=any(getattr(each, "stochastic", False) for each in (card, *cards)),
         default=False,

@@ -10,12 +10,13 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import parameters, predict, registry
-from retarget_bench.api import BatchMethod, Case, Context, Dataset, Method, Prediction
+from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Method, Prediction
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.spec import Spec
 from retarget_bench.testing.check import Check, Checks, changed, difference, resized, sample, snapshot
 
 PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips")
+UNPRIVILEGED = ("training",)
 KINDS_OF_SOURCE = ("motion", "positions")
 BATCH_FRAMES = (40, 25, 1)
 """Lengths of the cases that are asked in one batch."""
@@ -64,6 +65,10 @@ class _Trial:
             return f"accepts {sorted(unknown)}; known are {', '.join(KINDS_OF_SOURCE)}"
         if unknown := set(card.needs) - set(PRIVILEGED):
             return f"needs {sorted(unknown)}; known are {', '.join(PRIVILEGED)}"
+        if unknown := set(predict.declared(self.method, "uses")) - set(UNPRIVILEGED):
+            return f"uses {sorted(unknown)}; known are {', '.join(UNPRIVILEGED)}"
+        if unknown := set(predict.declared(self.method, "tasks")) - set(TASKS):
+            return f"tasks {sorted(unknown)}; known are {', '.join(TASKS)}"
         return undescribed("methods", self.spec, card.parameters)
 
     def supports(self) -> str | None:

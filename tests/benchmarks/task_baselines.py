@@ -22,19 +22,17 @@ from retarget_bench.tasks import canonical
 CANDIDATES = {
     "denoise": [
         "identity",
-        *(f"gaussian_filter[sigma={sigma}]" for sigma in (0.02, 0.03, 0.04, 0.05, 0.06, 0.08)),
-        *(
-            f"savitzky_golay[window={window},order={order}]"
-            for order, windows in ((1, (3, 5, 7)), (2, (5, 7, 9, 11, 13)), (4, (9, 11, 13, 15, 19)))
-            for window in windows
-        ),
+        "gaussian_filter",
+        *(f"gaussian_filter[sigma={sigma}]" for sigma in (0.04, 0.06, 0.08, 0.1, 0.12)),
+        *(f"savitzky_golay[window={window},order=1]" for window in (5, 7, 9, 11)),
+        *(f"savitzky_golay[window={window},order=2]" for window in (13, 15, 17, 19, 21, 23)),
     ],
     "upsample": [
-        *(f"linear_joints[ridge={ridge}]" for ridge in (1e-5, 1e-4, 1e-3, 1e-2)),
+        *(f"linear_joints[ridge={ridge}]" for ridge in (1e-5, 1e-3, 1e-2, 1e-1)),
         *(f"nearest_pose[neighbours={count}]" for count in (1, 4, 8, 16, 32)),
     ],
 }
-LEVELS = {"denoise": "1,2,3,5,8", "upsample": "0.1,0.3,0.5,0.7,0.9,major"}
+LEVELS = {"denoise": "0,1,2,3,4,5,6,8,10", "upsample": "0.1,0.3,0.5,0.7,0.9,major"}
 
 
 def errors(name: str, task: str, data: Spec) -> dict[str, float]:
@@ -54,7 +52,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawTextHelpFormatter)
     parser.add_argument("task", choices=CANDIDATES)
     parser.add_argument("-d", "--dataset", default="puppets[size=default,part=validation]")
-    parser.add_argument("--motions", type=int, default=24)
+    parser.add_argument("--motions", type=int, default=12)
     given = parser.parse_args()
     task = str(canonical(given.task, LEVELS[given.task], given.motions))
     for name in CANDIDATES[given.task]:
