@@ -18,6 +18,8 @@ from .dropout import Noise
 Bend = Literal["relu", "gelu"]
 CACHED = 1 << 19
 """Hidden numbers that are held at a time."""
+FEW = 16
+"""Inputs, the one for the bias counted, that are few: see ``_First``."""
 
 
 def wide(values: Tensor, layers: nn.ModuleList, bend: Bend, noise: Noise | None = None) -> Tensor:
@@ -38,13 +40,14 @@ class _Wide(torch.autograd.Function):
         ctx.bend, ctx.noise, ctx.drawn = bend, noise, []
         values = torch.cat([values, values.new_ones(len(values), 1)], 1)
         *inner, last, bias = weights
+        last = last.T.contiguous()
         work = _Work(inner, bend, values)
         for piece in work.pieces:
             hidden = work.hidden(values[piece], keep=False)[-1].bent
             if noise is not None:
                 ctx.drawn.append(noise.bytes(*hidden.shape))
                 hidden = hidden.mul_(noise.kept(ctx.drawn[-1], hidden))
-            torch.addmm(bias, hidden, last.T, out=result[piece])
+            torch.addmm(bias, hidden, last, out=result[piece])
         ctx.save_for_backward(values, *weights)
         return result
 
@@ -55,7 +58,7 @@ class _Wide(torch.autograd.Function):
         found = [torch.zeros_like(each) for each in weights]
         to_values = torch.empty_like(values[:, :-1]) if ctx.needs_input_grad[0] else None
         work, drawn = _Work(weights[:-2], ctx.bend, values), iter(ctx.drawn)
-        first = torch.zeros_like(work.first)
+        first, inward = _First(work.first), weights[0].T.contiguous()
         for piece in work.pieces:
             steps, given = work.hidden(values[piece], keep=True), pull[piece]
             kept = None if ctx.noise is None else ctx.noise.kept(next(drawn), steps[-1].bent)
@@ -69,10 +72,12 @@ class _Wide(torch.autograd.Function):
                 if kept is not None:
                     given, kept = given.mul_(kept), None
                 work.unbend(given, flat)
-            first.addmm_(given.T, values[piece])
-            if to_values is not None:
+            first.add(values[piece], given)
+            if to_values is not None and first.narrow:
+                to_values[piece] = torch.mm(inward, given.T).T
+            elif to_values is not None:
                 torch.mm(given, weights[0], out=to_values[piece])
-        found[0], found[1] = first[:, :-1], first[:, -1]
+        found[:2] = first.found()
         return to_values, None, None, *found
 
 
@@ -85,6 +90,31 @@ class Step(NamedTuple):
     flat: Tensor
     bent: Tensor
     spare: Tensor
+
+
+class _First:
+    """The sum of the gradients of the first weights and bias.
+
+    It lies on its side: products are fast where their result is wide. Few inputs take the bias along as
+    one more; many are as many as fit the processor's registers, and one more would cost a third.
+    """
+
+    def __init__(self, like: Tensor) -> None:
+        height, inputs = like.shape
+        self.narrow = inputs <= FEW
+        self.weights = like.new_zeros(inputs if self.narrow else inputs - 1, height)
+        self.bias = like.new_zeros(height)
+
+    def add(self, values: Tensor, given: Tensor) -> None:
+        """values: ``(rows, inputs + 1)``, ones last. given: ``(rows, hidden)``, the gradient there."""
+        self.weights.addmm_(values[:, : len(self.weights)].T, given)
+        if not self.narrow:
+            self.bias += given.sum(0)
+
+    def found(self) -> list[Tensor]:
+        if self.narrow:
+            return [self.weights[:-1].T, self.weights[-1]]
+        return [self.weights.T, self.bias]
 
 
 class _Work:
