@@ -1,11 +1,13 @@
 """What an iteration of PAN costs, and how fast it retargets, beside the same networks built the plain way.
 
 Run it with ``python tests/benchmarks/pan_speed.py [--threads N] [--rounds N] [--rows N] [--clips N]
-[--profile] [--only lean|plain]``. One iteration is a step of the generator and one of the discriminators
-with the released choices: two structures (22 and 27 edges), windows of 64 frames, and the released losses:
-reconstruction, cycles and end effectors of all four pairs, adversarial for the two that change the
-structure. Each encoder sees its sources once, and once the answers on its structure. The plain networks are
-``tests/methods/pan_reference.py``: dense layers times masks. Both do the same work around the networks.
+[--profile] [--only lean|plain] [--products]``. One iteration is a step of the generator and one of the
+discriminators with the released choices: two structures (22 and 27 edges), windows of 64 frames, and the
+released losses: reconstruction, cycles and end effectors of all four pairs, adversarial for the two that
+change the structure. Each encoder sees its sources once, and once the answers on its structure. The plain
+networks are ``tests/methods/pan_reference.py``: dense layers times masks. Both do the same work
+around the networks.
+``--products`` times bare products of matrices of the sizes that slots are embedded with, and nothing else.
 Processor time is given beside wall time, because other processes on the machine move it less. Peak memory
 is that of the whole process; the lean networks go first.
 """
@@ -163,11 +165,35 @@ def inference(structures: nn.ModuleList, rows: int) -> Callable[[], None]:
     return run
 
 
-def seconds(call: Callable[[], None]) -> tuple[float, float]:
+def seconds(call: Callable[[], object]) -> tuple[float, float]:
     """Wall and processor."""
     start = time.perf_counter(), time.process_time()
     call()
     return time.perf_counter() - start[0], time.process_time() - start[1]
+
+
+def products(rows: int = 512) -> None:
+    """What the processor can do: the best time of products of the embedding, and what else they can be.
+
+    rows: slots that are gone through at a time.
+    """
+    wide, narrow = RELEASED.embedding[0], RELEASED.width
+    given, slots, result = (torch.randn(rows, size) for size in (wide, 5, narrow))
+    last, first = torch.randn(narrow, wide), torch.randn(wide, 4)
+    across, along, side = last.T.contiguous(), torch.zeros(wide, 5), torch.zeros(5, wide)
+    inward = first.T.contiguous()
+    calls: dict[str, tuple[int, Callable[[], object]]] = {
+        "hidden to slots": (narrow, lambda: torch.mm(given, last.T, out=result)),
+        "the same, weights laid out": (narrow, lambda: torch.mm(given, across, out=result)),
+        "to last weights": (narrow, lambda: torch.mm(result.T, given)),
+        "to first weights, upright": (5, lambda: along.addmm_(given.T, slots, alpha=1e-9)),
+        "to first weights, on their side": (5, lambda: side.addmm_(slots.T, given, alpha=1e-9)),
+        "to inputs": (4, lambda: torch.mm(given, first)),
+        "to inputs, on their side": (4, lambda: torch.mm(inward, given.T)),
+    }
+    for name, (size, call) in calls.items():
+        best = min(seconds(call)[1] for _ in range(200))
+        print(f"{name:32} {best * 1e6:7.0f} us {2e-9 * rows * wide * size / best:6.1f} GFLOP/s")
 
 
 def gigabytes() -> float:
@@ -211,10 +237,14 @@ def main() -> None:
     parser.add_argument("--rows", type=int, default=32)
     parser.add_argument("--clips", type=int, default=32)
     parser.add_argument("--profile", action="store_true")
+    parser.add_argument("--products", action="store_true")
     parser.add_argument("--only", choices=("lean", "plain"))
     options = parser.parse_args()
     torch.set_num_threads(options.threads)
     print(f"torch {torch.__version__}, {options.threads} threads, batch {options.rows}")
+    if options.products:
+        products()
+        return
     kinds = (options.only,) if options.only else ("lean", "plain")
     found = [measured(kind, options) for kind in kinds]
     if len(found) == 2:
