@@ -21,6 +21,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import torch
@@ -184,10 +185,13 @@ def main() -> None:
     parser.add_argument("--full", action="store_true", help="25 joints in all rows")
     parser.add_argument("--profile", action="store_true", help="what a step spends its time on")
     parser.add_argument("--long", action="store_true", help="growth in frames and joints")
+    parser.add_argument("--blocks", type=int, help="on both sides; peak memory of long motions stays")
     parser.add_argument("--only", type=int, nargs=2, metavar=("FRAMES", "JOINTS"))
     args = parser.parse_args()
     torch.set_num_threads(args.threads)
     design = DESIGNS[args.design]
+    if args.blocks:
+        design = replace(design, blocks=(args.blocks, args.blocks))
     if args.only:
         long(design, *args.only)
     elif args.long:

@@ -49,8 +49,8 @@ class Decoder(nn.Module):
         tokens = self._tokens(template[joints], lines)
         latent = self._latent(code, None if lines.frames is None else frames.unsqueeze(2))
         for style_of, block in zip(self.styles, self.blocks, strict=True):
-            style = style_of(latent)
-            tokens = block(scaled(tokens, style, lines), lines)
+            tokens = scaled(tokens, style_of(latent), lines)
+            tokens = block(tokens, lines)
         return self._positions(tokens, lines, joints)
 
     def _tokens(self, template: Tensor, lines: Lines) -> Tensor:
