@@ -54,7 +54,7 @@ def store(
     records.write_results(place, header, entries, infos)
 
 
-@pytest.mark.parametrize("name", [name for name in ALL if name.startswith("humot")])
+@pytest.mark.parametrize("name", ["humot-table3", "humot-table4", "humot-table5"])
 def test_printed_overall_is_what_its_columns_say(name: str) -> None:
     """The mean of the pairs' means; spread: variance within pairs and of their means (0.0002: rounding)."""
     table = papers.published(name)
