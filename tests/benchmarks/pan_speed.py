@@ -1,12 +1,14 @@
 """What an iteration of PAN costs, and how fast it retargets, beside the same networks built the plain way.
 
 Run it with ``python tests/benchmarks/pan_speed.py [--threads N] [--rounds N] [--rows N] [--clips N]
-[--profile] [--only lean|plain] [--products]``. One iteration is a step of the generator and one of the
-discriminators with the released choices: two structures (22 and 27 edges), windows of 64 frames, and the
-released losses: reconstruction, cycles and end effectors of all four pairs, adversarial for the two that
-change the structure. Each encoder sees its sources once, and once the answers on its structure. The plain
-networks are ``tests/methods/pan_reference.py``: dense layers times masks. Both do the same work
+[--profile] [--only lean|plain] [--products] [--together]``. One iteration is a step of the generator and
+one of the discriminators with the released choices: two structures (22 and 27 edges), windows of 64 frames,
+and the released losses: reconstruction, cycles and end effectors of all four pairs, adversarial for the two
+that change the structure. Each encoder sees its sources once, and once the answers on its structure.
+The plain networks are ``tests/methods/pan_reference.py``: dense layers times masks. Both do the same work
 around the networks.
+``--together`` times as many processes as threads, each with its share of the rows and one thread, which add
+up their gradients, as ``torchrun ... bench train`` has them; peak memory is then that of each.
 ``--products`` times bare products of matrices of the sizes that slots are embedded with, and nothing else.
 Processor time is given beside wall time, because other processes on the machine move it less. Peak memory
 is that of the whole process; the lean networks go first.
@@ -18,13 +20,14 @@ import argparse
 import resource
 import statistics
 import sys
+import tempfile
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import torch
-from torch import Tensor, nn
+from torch import Tensor, distributed, nn
 from torch.nn import functional
 from torch.profiler import ProfilerActivity, profile
 
@@ -110,9 +113,16 @@ class Iteration:
         self._update(1, 0.5 * (real_and_fake[0] + real_and_fake[1]))
 
     def _update(self, which: int, loss: Tensor) -> None:
-        self.optimisers[which].zero_grad(set_to_none=True)
+        optimiser = self.optimisers[which]
+        optimiser.zero_grad(set_to_none=True)
         loss.backward()
-        self.optimisers[which].step()
+        if distributed.is_initialized():
+            parameters = [each for group in optimiser.param_groups for each in group["params"]]
+            whole = torch.cat([each.grad.flatten() for each in parameters])
+            distributed.all_reduce(whole)
+            for each, grad in zip(parameters, whole.split([p.numel() for p in parameters]), strict=True):
+                each.grad.copy_(grad.view_as(each) / distributed.get_world_size())
+        optimiser.step()
 
     def generate(self) -> tuple[Tensor, list[tuple[Tensor, Tensor]]]:
         """The generator's loss; of each structure what is real and what is not, for the discriminator."""
@@ -230,6 +240,25 @@ def measured(name: str, options: argparse.Namespace) -> tuple[float, float]:
     return found[0][1], clip
 
 
+def share(rank: int, processes: int, rows: int, rounds: int, meeting: str) -> None:
+    """What one of several processes does."""
+    torch.set_num_threads(1)
+    distributed.init_process_group("gloo", init_method=meeting, rank=rank, world_size=processes)
+    iteration = Iteration(rows // processes, plain=False)
+    iteration()
+    found = [seconds(iteration)[0] for _ in range(rounds)]
+    if rank == 0:
+        wall, each = statistics.median(found), f"{processes} processes of {rows // processes} rows"
+        print(f"lean  iteration {wall:7.2f} s wall, {each}, {gigabytes():.2f} GB peak each")
+    distributed.destroy_process_group()
+
+
+def together(processes: int, rows: int, rounds: int) -> None:
+    with tempfile.TemporaryDirectory() as folder:
+        meeting = (Path(folder) / "meeting").as_uri()
+        torch.multiprocessing.spawn(share, (processes, rows, rounds, meeting), processes)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--threads", type=int, default=2)
@@ -238,12 +267,16 @@ def main() -> None:
     parser.add_argument("--clips", type=int, default=32)
     parser.add_argument("--profile", action="store_true")
     parser.add_argument("--products", action="store_true")
+    parser.add_argument("--together", action="store_true")
     parser.add_argument("--only", choices=("lean", "plain"))
     options = parser.parse_args()
     torch.set_num_threads(options.threads)
     print(f"torch {torch.__version__}, {options.threads} threads, batch {options.rows}")
     if options.products:
         products()
+        return
+    if options.together:
+        together(options.threads, options.rows, options.rounds)
         return
     kinds = (options.only,) if options.only else ("lean", "plain")
     found = [measured(kind, options) for kind in kinds]
