@@ -122,7 +122,8 @@ def _own(table: PublishedTable, row: OwnRow, footnotes: Footnotes, several: bool
 
 def _counted(table: PublishedTable, row: OwnRow) -> list[str]:
     """The columns whose cases add up to what the row is a mean over."""
-    return [c.id for c in table.columns if c.pairs and c.id in row.cells] or [*row.cells][:1]
+    apart = [c.id for c in table.columns if (c.pairs or c.structure) and c.id in row.cells]
+    return apart or [*row.cells][:1]
 
 
 def _cell(value: float, spread: float | None, decimals: int) -> Cell:

@@ -10,7 +10,7 @@ from retarget_bench.cells import Table
 from retarget_bench.records import Place
 
 COLUMNS = {
-    "reconstruct": ("restored_cm", "mpjpe_h.root", "jerk_ratio"),
+    "reconstruct": ("restored_cm", "jerk_ratio"),
     "denoise": ("restored_cm", "jerk_ratio"),
     "upsample": ("restored_cm", "restored_cm.missing"),
 }
