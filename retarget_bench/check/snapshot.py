@@ -142,10 +142,20 @@ def _feature_facts(
 
 
 def own_metrics() -> tuple[str, ...]:
-    """The built-in metrics and those of ``--plugin`` files; what else is installed does not matter."""
+    """The built-in metrics and those of ``--plugin`` files; what else is installed does not matter, nor do
+    those of derived tasks, which no case here is of."""
     files = registry.files()
     return tuple(
         entry.name
         for entry in registry.names("metrics")
-        if entry.origin == registry.BUILT_IN or entry.origin in files
+        if (entry.origin == registry.BUILT_IN or entry.origin in files) and _retargets(entry.name)
     )
+
+
+def _retargets(name: str) -> bool:
+    """Whether a metric is one of retargeting; what cannot be built counts, so that it is told of."""
+    try:
+        card = registry.create("metrics", Spec(name)).card
+    except BenchError:
+        return True
+    return "retarget" in getattr(card, "tasks", ("retarget",))
