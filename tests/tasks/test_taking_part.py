@@ -1,0 +1,66 @@
+"""Who takes part in which plain run, and who is handed training motion."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from retarget_bench import plan, registry
+from retarget_bench.commands import planning
+from retarget_bench.predict import context_for
+from retarget_bench.spec import Spec
+
+OWN = {"identity", "gaussian_filter", "savitzky_golay", "linear_joints", "nearest_pose"}
+
+
+def asked(task: str) -> tuple[set[str], set[str]]:
+    """The methods and metrics of a plain run."""
+    made = planning.make_plan(
+        (), dataset="puppets", root=None, splits=("self",), out=Path("none"), jobs=1, seed=0, task=task
+    )
+    return {str(spec) for spec in made.methods}, set(made.metrics)
+
+
+def test_every_task_asks_those_whom_it_means():
+    methods, metrics = asked("retarget")
+    assert not methods & OWN
+    assert {"copy_rotations", "reference", "ik"} <= methods
+    assert "restoration" not in metrics
+    methods, metrics = asked("reconstruct")
+    assert methods & OWN == {"identity"}
+    assert "copy_rotations" in methods
+    assert metrics == {"restoration", "position", "smoothness"}
+    for task, own in (
+        ("denoise[levels=5]", {"identity", "gaussian_filter", "savitzky_golay"}),
+        ("upsample", {"linear_joints", "nearest_pose"}),
+    ):
+        methods, _ = asked(task)
+        assert methods & OWN == own
+        assert "bone_directions" in methods
+        # rotations alone, or sight of the right answer
+        assert not methods & {"copy_rotations", "ik", "reference", "other_clip", "ambiguity_floor"}
+
+
+@pytest.mark.parametrize(("name", "handed"), [("linear_joints", True), ("bone_directions", False)])
+def test_training_motion_goes_to_those_who_use_it_and_is_not_privileged(name, handed):
+    registry.add_file(Path(__file__).parent / "toys" / "toy_people.py")
+    data, method = plan.dataset(Spec.parse("toy_people"), "upsample"), plan.method(Spec(name))
+    contexts = [
+        context_for(method, data, data.load(info), 0) for info in data.cases("upsample", "self")[:2]
+    ]
+    assert [context.training is not None for context in contexts] == [handed, handed]
+    assert contexts[0].training is contexts[1].training
+    assert not method.card.needs
+
+
+def test_a_data_set_without_training_motion_hands_out_none():
+    registry.add_file(Path(__file__).parent / "toys" / "toy_people.py")
+    data = plan.dataset(Spec.parse("toy_people[train=false]"), "upsample")
+    case = data.load(data.cases("upsample", "self")[0])
+    assert context_for(plan.method(Spec("linear_joints")), data, case, 0).training is None
+
+
+def test_a_post_process_keeps_what_its_method_uses():
+    card = plan.method(Spec.parse("linear_joints+fit")).card
+    assert (card.uses, card.tasks) == (("training",), ("upsample",))
