@@ -112,7 +112,7 @@ def make_plan(
     )
 
 
-def _default_methods(task: str) -> tuple[Spec, ...]:
+def _default_methods(task: str = "retarget") -> tuple[Spec, ...]:
     """The methods whose card asks to be part of a plain run of the task, with the variants that it names.
 
     Of derived tasks, whose right answer is the motion itself, those that see no more than the source; where
@@ -132,7 +132,7 @@ def _default_methods(task: str) -> tuple[Spec, ...]:
     return tuple(specs)
 
 
-def _default_metrics(task: str) -> tuple[str, ...]:
+def _default_metrics(task: str = "retarget") -> tuple[str, ...]:
     """All metrics of the task (of a derived one also those that are useful for all of them) but those that
     declare a value which another one has already; built-in ones first."""
     from retarget_bench.api import TASKS
