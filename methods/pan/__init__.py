@@ -32,6 +32,10 @@ if TYPE_CHECKING:
     from .structure import Structure
 
 
+OWN, BETWEEN = "puppets", "puppets_three"
+"""Names of shipped weights: for people, and for people and dogs."""
+
+
 class Pan(Learned):
     """Pose-aware attention network (Hu, Zhang, Zhong, Jiang, Xia: TVCG 2023).
 
@@ -56,6 +60,7 @@ class Pan(Learned):
         encoded); or a TOML file of part = [body parts].
     yaw: ``source`` faces where the source faces, ``predicted`` sums up the decoder's turns.
     tips: ends of chains, which no slot turns: ``copied`` relative to their parents, or ``rest``.
+    weights: with ``parts=three``, ``puppets`` means ``puppets_three``.
 
     A body of another structure goes through the known one that shares most roles with it; joints that it
     lacks are bones of no length (section 6.2.3).
@@ -92,9 +97,9 @@ class Pan(Learned):
         adversarial: float = VARIANT,
         velocity: float = VARIANT,
         tips: Literal["copied", "rest"] = "copied",
-        weights: str = "puppets",
+        weights: str = OWN,
     ) -> None:
-        super().__init__(weights)
+        super().__init__(BETWEEN if weights == OWN and parts == "three" else weights)
         self.variant, self.target_stats, self.tips = variant, target_stats, tips
         self._asked = parts
         self.parts, self._part_map = parts_of(parts)

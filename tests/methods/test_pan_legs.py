@@ -134,3 +134,13 @@ def test_paths_between_legs_are_decoded_unless_one_asks_for_the_source_s(path, p
         np.testing.assert_allclose(paces, paces.mean(), rtol=1e-4)
     else:
         np.testing.assert_allclose(found.root, ratio * motion.root, atol=1e-4)
+
+
+def test_shipped_weights_of_three_parts_carry_people_to_dogs_and_back():
+    method = Pan(parts="three")
+    assert method.weights_label == "puppets_three"
+    assert Pan().weights_label == "puppets"
+    one, rex = pan_material.BODIES["one"], pan_material.BODIES["rex"]
+    for source, target in ((one, rex), (rex, one)):
+        assert method.supports(source, target) is None
+    assert "four legs" in Pan().supports(one, rex)
