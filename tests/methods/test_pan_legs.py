@@ -10,6 +10,7 @@ import pytest
 import torch
 
 from retarget_bench.api import Context
+from retarget_bench.methods.pan import Pan
 
 BODIES, LEGS = pan_material.BODIES, pan_material.LEGS
 DOG = "dog_four_legged"
