@@ -9,7 +9,7 @@ from retarget_bench import marks, records
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.executor import Executor, LocalPool
 from retarget_bench.header import header_of
-from retarget_bench.plan import Cell, Plan, cells, set_metrics
+from retarget_bench.plan import Cell, Plan, cells, dataset, set_metrics
 from retarget_bench.records import Entry, Place
 from retarget_bench.sets import files as set_files
 from retarget_bench.work import Stop
@@ -25,7 +25,7 @@ def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> lis
 
     Interrupted at any moment, it keeps what was finished; the next run goes on from there.
     """
-    wanted = _with_cases(cells(plan))
+    wanted = _with_cases(plan, cells(plan))
     todo = {cell: cases for cell in wanted if (cases := _wanted_cases(cell))}
     keep = plan.stage != "predict"
     done = {cell: _begun(cell) if keep else {} for cell in todo}
@@ -175,12 +175,17 @@ def _entries(result: list[tuple[Place, Entry]] | Stop) -> list[tuple[Place, Entr
     return result
 
 
-def _with_cases(found: list[Cell]) -> list[Cell]:
-    """The cells that have cases; raises BenchError with the data set's own notes where none has."""
+def _with_cases(plan: Plan, found: list[Cell]) -> list[Cell]:
+    """The cells that have cases; raises BenchError with the data set's own notes where none has, and with
+    its splits where it has none of those asked for."""
     filled = [cell for cell in found if cell.infos]
+    if not found:
+        cards = {spec: dataset(spec, plan.task).card for spec in plan.datasets}
+        offered = "; ".join(f"{spec} has {' and '.join(card.splits)}" for spec, card in cards.items())
+        raise BenchError(f"there is no case in {' or '.join(plan.splits)}: {offered}")
     if not filled:
         data = {id(cell.data): cell.data for cell in found}.values()
         notes = " ".join(f"{each.label}: {'; '.join(each.notes) or 'no notes'}." for each in data)
-        splits = ", ".join(dict.fromkeys(cell.split for cell in found)) or "any split asked for"
+        splits = ", ".join(dict.fromkeys(cell.split for cell in found))
         raise BenchError(f"there is no case in {splits}. {notes}")
     return filled

@@ -104,7 +104,9 @@ class LafanDog:
             species: [name for name, part in takes.part[species].items() if part == self._part]
             for species in SPECIES
         }
-        found.append("; ".join(f"{species}: {some(names, 12)}" for species, names in of_part.items()))
+        found.append(
+            "; ".join(f"{species}: {some(names, 12) or 'none'}" for species, names in of_part.items())
+        )
         found.append(
             "people are split as in PAN (subject1 is tested), the dog's split is our own"
             if takes.pan

@@ -31,7 +31,8 @@ LARGEST_NOISE = 100.0
 
 @dataclass(frozen=True)
 class Level:
-    """How hard a question is. word: as it is written; suffix: what it adds to the id of a case."""
+    """How hard a question is. word: as it is written, number: what is written; suffix: what it adds to the
+    id of a case."""
 
     word: str = ""
     suffix: str = ""
@@ -162,7 +163,7 @@ def _noise(word: str) -> Level:
             f"denoise: levels are standard deviations in centimetres, from 0 to {LARGEST_NOISE:g}; got "
             f"{word}"
         )
-    return Level(f"{number:g}", f"noise-{number:g}cm", number / 100)
+    return Level(f"{number:g}", f"noise-{number:g}cm", float(f"{number:g}") / 100)
 
 
 def _proportion(word: str) -> Level:
@@ -174,7 +175,7 @@ def _proportion(word: str) -> Level:
             f"upsample: levels are the proportion of joints that are given, above 0 and at most 1, or "
             f"{MAJOR}; got {word}"
         )
-    return Level(f"{number:g}", f"joints-{number:g}", number)
+    return Level(f"{number:g}", f"joints-{number:g}", float(f"{number:g}"))
 
 
 def _number(word: str) -> float:

@@ -234,6 +234,14 @@ def test_files_that_are_broken_or_of_other_bodies_are_left_out_and_told(
     assert "std.bvh" in notes
 
 
+def test_a_part_without_a_take_of_a_species_says_so(archives: Callable[..., Path]) -> None:
+    tested = [name for name in PEOPLE if part_of("person", name) == "test"]
+    trained = tuple(name for name in PEOPLE if name not in tested)
+    assert trained
+    assert tested
+    assert LafanDog(str(archives(people=trained))).notes[0].startswith("person: none; dog: D1_")
+
+
 def test_a_folder_of_the_other_species_is_told(archives: Callable[..., Path]) -> None:
     root = archives()
     for number, path in enumerate(sorted((root / "dog").glob("*.bvh"))):

@@ -189,6 +189,14 @@ def test_no_case_at_all_is_an_error_with_the_data_sets_notes(tmp_path):
         run.run(empty, lambda done, total: None)
 
 
+def test_splits_that_a_data_set_has_not_are_named_with_those_that_it_has(tmp_path):
+    other = replace(asked(tmp_path, "toy_method"), splits=("self",))
+    with pytest.raises(
+        BenchError, match=r"^there is no case in self: toy_cases\[clips=3\] has intra and cross$"
+    ):
+        run.run(other, lambda done, total: None)
+
+
 @pytest.mark.parametrize("line", ['{"foo": 1}', "5", '"text"', "[1, 2]"])
 def test_a_journal_that_somebody_edited_is_read_up_to_there(tmp_path, line):
     (first,) = carry_out(tmp_path, "toy_method")
