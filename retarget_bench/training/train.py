@@ -151,7 +151,9 @@ def _judge(data: Any, learner: Any, cases: int, device: torch.device, voice: Voi
     aside = held_out(data)
     judge = Judge(aside, learner.method(), cases, device, voice.loading) if aside is not None else None
     if not judge:
-        why = UNPARTED if aside is None else "the method supports none of its validation cases"
+        why = (
+            UNPARTED if aside is None else "the method supports no validation case that has a right answer"
+        )
         voice.say(f"{why}: {UNWATCHED}")
     return judge or None
 

@@ -38,6 +38,7 @@ class Judge:
     ) -> None:
         """Load up to ``cases`` cases of each split that the method supports; ``len`` says how many.
 
+        Cases without a reference are left out: no value of theirs could choose weights.
         progress: called with the number of cases loaded and their total.
         """
         name, self.values = defaults.VALIDATION
@@ -51,7 +52,7 @@ class Judge:
         asked: dict[str, Case] = {}
         for number, info in enumerate(every, 1):
             case = data.load(info)
-            if not predict.refusal(method, case):
+            if case.reference is not None and not predict.refusal(method, case):
                 asked[info.id] = case
             progress(number, len(every))
         for split, infos in chosen.items():

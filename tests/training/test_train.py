@@ -89,6 +89,12 @@ def test_validation_is_of_held_out_cases_that_the_method_supports(toy_run):
         assert {split: values["n"] for split, values in each["scores"].items()} == {"intra": 2, "cross": 2}
 
 
+def test_cases_without_right_answers_do_not_keep_weights_from_being_chosen(toy_run):
+    done, _ = toy_run(data="toy_walks[kind=apart]")
+    assert done.at.best is not None
+    assert all(set(each["scores"]) == {"intra"} for each in done.at.validation)
+
+
 def test_without_validation_the_last_weights_are_kept_and_it_is_said(toy_run, tmp_path):
     done, voice = toy_run(data="toy_walks[kind=unwatched]")
     assert done.at.best is None

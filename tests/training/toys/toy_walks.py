@@ -1,7 +1,8 @@
 """Two small bodies that walk along sines: motion to train on, and held-out cases to validate with.
 
 kind: ``all``; ``unwatched``, without validation; ``empty``, without motion; ``few``, with half as many
-cases; ``near``, without cross cases. content: a name for it.
+cases; ``near``, without cross cases; ``apart``, with cross cases that have no reference.
+content: a name for it.
 """
 
 import numpy as np
@@ -94,7 +95,8 @@ class ToyWalks:
     def load(self, info):
         number = int(info.clip.split()[1])
         source, target = (self._bodies[name] for name in (info.source, info.target))
-        return Case(info, walk(source, number, 20), target, reference=walk(target, number, 20))
+        known = info.split != "cross" or self.kind != "apart"
+        return Case(info, walk(source, number, 20), target, walk(target, number, 20) if known else None)
 
 
 plugin = ToyWalks
