@@ -120,7 +120,7 @@ def _task_places(
         if not usual:
             raise BenchError(
                 f"these are results of {task} with several sets of levels or motions "
-                f"({', '.join(folders)}): give the folder of one run"
+                f"({', '.join(folders)}): run the one to draw with an --out of its own, and give that"
             )
         places = usual
     return _of_methods(places, methods) if methods else places

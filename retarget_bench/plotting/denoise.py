@@ -36,7 +36,7 @@ def draw(path: Path, sections: Sequence[Section]) -> None:
     shown = [section for section in sections if section.part in given]
     names = labels(shown, AFTER)
     look = canvas.looks({score.label: score.header for section in shown for score in section.scores})
-    most = max(given.values())
+    most = max(*given.values(), 1e-3)
     with canvas.drawn(path, 7.4, 4.6) as figure:
         panel = figure.subplots()
         panel.plot([0, most], [0, most], color="0.6", linewidth=0.8, linestyle=(0, (1, 2)), zorder=1)
@@ -44,7 +44,7 @@ def draw(path: Path, sections: Sequence[Section]) -> None:
             banded(panel, name, _line(shown, label, given), look[label])
         panel.set(
             xlim=(-0.02 * most, 1.02 * most),
-            ylim=(-0.02 * most, max(ROOM * most, 1e-3)),
+            ylim=(-0.02 * most, ROOM * most),
             xlabel="error before: joints of the noisy source, cm",
             ylabel="error after: joints of the answer, cm",
         )

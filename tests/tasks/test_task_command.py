@@ -264,6 +264,22 @@ def test_the_picture_of_upsampling_is_what_the_rows_say(results, tmp_path, capsy
     assert upsample_picture.major_share(records.find_results(results, "denoise")) is None
 
 
+@pytest.mark.filterwarnings("error::UserWarning")
+def test_clean_motion_alone_has_a_picture_too(tmp_path, capsys, figures):
+    carried_out(tmp_path, "denoise[levels=0]", "identity")
+    status, _ = bench(capsys, "plot", "denoise", str(tmp_path), "-o", str(tmp_path / "out.png"))
+    assert status == 0
+    assert line_of(figures[0].axes[0], "identity") == pytest.approx(np.zeros((1, 2)), abs=1e-3)
+
+
+def test_pictures_of_several_sets_of_levels_say_how_to_choose(tmp_path, capsys):
+    for levels in ("0", "1"):
+        carried_out(tmp_path, f"denoise[levels={levels}]", "identity")
+    status, told = bench(capsys, "plot", "denoise", str(tmp_path), "-o", str(tmp_path / "out.png"))
+    assert status == 2
+    assert "run the one to draw with an --out of its own" in told
+
+
 @pytest.mark.parametrize("task", ["denoise", "upsample"])
 def test_pictures_without_results_say_how_to_make_some(tmp_path, capsys, task):
     status, told = bench(capsys, "plot", task, str(tmp_path), "-o", str(tmp_path / "out.png"))
