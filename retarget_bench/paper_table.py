@@ -46,6 +46,8 @@ def _block(
     def part(row: Row) -> Row:
         return replace(row, cells=tuple(row.cells[number] for number in numbers))
 
+    ours = [each for each in ours if any(cell.reason != OTHER_CASES for cell in part(each[0]).cells)]
+
     return Group(
         title=f"{table.paper}: {block}" if block else table.paper,
         split="",
@@ -71,6 +73,8 @@ def _column(column: PublishedColumn) -> Column:
         meaning = f"mean of {', '.join(column.mean_of)}"
     elif column.any_pair:
         meaning = f"protocol {column.value}, mean over every pair but self pairs"
+    elif column.splits:
+        meaning = f"protocol {column.value}, mean over all cases of split {' and '.join(column.splits)}"
     elif column.legs:
         kind = f" of kind {column.kind}" if column.kind else ""
         meaning = f"{column.value} of all answers{kind} on bodies of {column.legs} legs"

@@ -42,7 +42,8 @@ class PublishedColumn(_Facts):
 
     value:    our value of the same protocol, or "".
     pairs:    ``source>target`` of the cases that it is a mean over.
-    any_pair: a mean over every pair that is no self pair, of whatever data.
+    any_pair: a mean over every pair that is no self pair, of whatever data. splits: likewise, over all
+              cases of these splits.
     mean_of:  columns that it is the mean of.
     seen:     a mean over all target structures that training had (``seen``) or had not (``unseen``).
     structure: a mean over all bodies of a structure.
@@ -57,6 +58,7 @@ class PublishedColumn(_Facts):
     value: str = ""
     pairs: tuple[str, ...] = ()
     any_pair: bool = False
+    splits: tuple[str, ...] = ()
     mean_of: tuple[str, ...] = ()
     seen: str = ""
     structure: str = ""
@@ -190,7 +192,7 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
             if _asked(column, each[0], structures.get(each[0].target, ""), trained)
         ]
         for column in table.columns
-        if theirs or column.any_pair or column.seen or column.structure
+        if theirs or column.any_pair or column.splits or column.seen or column.structure
     }
     cells: dict[str, OwnCell] = {}
     for column in table.columns:
@@ -232,6 +234,8 @@ def _asked(
     if column.seen:
         had = trained is not None and structure in trained.get("structures", ())
         return trained is not None and had == (column.seen == "seen")
+    if column.splits:
+        return info.split in column.splits
     return info.split != "self" if column.any_pair else info.pair in column.pairs
 
 
@@ -281,6 +285,8 @@ def caveats(table: PublishedTable, rows: Sequence[OwnRow]) -> list[str]:
             for column in table.columns
             if column.pairs and (cell := row.cells.get(column.id))
         ]
+        if not own:
+            continue
         clips, pairs = max(cell.clips for cell in own), max(_pairs(table, row) for row in mine)
         if (clips, pairs) != (table.clips, asked_pairs(table)):
             found.append(

@@ -179,7 +179,7 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
 
 
 def test_printed_numbers_keep_their_digits() -> None:
-    (group,) = paper_table(papers.published("pan-table1"), []).groups
+    group, _ = paper_table(papers.published("pan-table1"), []).groups
     shown = {row.label: [cell.text for cell in row.cells] for row in group.ranked}
     assert shown["PAN (printed)"] == ["0.50", "1.62"]
     assert shown["Copy rotations (printed)"] == ["8.86", "n/a"]
@@ -188,3 +188,19 @@ def test_printed_numbers_keep_their_digits() -> None:
 def test_an_unknown_table_names_those_there_are() -> None:
     with pytest.raises(BenchError, match=r"no published table 'pan-table9'; there are .*pan-table1"):
         papers.published("pan-table9")
+
+
+def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
+    """Self pairs count with intra, as in the code that made the printed numbers."""
+    store(tmp_path, "mine", "self", {("Ann>Ann", "a"): 0.1})
+    store(tmp_path, "mine", "intra", {("Ann>Bob", "a"): 0.3, ("Ann>Bob", "b"): 0.5})
+    store(tmp_path, "mine", "cross", {("Ann>Cy", "a"): 0.7})
+    (row,) = papers.own_rows(papers.published("pan-table1"), records.find_results(tmp_path))
+    found = {key: (cell.value, cell.cases) for key, cell in row.cells.items()}
+    assert found == {
+        "intra own": (pytest.approx((0.2 + 0.5) / 2), 3),
+        "cross own": (pytest.approx(0.7), 1),
+    }
+    first, own = paper_table(papers.published("pan-table1"), [row]).groups
+    assert all("printed" in each.label for each in first.ranked)
+    assert [each.label for each in own.ranked] == ["mine"]
