@@ -18,6 +18,7 @@ from retarget_bench.training.learned import Learned
 from retarget_bench.training.material import Material
 from retarget_bench.training.recipe import Recipe
 
+from .ablations import ABLATIONS
 from .body import body, unfit
 from .design import PAPER_COUNT, SMALL, TEXT, Design
 
@@ -47,6 +48,7 @@ class HuMoT(Learned):
     windows: ``overlapping`` by half, as long as those of training, faded into each other; or ``whole``.
     """
 
+    ablations = ABLATIONS
     presets: Mapping[str, Recipe] = {
         "paper": Recipe(
             steps=10_000_000,

@@ -1,0 +1,35 @@
+"""HuMoT's ablations: the printed numbers, and what each row leaves out."""
+
+from __future__ import annotations
+
+import humot_material
+import pytest
+
+from retarget_bench import papers
+from retarget_bench.spec import Spec
+from retarget_bench.training import ablating
+
+TABLE = ablating.find(Spec.parse("humot"), "losses")
+
+
+@pytest.mark.parametrize(
+    ("name", "column"),
+    [("humot-table3", "Self"), ("humot-table4", "Intra-structural"), ("humot-table5", "Cross-structural")],
+)
+def test_the_printed_numbers_are_those_of_the_published_tables(name, column):
+    table = papers.published(name)
+    overall = next(each.id for each in table.columns if each.mean_of)
+    printed = {row.method: row.values[overall][0] for row in table.rows}
+    for row in TABLE.rows:
+        assert float(row.printed[column]) == printed[row.label]
+
+
+@pytest.mark.parametrize("row", TABLE.rows, ids=lambda row: row.label)
+def test_rows_train(row):
+    learner = humot_material.learner(**row.parameters)
+    batch = humot_material.batch(learner)
+    assert ("bones" in learner.losses("autoencoder", batch, {})) == (row.label != "HuMoT, no BLC")
+    same = batch["given"]["joints"].shape == batch["asked"]["joints"].shape and bool(
+        (batch["given"]["template"] == batch["asked"]["template"]).all()
+    )
+    assert same == (row.label == "HuMoT, no SJS")
