@@ -117,9 +117,9 @@ class HuMoT(Learned):
             "hop": self.hop,
         }
 
-    def unfit(self, character: Character) -> str:
+    def unfit(self, character: Character, read: bool = False) -> str:
         try:
-            return unfit(character)
+            return unfit(character, read)
         except SkeletonError as error:
             return str(error)
 
@@ -140,7 +140,7 @@ class HuMoT(Learned):
     def supports(self, source: Character, target: Character) -> str | None:
         if self.untrained:
             return self.untrained
-        why = self.unfit(source) or self.unfit(target)
+        why = self.unfit(source, read=True) or self.unfit(target)
         return why or root_rules.reason("leg_length", source, target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:

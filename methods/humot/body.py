@@ -7,7 +7,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from retarget_bench.comparison import body_joints
+from retarget_bench.comparison import body_joints, structure_joints
 from retarget_bench.motion import neutral, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
@@ -21,7 +21,7 @@ MAJOR = tuple(
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """joints: indices of those seen, the hips first. parents: ``(joints,)`` among them, -1 for the hips.
+    """joints: indices of those seen, the hips first. parents: ``(joints,)`` among them, -1 for the first.
 
     template: ``(joints, 3)`` metres, Z up, the hips at the origin. major: ``(joints,)`` bool.
     """
@@ -69,8 +69,11 @@ class Body:
 
 @lru_cache(maxsize=1024)
 def body(character: Character) -> Body:
-    """Raises SkeletonError where the character has no hips or nothing below them."""
-    joints = body_joints(character)
+    """Of a part of a body without its hips, all joints: it can be read, and not written.
+
+    Raises SkeletonError where a whole character has no hips or nothing below them."""
+    hipless = character.whole is not None and "hips" not in character.joint_of
+    joints = tuple(structure_joints(character).tolist()) if hipless else body_joints(character)
     rank = {joint: number for number, joint in enumerate(joints)}
     parents = [
         next((rank[each] for each in ancestors(character.skeleton, joint) if each in rank), -1)
@@ -86,21 +89,18 @@ def body(character: Character) -> Body:
     )
 
 
-def template(source: Motion | Positions) -> np.ndarray:
-    """``(joints, 3)`` metres, Z up: of the source's body, with the bones that it has there."""
-    mine = body(source.character)
-    return upright(neutral.template(source)[list(mine.joints)])
-
-
 def upright(places: np.ndarray) -> np.ndarray:
     """``(..., 3)`` from left, up, ahead to right, ahead, up; and back again."""
     return np.stack([-places[..., 0], places[..., 2], places[..., 1]], axis=-1)
 
 
-def unfit(character: Character) -> str:
-    """What keeps a body from being seen; "" if nothing does. Raises SkeletonError, see ``body``."""
+def unfit(character: Character, read: bool = False) -> str:
+    """What keeps a body from being trained on and written, or from being read; "" if nothing does.
+    Raises SkeletonError, see ``body``."""
     if character.four_legged:
         return f"{character.name} stands on four legs; HuMoT knows bodies on two"
+    if not read and "hips" not in character.joint_of:
+        return f"no joint of {character.name} is known as hips; name it in a roles file"
     if not body(character).major.any():
         return f"{character.name} has none of the joints that clips are centred on (ankles to wrists)"
     return ""

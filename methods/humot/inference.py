@@ -13,7 +13,7 @@ from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 
-from .body import Body, body, template
+from .body import Body, body
 from .learner import Autoencoder
 
 WINDOW, HOP = 30, 15
@@ -28,13 +28,12 @@ Windows = Literal["overlapping", "whole"]
 class Question:
     """A source at 30 frames per second, Z up, and the body that it is asked for.
 
-    places: ``(frames, joints, 3)`` metres. template: ``(joints, 3)``.
+    places: ``(frames, joints, 3)`` metres.
     """
 
     source: Motion | Positions
     target: Character
     places: np.ndarray
-    template: np.ndarray
     actor: Body
     body: Body
 
@@ -42,7 +41,7 @@ class Question:
     def of(cls, source: Motion | Positions, target: Character) -> Question:
         shown = rates.at_thirty(source)
         actor = body(source.character)
-        return cls(source, target, actor.see(shown), template(shown), actor, body(target))
+        return cls(source, target, actor.see(shown), actor, body(target))
 
     @property
     def frames(self) -> int:
@@ -103,7 +102,7 @@ def _answered(network: Autoencoder, group: Sequence[Piece]) -> list[np.ndarray]:
         mask[row, :length] = True
         seen = question.places[piece.start : piece.stop] - piece.centre
         given["places"][row, :length, : seen.shape[1]] = seen
-        given["template"][row, : len(question.template)] = question.template
+        given["template"][row, : len(question.actor.template)] = question.actor.template
         asked["template"][row, : len(question.body.template)] = question.body.template
     device = next(network.parameters()).device
     sides = [

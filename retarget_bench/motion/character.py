@@ -32,6 +32,7 @@ class Character:
                     pose (T-pose, Y up, facing +Z; see ``alignment.py``).
     measures:       sizes of the native body, kept when joints are left out.
     skin:           makes the body's mesh, when it is first asked for; None: it has none.
+    whole:          the body of which this one has some joints, by the same names; None: it is whole.
 
     Raises SkeletonError when these do not fit the skeleton. Use ``Character.of`` to find them.
     """
@@ -43,6 +44,7 @@ class Character:
     reference_pose: np.ndarray
     measures: Measures
     skin: Callable[[], Mesh] | None = field(default=None, repr=False)
+    whole: Character | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "reference_pose", frozen(self.reference_pose, np.float64))

@@ -14,12 +14,7 @@ from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.body import DOWN, Body
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.motion.roles import SIDES
-from retarget_bench.motion.skeleton import Skeleton
-
-NOTHING = 1e-9
-"""Metres: a bone this short has no direction."""
 
 
 def neutral_pose(character: Character) -> np.ndarray:
@@ -38,39 +33,16 @@ def neutral_pose(character: Character) -> np.ndarray:
     return pose
 
 
-def template(motion: Character | Motion | Positions) -> np.ndarray:
+def template(character: Character) -> np.ndarray:
     """``(joints, 3)`` metres: the neutral pose with the hips at the origin, Y up, facing +Z, left is +X.
 
-    Bones are as long as the character's; for positions, as long as they are there (the temporal median).
-    Raises SkeletonError where no joint is known as hips.
+    Of a part of a body, the whole body's at its joints. Raises SkeletonError where there are no hips.
     """
-    character = motion if isinstance(motion, Character) else motion.character
+    if character.whole is not None:
+        names = character.whole.skeleton.names
+        return template(character.whole)[[names.index(name) for name in character.skeleton.names]]
     hips = character.joint_of.get("hips", -1)
     if hips < 0:
         raise SkeletonError(f"no joint of {character.name} is known as hips; name it in a roles file")
     places = kinematics.forward(character.skeleton, neutral_pose(character), np.zeros(3))[0]
-    if isinstance(motion, Positions):
-        places = _stretched(character.skeleton, places, median_lengths(motion))
     return np.asarray(places - places[hips])
-
-
-def median_lengths(motion: Positions) -> np.ndarray:
-    """``(joints,)`` metres from each joint to its parent, the median over time; 0 for the root."""
-    parents = motion.skeleton.parents
-    lengths = np.zeros(len(parents))
-    below = np.flatnonzero(parents >= 0)
-    bones = motion.positions[:, below] - motion.positions[:, parents[below]]
-    lengths[below] = np.median(np.linalg.norm(bones, axis=-1), axis=0)
-    return lengths
-
-
-def _stretched(skeleton: Skeleton, places: np.ndarray, lengths: np.ndarray) -> np.ndarray:
-    """A pose ``(joints, 3)`` with bones of these lengths in the directions they have."""
-    found = np.zeros_like(places)
-    for joint, parent in enumerate(skeleton.parents.tolist()):
-        if parent < 0:
-            continue
-        bone = places[joint] - places[parent]
-        size = float(np.linalg.norm(bone))
-        found[joint] = found[parent] + (bone * (lengths[joint] / size) if size > NOTHING else bone)
-    return found

@@ -42,6 +42,7 @@ def reduced(character: Character, joints: Sequence[int]) -> Character:
         roles=tuple(character.roles[j] for j in kept),
         reference_pose=rotation.identity(len(kept)),
         skin=None,
+        whole=character.whole or character,
     )
 
 

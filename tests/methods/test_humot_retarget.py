@@ -10,9 +10,10 @@ import pytest
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
-from retarget_bench.methods.humot.body import body
+from retarget_bench.methods.humot.body import MAJOR, body
 from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces
 from retarget_bench.motion import rates
+from retarget_bench.tasks.reduced import reduced
 
 BODIES = humot_material.BODIES
 
@@ -138,3 +139,17 @@ def test_thirty_frames_per_second_are_the_networks(method):
     slow = rates.at_thirty(fast)
     found = carried(method, fast, BODIES["legs"]).positions[::2]
     np.testing.assert_allclose(found, carried(method, slow, BODIES["legs"]).positions, atol=1e-5)
+
+
+def test_a_part_of_a_body_is_read_and_not_written(method):
+    """The paper's Figure 12: twelve joints in, the whole body out."""
+    source = dance("one", 20)
+    whole = source.character
+    kept = sorted(whole.joint_of[role] for role in MAJOR)
+    part = reduced(whole, kept)
+    known = part.positions(source.positions[:, kept], source.fps)
+    assert method.supports(part, whole) is None
+    assert carried(method, known, whole).positions.shape == (20, len(whole.skeleton), 3)
+    assert "known as hips" in method.supports(whole, part)
+    places = [body(whole).joints.index(joint) for joint in kept]
+    np.testing.assert_allclose(body(part).template, body(whole).template[places], atol=1e-9)
