@@ -18,7 +18,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.predict import takes_batches
 from retarget_bench.score import declared_values
 from retarget_bench.spec import Spec
-from retarget_bench.tasks import RETARGET, derive
+from retarget_bench.tasks import DERIVED, RETARGET, derive
 
 Redo = Literal["never", "missing", "failed", "always"]
 Stage = Literal["run", "predict", "score"]
@@ -56,9 +56,10 @@ class Plan:
 
 @cache
 def dataset(spec: Spec, task: str = RETARGET) -> Dataset:
-    """The data set, built once per process; of another task, what the engine derives from its motion."""
-    if task != RETARGET:
-        return derive(dataset(spec), Spec.parse(task))
+    """The data set, built once per process; of a derived task, what the engine makes of its motion."""
+    asked = Spec.parse(task)
+    if asked.name in DERIVED:
+        return derive(dataset(spec), asked)
     return registry.create("datasets", spec)
 
 
