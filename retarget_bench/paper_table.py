@@ -20,7 +20,7 @@ def paper_table(table: PublishedTable, rows: Sequence[OwnRow]) -> Table:
     several = len({row.dataset for row in rows}) > 1
     ours = [(_own(table, row, footnotes, several), row.mark) for row in sorted(rows, key=_by_name)]
     blocks = dict.fromkeys(column.block for column in table.columns)
-    groups = tuple(_block(table, each, printed, ours) for each in blocks)
+    groups = tuple(group for each in blocks if (group := _block(table, each, printed, ours)).rows)
     notes = [
         *_counts(table, rows),
         *caveats(table, rows),

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Literal
 
 from retarget_bench import records, registry
-from retarget_bench.api import Dataset
+from retarget_bench.api import TASKS, Dataset
 from retarget_bench.cells import count
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.plan import Plan, dataset, metric_versions, metrics
@@ -113,7 +113,9 @@ def _score(folder: Path, manifest: Manifest) -> None:
     plan = Plan(
         methods=(Spec(manifest.method.label),),
         datasets=(spec,),
-        metrics=tuple(working),
+        metrics=tuple(
+            name for name, each in working.items() if TASKS[0] in getattr(each.card, "tasks", TASKS[:1])
+        ),
         root=folder / ROWS,
         stage="score",
         external=folder / PREDICTIONS,
