@@ -41,8 +41,7 @@ def test_a_batch_gives_what_its_rows_give_alone(method):
         np.testing.assert_allclose(found.positions, alone.positions, atol=1e-5)
 
 
-@pytest.mark.parametrize("frames", [1, 2, 29, 30, 31, 60, 100])
-@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
+@pytest.mark.parametrize(("frames", "fps"), [(1, 30.0), (2, 60.0), (30, 24.0), (31, 30.0), (75, 60.0)])
 @pytest.mark.parametrize("windows", ["overlapping", "whole"])
 def test_any_length_and_rate(method, frames, fps, windows):
     source = dance("one", frames)
