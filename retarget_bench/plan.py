@@ -18,11 +18,13 @@ from retarget_bench.motion.character import Character
 from retarget_bench.predict import takes_batches
 from retarget_bench.score import declared_values
 from retarget_bench.spec import Spec
-from retarget_bench.tasks import DERIVED, RETARGET, derive
+from retarget_bench.tasks import RETARGET, derive
 
 Redo = Literal["never", "missing", "failed", "always"]
 Stage = Literal["run", "predict", "score"]
 
+OWN_CASES = (RETARGET, "probe")
+"""Tasks whose cases are the data set's own."""
 LOCATIONS = ("root", "target", "people", "dogs")
 """Data set parameters that say where files lie: no part of what a result is known by; its content is."""
 
@@ -54,13 +56,19 @@ class Plan:
     plugin_files: tuple[str, ...] = field(default_factory=registry.files)
 
 
-@cache
 def dataset(spec: Spec, task: str = RETARGET) -> Dataset:
     """The data set, built once per process; of a derived task, what the engine makes of its motion."""
-    asked = Spec.parse(task)
-    if asked.name in DERIVED:
-        return derive(dataset(spec), asked)
+    return _dataset(spec) if task in OWN_CASES else _derived(spec, task)
+
+
+@cache
+def _dataset(spec: Spec) -> Dataset:
     return registry.create("datasets", spec)
+
+
+@cache
+def _derived(spec: Spec, task: str) -> Dataset:
+    return derive(_dataset(spec), Spec.parse(task))
 
 
 @cache

@@ -22,6 +22,8 @@ METRICS = (
 )
 SET_METRICS = ("fid",)
 """Of sets of cases, tested in ``test_fid_*.py``."""
+TASK_METRICS = ("restoration",)
+"""Of derived tasks, tested in ``tests/tasks``."""
 
 Rig = tuple[tuple[str, str, tuple[float, float, float]], ...]
 """(joint, parent, offset in centimetres); the parent of the root is ""."""

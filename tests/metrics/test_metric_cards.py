@@ -8,7 +8,17 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from metric_cases import METRICS, SET_METRICS, Sides, character, compute, everything, metric, sides
+from metric_cases import (
+    METRICS,
+    SET_METRICS,
+    TASK_METRICS,
+    Sides,
+    character,
+    compute,
+    everything,
+    metric,
+    sides,
+)
 
 from retarget_bench import registry
 from retarget_bench.score import declared_values, score
@@ -37,10 +47,10 @@ def numbers(values: Mapping[str, float | Mapping[str, float]]) -> list[float]:
 
 def test_all_built_in_metrics_are_tested_here() -> None:
     built_in = {entry.name for entry in registry.names("metrics") if entry.origin == registry.BUILT_IN}
-    assert built_in == {*METRICS, *SET_METRICS}
+    assert built_in == {*METRICS, *SET_METRICS, *TASK_METRICS}
 
 
-@pytest.mark.parametrize("name", [*METRICS, *SET_METRICS])
+@pytest.mark.parametrize("name", [*METRICS, *SET_METRICS, *TASK_METRICS])
 def test_card(name: str) -> None:
     card = metric(name).card
     assert card.name == name

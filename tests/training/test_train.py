@@ -281,13 +281,13 @@ def test_resume_begins_a_run_where_there_is_none_yet(toy_run):
     ],
 )
 def test_other_data_or_another_method_than_it_began_with_is_refused(toy_run, spoil, says):
-    plan.dataset.cache_clear()
+    plan._dataset.cache_clear()
     plan.method.cache_clear()
     toy_run(stop=20)
     spoil()
     with pytest.raises(BenchError, match=says):
         toy_run(resume=True)
-    plan.dataset.cache_clear()
+    plan._dataset.cache_clear()
     plan.method.cache_clear()
 
 

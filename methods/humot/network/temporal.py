@@ -130,6 +130,7 @@ def _filtered(waves: Tensor, weights: Tensor, sign: float) -> Tensor:
 
 
 @lru_cache(maxsize=64)
+@torch.inference_mode(False)  # what is kept has to serve where gradients are wanted, too
 def _bases(length: int, kernel: int, within: bool) -> tuple[Tensor, Tensor, Tensor]:
     """To waves, back from them, and from taps to weights.
 
