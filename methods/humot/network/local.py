@@ -35,7 +35,7 @@ class Local(nn.Module):
 
     @property
     def gathers(self) -> bool:
-        """What becomes of a token depends on all tokens of the batch, for now."""
+        """Whether what becomes of a token depends on all tokens of the batch: batch norm, in training."""
         return self.training and isinstance(self.inner, BatchNorm)
 
     def forward(self, tokens: Tensor, own: Lines) -> Tensor:

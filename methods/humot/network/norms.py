@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from typing import Any
 
 import torch
@@ -13,7 +14,7 @@ from .tokens import Lines
 MOMENTUM = 0.1
 
 
-class Inner(nn.Module):
+class Inner(nn.Module, ABC):
     """A norm that is part of a longer chain, and so brings its own gradient."""
 
     weight: nn.Parameter | None
@@ -25,12 +26,13 @@ class Inner(nn.Module):
         self.weight = nn.Parameter(torch.ones(width)) if affine else None
         self.bias = nn.Parameter(torch.zeros(width)) if affine else None
 
+    @abstractmethod
     def applied(
         self, values: Tensor, own: Lines, weight: Tensor | None, bias: Tensor | None
     ) -> tuple[Tensor, tuple[Tensor, ...]]:
         """Values ``(lines, frames, width)``, free to be written to, normalised; what the gradient needs."""
-        raise NotImplementedError
 
+    @abstractmethod
     def pulled(
         self,
         pull: Tensor,
@@ -41,7 +43,6 @@ class Inner(nn.Module):
         bias: Tensor | None,
     ) -> tuple[Tensor, Tensor | None, Tensor | None]:
         """Gradients of values, weight and bias; pull is zero where there is nothing."""
-        raise NotImplementedError
 
 
 class TokenNorm(Inner):
