@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import overload
 
 from retarget_bench.catalogue import Entry
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.motion import Motion
+from retarget_bench.training.lazy import LazyClips
 
 from .motions import Motions
 
@@ -17,31 +17,22 @@ Training = Mapping[str, Mapping[str, "Clips"]]
 """Structure -> character -> its clips."""
 
 
-class Clips(Sequence[Motion]):
+class Clips(LazyClips[tuple[str, Path]]):
     """Motions of one character, each read when it is asked for."""
 
     def __init__(
         self, motions: Motions, character: str, files: Mapping[str, Path], entries: Mapping[Path, Entry]
     ) -> None:
-        self._motions, self._files, self._entries = motions, files, entries
-        self.character, self.names = character, tuple(files)
+        super().__init__(list(files.items()))
+        self._motions, self._entries, self.character = motions, entries, character
 
-    def __len__(self) -> int:
-        return len(self.names)
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(name for name, _ in self.listed)
 
-    @overload
-    def __getitem__(self, index: int) -> Motion: ...
-    @overload
-    def __getitem__(self, index: slice) -> Clips: ...
-    def __getitem__(self, index: int | slice) -> Motion | Clips:
-        if isinstance(index, slice):
-            files = {name: self._files[name] for name in self.names[index]}
-            return Clips(self._motions, self.character, files, self._entries)
-        path = self._files[self.names[index]]
+    def made(self, each: tuple[str, Path]) -> Motion:
+        _, path = each
         return self._motions.motion(self.character, path, self._entries[path])
-
-    def __iter__(self) -> Iterator[Motion]:
-        return (self[index] for index in range(len(self)))
 
 
 def training(

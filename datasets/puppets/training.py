@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from typing import overload
+from collections.abc import Mapping, Sequence
 
 from retarget_bench.motion.motion import Motion
+from retarget_bench.training.lazy import LazyClips
 
 from .clips import Clip, training_clips
 from .exclusions import unable
@@ -17,35 +17,24 @@ Training = Mapping[str, Mapping[str, "Clips"]]
 """Structure -> character -> its clips."""
 
 
-class Clips(Sequence[Motion]):
+class Clips(LazyClips[Clip]):
     """Motions of one character, each solved when it is first asked for."""
 
     def __init__(self, studio: Studio, character: str, listed: Sequence[Clip]) -> None:
-        self._studio, self.character, self.clips = studio, character, tuple(listed)
+        super().__init__(listed)
+        self._studio, self.character = studio, character
 
-    def __len__(self) -> int:
-        return len(self.clips)
-
-    @overload
-    def __getitem__(self, index: int) -> Motion: ...
-    @overload
-    def __getitem__(self, index: slice) -> Clips: ...
-    def __getitem__(self, index: int | slice) -> Motion | Clips:
-        if isinstance(index, slice):
-            return Clips(self._studio, self.character, self.clips[index])
-        return self._studio.motion(self.clips[index], self.character)
-
-    def __iter__(self) -> Iterator[Motion]:
-        return (self[index] for index in range(len(self)))
+    def made(self, each: Clip) -> Motion:
+        return self._studio.motion(each, self.character)
 
     @property
     def names(self) -> tuple[str, ...]:
-        return tuple(clip.name for clip in self.clips)
+        return tuple(clip.name for clip in self.listed)
 
     @property
     def frames(self) -> int:
         """Of all clips together, known without solving any."""
-        return sum(clip.frames for clip in self.clips)
+        return sum(clip.frames for clip in self.listed)
 
 
 def training(studio: Studio, size: str, seed: int) -> Training:

@@ -174,4 +174,4 @@ def test_they_can_be_trained_on_without_their_pairs() -> None:
     assert sum(len(own) for mine in training.values() for own in mine.values()) == 2 * len(matches)
     name, own = next(iter(training["dog21"].items()))
     assert own[0].character.name == name
-    assert own[0].frames == own.clips[0].frames
+    assert own[0].frames == own.listed[0].frames
