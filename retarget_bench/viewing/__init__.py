@@ -1,0 +1,1 @@
+"""Motions to be looked at: what is shown, and how it is packed, drawn and served."""

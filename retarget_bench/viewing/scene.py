@@ -1,0 +1,82 @@
+"""What is shown of one case: several bodies that move at the same time, and what is known of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal
+
+import numpy as np
+
+from retarget_bench.api import Ground
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+
+Part = Literal["source", "reference", "prediction", "motion"]
+"""``motion``: one that is no part of a case, such as a file."""
+
+
+@dataclass(frozen=True, eq=False)
+class Figure:
+    """One body in a scene.
+
+    label:     what people call it (a method, ``source``, ``reference``, a file).
+    positions: ``(frames, joints, 3)`` metres, Y up; None where there is nothing to show (see ``message``).
+    motion:    with rotations, where they are known: only then a skin can follow.
+    joints:    indices of the joints that contacts are of. planted: ``(frames, len(joints))`` bool, the
+               figure's own contacts. Both None where contacts are not known.
+    error:     ``(frames,)`` % of height off the reference in the world; None where there is no reference.
+    joint_error: ``(joints,)`` the same, mean over frames, NaN for joints that are not scored.
+    status:    as in results: ok, unsupported, invalid, failed, missing.
+    """
+
+    label: str
+    part: Part
+    character: Character
+    positions: np.ndarray | None
+    motion: Motion | None = None
+    joints: tuple[int, ...] | None = None
+    planted: np.ndarray | None = None
+    error: np.ndarray | None = None
+    joint_error: np.ndarray | None = None
+    status: str = "ok"
+    message: str = ""
+
+    @property
+    def parents(self) -> np.ndarray:
+        """``(joints,)``, -1 for roots."""
+        return self.character.skeleton.parents
+
+
+@dataclass(frozen=True, eq=False)
+class Scene:
+    """Figures that share frames, rate and floor.
+
+    title: for people. case: the id, "" for files. kind: of performance, "" where unknown.
+    values: label of a figure -> value id -> number, the case's rows, where there are results.
+
+    Raises BenchError where figures differ in frames, or none can be shown.
+    """
+
+    title: str
+    figures: tuple[Figure, ...]
+    fps: float
+    case: str = ""
+    split: str = ""
+    kind: str = ""
+    ground: Ground = field(default_factory=Ground)
+    values: dict[str, dict[str, float]] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        lengths = {len(figure.positions) for figure in self.figures if figure.positions is not None}
+        if not lengths:
+            raise BenchError(f"{self.title}: there is nothing to show")
+        if len(lengths) > 1:
+            raise BenchError(
+                f"{self.title}: its figures have different numbers of frames, {sorted(lengths)}"
+            )
+
+    @property
+    def frames(self) -> int:
+        """How many frames every figure has."""
+        return next(len(figure.positions) for figure in self.figures if figure.positions is not None)
