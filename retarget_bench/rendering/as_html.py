@@ -25,23 +25,27 @@ MOST_CASES = 5
 
 def html(tables: Sequence[Table]) -> str:
     """One page with all tables, how to read them, what their columns mean and where they come from."""
+    return environment().get_template("tables.html").render(context(tables))
+
+
+def context(tables: Sequence[Table]) -> dict[str, Any]:
+    """What the templates of tables need to know, by name."""
     kinds = dict.fromkeys(kind for table in tables for kind in words.empty_kinds(table))
-    page = environment().get_template("tables.html")
-    return page.render(
-        tables=tables,
-        words=words,
-        marks=MARKS,
-        kinds=list(kinds),
-        has_marks=words.has_marks(tables),
-        has_intervals=any(cell.interval for table in tables for cell in table.cells),
-        has_common=any(any(group.common) for table in tables for group in table.groups),
-        has_parts=any(group.subject for table in tables for group in table.groups),
-        has_seeds=words.has_seeds(tables),
-        best_first=BEST_FIRST,
-        most_cases=MOST_CASES,
-        sort_key=sort_key,
-        told=told,
-    )
+    return {
+        "tables": tables,
+        "words": words,
+        "marks": MARKS,
+        "kinds": list(kinds),
+        "has_marks": words.has_marks(tables),
+        "has_intervals": any(cell.interval for table in tables for cell in table.cells),
+        "has_common": any(any(group.common) for table in tables for group in table.groups),
+        "has_parts": any(group.subject for table in tables for group in table.groups),
+        "has_seeds": words.has_seeds(tables),
+        "best_first": BEST_FIRST,
+        "most_cases": MOST_CASES,
+        "sort_key": sort_key,
+        "told": told,
+    }
 
 
 @cache
