@@ -1,0 +1,160 @@
+"""Scenes made small for pages: numbers as whole steps, changes in place of values, deflated.
+
+A scene is one JSON object. What people read (labels, messages, values) is in it as text; all series are in
+``data``: whole numbers, the second differences over frames of every coordinate, joint by joint, as
+variable-length integers (seven bits a byte, low bits first, the sign in the lowest bit), all deflated together
+and in base64. ``pages/player/packed.js`` is the reader.
+"""
+
+from __future__ import annotations
+
+import base64
+import math
+import zlib
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
+from retarget_bench import palette
+from retarget_bench.api import Ground
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.character import Character
+from retarget_bench.viewing import shapes
+from retarget_bench.viewing.scene import Figure, Scene
+
+SCHEMA = 1
+STEP = 5e-4
+"""Metres. A joint is at most sqrt(3) / 2 of it, 0.433 mm, from where it was."""
+ERROR_STEP = 0.01
+"""Of errors, in % of height."""
+FARTHEST = 1e6
+"""Metres: what is farther from the origin is shown here."""
+_BITS = 7
+
+
+def packed(scene: Scene) -> dict[str, Any]:
+    """A scene as one object of plain values, for ``json.dumps`` and the player.
+
+    Bodies that figures share are told once. Colours are those of the palette: source, reference, then the
+    others in their order. Raises BenchError where positions are not finite.
+    """
+    bodies: dict[int, int] = {}
+    told: list[dict[str, Any]] = []
+    figures: list[dict[str, Any]] = []
+    for figure, colour in zip(scene.figures, _colours(scene), strict=True):
+        body = figure.character
+        if id(body) not in bodies:
+            bodies[id(body)] = len(told)
+            told.append(_body(body))
+        head = _head(figure, scene.values.get(figure.label, {}))
+        figures.append(head | {"body": bodies[id(body)], "colour": colour})
+    series = b"".join(_integers(each) for each in _series(scene))
+    return {
+        "schema": SCHEMA,
+        "title": scene.title,
+        "case": scene.case,
+        "split": scene.split,
+        "kind": scene.kind,
+        "fps": float(scene.fps),
+        "frames": scene.frames,
+        "step": STEP,
+        "errorStep": ERROR_STEP,
+        "ground": _ground(scene.ground),
+        "bodies": told,
+        "figures": figures,
+        "data": base64.b64encode(zlib.compress(series, 9)).decode("ascii"),
+    }
+
+
+def _colours(scene: Scene) -> Iterator[str]:
+    place = 0
+    for figure in scene.figures:
+        if figure.part in ("source", "reference"):
+            yield palette.SOURCE if figure.part == "source" else palette.REFERENCE
+        else:
+            yield palette.colour(place)
+            place += 1
+
+
+def _body(body: Character) -> dict[str, Any]:
+    return {
+        "name": body.name,
+        "height": round(float(body.height), 4),
+        "joints": list(body.skeleton.names),
+        "parents": body.skeleton.parents.tolist(),
+        "radii": np.rint(1000.0 * shapes.radii(body)).astype(int).ravel().tolist(),
+        "heads": [[joint, below, round(1000.0 * radius)] for joint, below, radius in shapes.heads(body)],
+        "sides": shapes.sides(body),
+        "ends": shapes.ends(body),
+    }
+
+
+def _head(figure: Figure, values: dict[str, float]) -> dict[str, Any]:
+    """What is known of a figure apart from its series, and which of these it has."""
+    shown = figure.positions is not None
+    return {
+        "label": figure.label,
+        "part": figure.part,
+        "status": figure.status,
+        "message": figure.message,
+        "shown": shown,
+        "contacts": list(figure.joints) if shown and figure.joints and figure.planted is not None else None,
+        "error": shown and figure.error is not None,
+        "values": {name: float(value) for name, value in values.items() if math.isfinite(value)},
+    }
+
+
+def _ground(ground: Ground) -> dict[str, Any]:
+    told: dict[str, Any] = {"height": float(ground.height)}
+    if ground.heights is not None:
+        rows, columns = ground.heights.shape
+        told |= {
+            "rows": int(rows),
+            "columns": int(columns),
+            "origin": [float(each) for each in ground.origin],
+            "spacing": float(ground.spacing),
+        }
+    return told
+
+
+def _series(scene: Scene) -> Iterator[np.ndarray]:
+    """Whole numbers, per figure ``(joints * 3, frames)``, contacts and error; last the floor's rows."""
+    for figure in scene.figures:
+        if figure.positions is None:
+            continue
+        if not np.isfinite(figure.positions).all():
+            raise BenchError(f"{scene.title}: {figure.label} has positions that are not finite")
+        yield _changes(_steps(figure.positions, STEP).reshape(scene.frames, -1).T)
+        if figure.joints and figure.planted is not None:
+            yield _changes(figure.planted.astype(np.int64).T)
+        if figure.error is not None:
+            error = np.where(np.isfinite(figure.error), figure.error, -ERROR_STEP)
+            yield _changes(_steps(error, ERROR_STEP)[None])
+    if scene.ground.heights is not None:
+        yield _changes(_steps(scene.ground.heights, STEP))
+
+
+def _steps(values: np.ndarray, step: float) -> np.ndarray:
+    return np.rint(np.clip(values, -FARTHEST, FARTHEST) / step).astype(np.int64)
+
+
+def _changes(rows: np.ndarray) -> np.ndarray:
+    """Second differences along rows, as though two zeros stood before each."""
+    return np.diff(np.diff(rows, axis=1, prepend=0), axis=1, prepend=0)
+
+
+def _integers(values: np.ndarray) -> bytes:
+    """Whole numbers of any shape as variable-length integers."""
+    flat = values.ravel()
+    rest = np.where(flat >= 0, 2 * flat, -2 * flat - 1)
+    columns, more = [], np.ones(len(rest), dtype=bool)
+    present = []
+    while more.any():
+        present.append(more)
+        low, rest = rest & 0x7F, rest >> _BITS
+        more = more & (rest > 0)
+        columns.append(np.where(more, low | 0x80, low))
+    if not columns:
+        return b""
+    return np.stack(columns, axis=1)[np.stack(present, axis=1)].astype(np.uint8).tobytes()

@@ -1,0 +1,41 @@
+"""The player for pages: its script and style, and scenes as they lie in a page."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+PAGES = Path(__file__).parent / "pages"
+PARTS = ("packed", "camera", "bodies", "floor", "faults", "stage", "timeline", "controls", "input", "mount")
+"""The files of the script, in the order in which they stand in one."""
+
+
+@cache
+def script() -> str:
+    """One script without dependencies that defines ``RetargetPlayer`` and nothing else.
+
+    ``RetargetPlayer.mount(element, packedScene, options)`` puts a player into an element and returns
+    ``{ready, seek(frame), select(labels), destroy()}``; ``ready`` is a promise of the first picture. Options,
+    all optional: ``frame`` (from 0), ``labels`` (the figures to show), ``colours`` (label -> ``#rrggbb``),
+    ``overlay`` and ``autoplay`` (never where people asked for less motion).
+    """
+    parts = [(PAGES / "player" / f"{name}.js").read_text(encoding="utf-8") for name in PARTS]
+    body = "\n".join(parts)
+    return f'var RetargetPlayer = (() => {{\n"use strict";\n{body}\nreturn {{ mount, decode }};\n}})();\n'
+
+
+@cache
+def style() -> str:
+    """The player's style sheet: every rule is below ``.rp``."""
+    return (PAGES / "player.css").read_text(encoding="utf-8")
+
+
+def data(packed: Mapping[str, Any]) -> str:
+    """A packed scene as text for ``<script type="application/json">``: no name in it can end the element."""
+    text = json.dumps(packed, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    for unsafe in "<>&\u2028\u2029":
+        text = text.replace(unsafe, f"\\u{ord(unsafe):04x}")
+    return text
