@@ -45,6 +45,8 @@ class HuMoT(Learned):
     subsampling: False leaves the stochastic joint subsampling out (the paper's "no SJS").
     consistency: weight of the consistency of bone lengths (0: "no BLC").
     turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
+    split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
+        split, whose validation they are; ``clip`` trains on all of them.
     windows: ``overlapping`` by half, as long as those of training, faded into each other; or ``whole``.
     """
 
@@ -75,6 +77,7 @@ class HuMoT(Learned):
         turned: bool = True,
         mirrored: bool = True,
         hop: int = 6,
+        split: Literal["clip", "chunk"] = "clip",
         windows: Literal["overlapping", "whole"] = "overlapping",
         weights: str = "puppets",
     ) -> None:
@@ -83,9 +86,9 @@ class HuMoT(Learned):
             raise BenchError("humot: consistency is a weight, zero or more")
         if hop < 1:
             raise BenchError("humot: hop is a number of frames, one or more")
-        self.variant, self.windows, self.hop = variant, windows, hop
+        self.variant, self.windows = variant, windows
         self.subsampling, self.consistency = subsampling, consistency
-        self.turned, self.mirrored = turned, mirrored
+        self.turned, self.mirrored, self.hop, self.split = turned, mirrored, hop, split
         self.card = MethodCard(
             name="humot",
             summary="One autoencoder for all skeletons, also for those never trained on: positions",
@@ -101,6 +104,7 @@ class HuMoT(Learned):
                 "turned": "training windows are turned about the vertical axis at random",
                 "mirrored": "every other training window is mirrored",
                 "hop": "frames between the starts of training windows",
+                "split": "chunk: a tenth of every training clip's windows is kept aside, as in the paper",
                 "windows": "overlapping windows of 30 frames, or whole clips",
                 "weights": "name of shipped weights, or a path to others",
             },
@@ -115,6 +119,7 @@ class HuMoT(Learned):
             "turned": self.turned,
             "mirrored": self.mirrored,
             "hop": self.hop,
+            "split": self.split,
         }
 
     def unfit(self, character: Character, read: bool = False) -> str:
@@ -133,7 +138,8 @@ class HuMoT(Learned):
             return type(self)(windows=self.windows, **self.facts()).using(tensors)  # type: ignore[arg-type]
 
         bodies = {name: body(material.characters[name]) for name in material.clips}
-        choices = Choices(self.subsampling, self.consistency, self.turned, self.mirrored, self.hop)
+        aside = self.split == "chunk"
+        choices = Choices(self.subsampling, self.consistency, self.turned, self.mirrored, self.hop, aside)
         return Learner(material, recipe, bodies, DESIGNS[self.variant], choices, trained)
 
     # ----------------------------------------------------------------------------------- retargeting

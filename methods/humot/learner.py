@@ -20,6 +20,7 @@ from .design import Design
 from .losses import losses
 from .network import Decoder, Encoder
 from .sampling import kept, parents_among
+from .split import held_out
 
 AUTOENCODER = "autoencoder"
 
@@ -42,7 +43,7 @@ class Autoencoder(nn.Module):
 class Choices:
     """subsampled: joints are left out at random (SJS). consistency: weight of eq. 2.
     turned, mirrored: windows are turned about the vertical axis at random, and every other one mirrored.
-    hop: frames between the starts of windows.
+    hop: frames between the starts of windows. held_out: a tenth of every clip's windows is never drawn.
     """
 
     subsampled: bool
@@ -50,6 +51,7 @@ class Choices:
     turned: bool
     mirrored: bool
     hop: int
+    held_out: bool
 
 
 class Learner:
@@ -82,7 +84,8 @@ class Learner:
         ``(rows, joints)`` bool; parents ``(rows, joints)`` among them, -1 where there is none.
         """
         cast = self._cast(numbers, rows)
-        windows = self._material.draw(numbers, cast, self._frames, self._choices.hop)
+        left_out = held_out if self._choices.held_out else None
+        windows = self._material.draw(numbers, cast, self._frames, self._choices.hop, left_out)
         bodies = [self._bodies[name] for name in cast]
         places = [
             self._centred(windows.arrays["places"][row, :, : len(mine.joints)], mine, length)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any
@@ -32,6 +32,14 @@ class Clip:
     @property
     def frames(self) -> int:
         return len(next(iter(self.arrays.values())))
+
+    def starts(self, frames: int, hop: int = 1) -> range:
+        """Where windows of so many frames begin: at multiples of ``hop``. One where the clip is shorter."""
+        return range(0, max(self.frames - frames, 0) + 1, hop)
+
+
+LeftOut = Callable[[Clip, Sequence[int]], Collection[int]]
+"""Those of the starts of a clip's windows that are never drawn; some window of each character must be."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -91,14 +99,19 @@ class Material:
         return sum(clip.frames for mine in self.clips.values() for clip in mine)
 
     def draw(
-        self, numbers: np.random.Generator, characters: Sequence[str], frames: int, hop: int = 1
+        self,
+        numbers: np.random.Generator,
+        characters: Sequence[str],
+        frames: int,
+        hop: int = 1,
+        left_out: LeftOut | None = None,
     ) -> Windows:
         """One window per character asked for, each start of each of its clips as likely as any other.
 
-        hop: windows begin at multiples of it. Arrays of characters that differ in shape (in joints) are
-        followed by zeros.
+        hop: windows begin at multiples of it; left_out: but at these. Arrays of characters that differ in
+        shape (in joints) are followed by zeros.
         """
-        cuts = [self._cut(numbers, name, frames, hop) for name in characters]
+        cuts = [self._cut(numbers, name, frames, hop, left_out) for name in characters]
         shapes = {
             key: np.max([clip.arrays[key].shape[1:] for clip, _ in cuts], axis=0, initial=0).tolist()
             for key in cuts[0][0].arrays
@@ -127,22 +140,32 @@ class Material:
         names = sorted(self.clips) if characters is None else characters
         return np.concatenate([clip.arrays[key] for name in names for clip in self.clips[name]])
 
-    def _cut(self, numbers: np.random.Generator, name: str, frames: int, hop: int) -> tuple[Clip, int]:
-        ends = self._starts(name, frames, hop)
+    def _cut(
+        self, numbers: np.random.Generator, name: str, frames: int, hop: int, left_out: LeftOut | None
+    ) -> tuple[Clip, int]:
+        starts, ends = self._starts(name, frames, hop, left_out)
         at = int(numbers.integers(ends[-1]))
         number = int(np.searchsorted(ends, at, side="right"))
-        return self.clips[name][number], hop * (at - int(ends[number - 1] if number else 0))
+        return self.clips[name][number], starts[number][at - int(ends[number - 1] if number else 0)]
 
-    def _starts(self, name: str, frames: int, hop: int) -> np.ndarray:
-        """``(clips,)`` how many windows the clips up to each have."""
-        key = (name, frames, hop)
+    def _starts(
+        self, name: str, frames: int, hop: int, left_out: LeftOut | None
+    ) -> tuple[Sequence[Sequence[int]], np.ndarray]:
+        """Where windows of each clip begin, and ``(clips,)`` how many the clips up to each have."""
+        key = (name, frames, hop, left_out)
         if key not in self._counted:
-            counts = [max(clip.frames - frames, 0) // hop + 1 for clip in self.clips[name]]
-            self._counted[key] = np.cumsum(counts)
+            starts: list[Sequence[int]] = [clip.starts(frames, hop) for clip in self.clips[name]]
+            if left_out is not None:
+                without = [left_out(*each) for each in zip(self.clips[name], starts, strict=True)]
+                starts = [
+                    [start for start in mine if start not in odd]
+                    for mine, odd in zip(starts, without, strict=True)
+                ]
+            self._counted[key] = starts, np.cumsum([len(mine) for mine in starts])
         return self._counted[key]
 
     @cached_property
-    def _counted(self) -> dict[tuple[str, int, int], np.ndarray]:
+    def _counted(self) -> dict[Any, tuple[Sequence[Sequence[int]], np.ndarray]]:
         return {}
 
 

@@ -49,3 +49,31 @@ def test_a_clip_that_is_too_short_is_followed_by_zeros():
     assert (found.lengths[~short] == 32).all()
     assert (found.arrays["values"][short, 20:] == 0.0).all()
     np.testing.assert_array_equal(found.mask.sum(1), found.lengths)
+
+
+def all_windows(mine, name, frames, hop):
+    """Every window of a character, clip by clip, by its first number."""
+    return [
+        clip.arrays["values"][start, 0, 0]
+        for clip in mine.clips[name]
+        for start in range(0, clip.frames - frames + 1, hop)
+    ]
+
+
+@pytest.mark.parametrize("hop", [1, 6])
+def test_a_number_chooses_from_all_windows_in_their_order(hop):
+    mine = material(a=1)
+    rows = mine.draw(np.random.default_rng(5), ["a"] * 200, 16, hop).arrays["values"][:, 0, 0, 0]
+    every, numbers = all_windows(mine, "a", 16, hop), np.random.default_rng(5)
+    assert rows.tolist() == [every[numbers.integers(len(every))] for _ in range(200)]
+
+
+def test_what_is_left_out_is_never_drawn_and_all_else_is_as_likely():
+    def left_out(clip, starts):
+        return [start for start in starts if start % 18 == 0] if clip.frames == 50 else ()
+
+    mine = material(a=1)
+    rows = mine.draw(np.random.default_rng(6), ["a"] * 4000, 16, 6, left_out).arrays["values"]
+    found, counts = np.unique(rows[:, 0, 0, 0] / 100.0, return_counts=True)
+    assert found.tolist() == [0.0, 6.0, 12.0, 24.0, 30.0]  # 0 of the short clip alone
+    assert (np.abs(counts - 800) < 5.0 * np.sqrt(800)).all()

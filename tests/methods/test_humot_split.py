@@ -1,0 +1,102 @@
+"""HuMoT's two splits: which windows are trained on, and which are kept aside for the paper's validation."""
+
+from __future__ import annotations
+
+import humot_material
+import numpy as np
+import pytest
+
+from retarget_bench.errors import BenchError
+from retarget_bench.methods.humot import HuMoT
+from retarget_bench.methods.humot.body import body
+from retarget_bench.methods.humot.split import held_out
+from retarget_bench.registry import create
+from retarget_bench.training.material import Clip
+
+WINDOW, HOP = humot_material.WINDOW, 6
+NAMES, LENGTHS = ("one", "legs"), (132, 9)
+PLAIN = {"subsampling": False, "turned": False, "mirrored": False}
+
+
+def clip(frames, name="walk", character="one"):
+    return Clip(character, name, {"places": np.zeros((frames, 1, 3), np.float32)})
+
+
+def drawn(split, rows=400):
+    """By character, the starts of all windows drawn from its long clip, and how often the short one was."""
+    learner = humot_material.learner(NAMES, LENGTHS, split=split, **PLAIN)
+    clips = humot_material.material(HuMoT(), NAMES, LENGTHS).clips
+    found = learner.draw(np.random.default_rng(0), rows)
+    starts, short = {name: [] for name in NAMES}, 0
+    for places, joints, mask in zip(
+        found["given"]["places"], found["given"]["joints"], found["frames"], strict=True
+    ):
+        if not mask.all():
+            short += 1
+            continue
+        name = next(name for name in NAMES if len(body(humot_material.BODIES[name]).joints) == joints.sum())
+        starts[name].append(where(places[:, joints], clips[name][0]))
+    return starts, short
+
+
+def where(places, whole):
+    """The start of a window in a clip, but for one shift."""
+    apart = [
+        np.ptp(places - whole.arrays["places"][start : start + WINDOW], axis=(0, 1)).max()
+        for start in whole.starts(WINDOW, HOP)
+    ]
+    best = int(np.argmin(apart))
+    assert sorted(apart)[1] > 1e-3 > 1e-5 > apart[best]
+    return HOP * best
+
+
+def test_windows_kept_aside_are_never_drawn_and_all_others_are():
+    starts, short = drawn("chunk")
+    assert short > 0  # the one window of the clip that is shorter than it
+    for name in NAMES:
+        whole = humot_material.material(HuMoT(), [name], LENGTHS).clips[name][0]
+        every = whole.starts(WINDOW, HOP)
+        aside = held_out(whole, every)
+        assert (len(every), len(aside)) == (21, 2)
+        assert set(starts[name]) == set(every) - aside
+        beside = {start + step for start in aside for step in (-HOP, HOP)} & set(every) - aside
+        assert beside  # windows that share half of their frames (four fifths with 30 of them) are drawn
+        assert beside <= set(starts[name])
+
+
+def test_all_windows_are_drawn_unless_told_and_as_ever():
+    starts, _ = drawn("clip")
+    assert all(set(mine) == set(range(0, 121, HOP)) for mine in starts.values())
+    one, other = (humot_material.learner(**asked) for asked in ({}, {"split": "clip"}))
+    for seed in range(3):
+        batches = [humot_material.batch(each, seed=seed)["given"]["places"] for each in (one, other)]
+        assert batches[0].equal(batches[1])
+
+
+@pytest.mark.parametrize(("windows", "aside"), [(1, 0), (4, 0), (5, 1), (14, 1), (15, 2), (100, 10)])
+def test_a_tenth_of_each_clip_rounded(windows, aside):
+    whole = clip(30 + HOP * (windows - 1))
+    every = whole.starts(30, HOP)
+    found = held_out(whole, every)
+    assert (len(every), len(found)) == (windows, aside)
+    assert found <= set(every)
+
+
+def test_the_choice_is_stable_and_each_clips_own():
+    every = range(0, 6000, HOP)
+    chosen = [held_out(clip(1, *asked), every) for asked in (("a", "x"), ("a", "y"), ("b", "x"))]
+    assert chosen[0] == held_out(clip(99, "a", "x"), every[::-1])
+    for k in range(3):  # two tenths of 1000 that are drawn apart share about ten
+        assert len(chosen[k]) == 100
+        assert len(chosen[k] & chosen[k - 1]) < 25
+        # neither the beginning nor the end: the mean of 100 of 0 to 5994, six standard errors wide
+        assert abs(np.mean(list(chosen[k])) - 2997) < 6 * 1732 / 10
+    # weights trained with another choice would be measured on windows that they have seen
+    assert sorted(held_out(clip(1, "a", "x"), range(0, 180, HOP))) == [12, 36, 162]
+
+
+def test_weights_depend_on_it():
+    assert HuMoT().facts()["split"] == "clip"
+    assert create("methods", "humot[split=chunk]").facts()["split"] == "chunk"
+    with pytest.raises(BenchError, match="split"):
+        create("methods", "humot[split=frame]")
