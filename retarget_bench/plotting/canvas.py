@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from retarget_bench import palette
 from retarget_bench.errors import BenchError
 from retarget_bench.files import atomic
 
@@ -15,9 +16,6 @@ if TYPE_CHECKING:
 
 ENDINGS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kind of file -> what else it would say of the time or program that made it."""
-COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f3c8d", "#5a5a00")
-"""Okabe and Ito's, which colour-blind people can tell apart, and two more dark ones."""
-GREYS = ("0.25", "0.5", "0.68")
 MARKS = "osD^vPX*"
 
 
@@ -58,11 +56,11 @@ def looks(headers: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]
     plain, controls = 0, 0
     for label, header in headers.items():
         if header["method"]["control"]:
-            found[label] = {"color": GREYS[controls % len(GREYS)], "linestyle": "--"}
+            found[label] = {"color": palette.control(controls), "linestyle": "--"}
             controls += 1
         else:
             line = ":" if header["method"]["privileged"] else "-"
-            found[label] = {"color": COLOURS[plain % len(COLOURS)], "linestyle": line}
+            found[label] = {"color": palette.colour(plain), "linestyle": line}
             plain += 1
         found[label] |= {"marker": MARKS[len(found) % len(MARKS)], "markersize": 4, "linewidth": 1.4}
     return found
