@@ -22,7 +22,7 @@ from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.lock import locked
 from retarget_bench.training.loop import Loop, Moment
 from retarget_bench.training.material import Material, gather
-from retarget_bench.training.recipe import Precision
+from retarget_bench.training.recipe import Precision, Recipe
 from retarget_bench.training.request import Request
 from retarget_bench.training.turns import explicit
 from retarget_bench.training.validate import Judge, held_out
@@ -129,7 +129,7 @@ def _train(folder: Path, wanted: Request, asked: Asked, voice: Voice, device: to
         for note in material.notes:
             voice.say(note)
         if start is None:
-            voice.say(_amount(material, recipe.fps))
+            voice.say(_amount(material, recipe))
         if wanted.processes != parallel.world():
             voice.say(f"this run began with {wanted.processes} processes; its batches are now others")
         voice.began(wanted, start or Checkpoint(0, 0.0, {}))
@@ -245,13 +245,15 @@ def _new(asked: Asked, method: Spec) -> Request:
     )
 
 
-def _amount(material: Material, fps: float) -> str:
+def _amount(material: Material, recipe: Recipe) -> str:
     """How much there is to learn from, as a sentence: with a few minutes of motion people have forgotten a
-    parameter of the data set."""
-    clips, bodies = sum(map(len, material.clips.values())), len(material.clips)
-    minutes = material.frames / fps / 60
-    by = f"{clips} clips of {bodies} character{'s' * (bodies != 1)}"
-    return f"training on {minutes:.0f} minutes of motion: {by}"
+    parameter of the data set, and clips that are shorter than a window are mostly padding."""
+    clips, bodies = [clip for mine in material.clips.values() for clip in mine], len(material.clips)
+    minutes = material.frames / recipe.fps / 60
+    by = f"{len(clips)} clips of {bodies} character{'s' * (bodies != 1)}"
+    short = sum(clip.frames < recipe.window for clip in clips)
+    padded = f", {short} of them shorter than a window ({recipe.window} frames) and padded" if short else ""
+    return f"training on {minutes:.0f} minutes of motion: {by}{padded}"
 
 
 class _Trainee:

@@ -168,6 +168,19 @@ def test_a_character_that_is_left_out_is_named_and_is_not_in_the_manifest(toy_ru
     assert card(tmp_path / "run")["notes"] == voice.said[:1]
 
 
+def test_clips_that_are_shorter_than_a_window_are_counted(toy_run, monkeypatch):
+    every = plan.dataset(Spec("toy_walks")).training()["toy"]
+    kind, window = type(every["tall"]), plan.method(Spec("toy_trainee")).presets["quick"].window
+    whole = kind.__getitem__
+    lengths = iter([window, window - 1, 3, window, 2 * window, window - 1])
+    monkeypatch.setattr(kind, "__getitem__", lambda self, n: whole(self, n).at(slice(next(lengths))))
+    _, voice = toy_run(preset="quick")
+    assert voice.said == [
+        "training on 0 minutes of motion: 6 clips of 2 characters, 3 of them shorter than a window "
+        f"({window} frames) and padded"
+    ]
+
+
 def _any_number(build):
     """The toy's learner without its demand for two characters."""
 
