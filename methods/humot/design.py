@@ -30,6 +30,12 @@ class Design:
                batch, as XCiT does, or ``layer``, over a token's own channels: then training on a sequence
                does not depend on its neighbours. affine: it has a scale and a shift.
     scale:     what the blocks' layer scales start at.
+    octaves:   the networks read a template's coordinates, and so many times their sines and cosines, with a
+               period of two metres that is halved each time (Tancik et al., 2020). Without, a wrist in the
+               neutral pose is hard to tell from the thigh beside it. Ours; not in the paper.
+    common:    in the encoder, what a frame's tokens have in common is told to each of them before every
+               block (``network/common.py``). Ours; not in the paper.
+    time:      size of the code of time.
     basis:     longest period of the code of time, in frames, over 2 pi; the text does not say.
     """
 
@@ -47,11 +53,24 @@ class Design:
     norm: Norm = "batch"
     affine: bool = True
     scale: float = 1.0
+    octaves: int = 0
+    common: bool = False
+    time: float = 1.0
     basis: float = 10_000.0
 
 
 TEXT = Design()
 PAPER_COUNT = replace(TEXT, kernel=9, joined=2, written=2, expansion=3, biased=False, affine=False)
 SMALL = replace(
-    PAPER_COUNT, width=64, latent=64, blocks=(2, 2), motion=(3, 16, 32), norm="layer", affine=True
+    PAPER_COUNT,
+    width=64,
+    latent=64,
+    blocks=(2, 2),
+    motion=(3, 16, 32),
+    norm="layer",
+    affine=True,
+    scale=0.05,
+    octaves=3,
+    common=True,
+    time=0.25,
 )

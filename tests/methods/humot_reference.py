@@ -29,6 +29,7 @@ class PlainEncoder(nn.Module):
     def forward(self, positions: Tensor, template: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
         own, (rows, length, count, _) = self.own, positions.shape
         mask = joints.unsqueeze(2) & frames.unsqueeze(1)
+        template = waves(template, own.design.octaves)
         for layer in own.template:
             template = functional.elu(layer(template))
         motion = positions.permute(0, 2, 3, 1).reshape(rows * count, 3, length)
@@ -37,12 +38,14 @@ class PlainEncoder(nn.Module):
         for layer in own.joined:
             motion = functional.elu(layer(motion))
         repeated = template.unsqueeze(2).expand(-1, -1, length, -1)
-        time = code_of_time(length, own.design.width, own.design.basis).to(template)
+        time = own.design.time * code_of_time(length, own.design.width, own.design.basis).to(template)
         tokens = own.merged(torch.cat([repeated, motion], 3)) + time
         latent = (own.token + time).expand(rows, 1, -1, -1)
         tokens = torch.cat([latent, tokens], 1)
         mask = torch.cat([frames.unsqueeze(1), mask], 1)
-        for block in own.blocks:
+        for number, block in enumerate(own.blocks):
+            if own.design.common:
+                tokens = tokens + told(own.common[number], tokens[:, 1:], template, joints)
             tokens = through(block, tokens, mask)
         return own.code(tokens[:, 0]) * frames.unsqueeze(2)
 
@@ -58,9 +61,10 @@ class PlainDecoder(nn.Module):
         own, (rows, length, _), count = self.own, code.shape, joints.shape[1]
         mask = joints.unsqueeze(2) & frames.unsqueeze(1)
         *inner, last = own.template
+        template = waves(template, own.design.octaves)
         for layer in inner:
             template = functional.relu(layer(template))
-        time = code_of_time(length, own.design.width, own.design.basis).to(template)
+        time = own.design.time * code_of_time(length, own.design.width, own.design.basis).to(template)
         tokens = last(template).unsqueeze(2).expand(-1, -1, length, -1) + time
         latent = along_time(own.latent, code.transpose(1, 2), frames.unsqueeze(1)).transpose(1, 2)
         latent = functional.elu(own.shared(latent))
@@ -74,6 +78,21 @@ class PlainDecoder(nn.Module):
             motion = functional.elu(layer(motion))
         places = last(motion).view(rows, count, length, 3) * mask.unsqueeze(3)
         return places.transpose(1, 2)
+
+
+def waves(template: Tensor, octaves: int) -> Tensor:
+    """Sines, then cosines, of coordinates with periods of 2, 1, 1/2 ... metres behind the coordinates."""
+    parts = [template]
+    for wave in (torch.sin, torch.cos):
+        parts += [wave(2.0 * math.pi * template / (2.0 / 2**octave)) for octave in range(octaves)]
+    return torch.cat(parts, -1)
+
+
+def told(layer: nn.Module, tokens: Tensor, template: Tensor, joints: Tensor) -> Tensor:
+    """What is added to every token of a frame ``(rows, 1, frames, width)``."""
+    shares = layer.share(template) * joints.unsqueeze(2)
+    means = torch.einsum("rjfw,rjw->rfw", layer.norm(tokens), shares) / joints.sum(1)[:, None, None]
+    return layer.told(layer.mean(means)).unsqueeze(1)
 
 
 def through(block: Block, tokens: Tensor, mask: Tensor) -> Tensor:

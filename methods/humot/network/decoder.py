@@ -9,9 +9,13 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ..design import Design
+from .beginning import ELU, RELU, spread
 from .block import Block
 from .temporal import TemporalConvolution
-from .tokens import Lines, bent, coded, in_groups, scaled
+from .tokens import Lines, bent, coded, in_groups, placed, scaled
+
+STYLE, FIRST = 0.5, 0.1
+"""How much styles vary at the start, and, about, positions: noise there would teach to pass codes over."""
 
 
 class Decoder(nn.Module):
@@ -24,21 +28,23 @@ class Decoder(nn.Module):
     def __init__(self, design: Design) -> None:
         super().__init__()
         self.design, width = design, design.width
-        sizes = (3, *design.template, 2 * design.template[-1], width)
+        sizes = (3 + 6 * design.octaves, *design.template, 2 * design.template[-1], width)
         self.template = nn.ModuleList(nn.Linear(*each) for each in pairwise(sizes))
         self.latent = nn.ModuleList(
             TemporalConvolution(design.latent if number == 0 else width, width, design.kernel)
             for number in range(3)
         )
         self.shared = nn.Linear(width, width)
-        self.styles = nn.ModuleList(
-            nn.Sequential(nn.Linear(width, width), nn.ReLU(), nn.Linear(width, width))
-            for _ in range(design.blocks[1])
-        )
+        styles = [(nn.Linear(width, width), nn.Linear(width, width)) for _ in range(design.blocks[1])]
+        self.styles = nn.ModuleList(nn.Sequential(first, nn.ReLU(), last) for first, last in styles)
         self.blocks = nn.ModuleList(Block(design) for _ in range(design.blocks[1]))
         self.motion = nn.ModuleList(TemporalConvolution(width, width, design.kernel) for _ in range(3))
         sizes = (*[width] * design.written, 3)
         self.written = nn.ModuleList(nn.Linear(*each) for each in pairwise(sizes))
+        spread([*self.template, *(first for first, _ in styles)], RELU)
+        spread([last for _, last in styles], STYLE)
+        spread([*self.latent, self.shared, *self.motion, *self.written[:-1]], ELU)
+        spread(self.written[-1:], FIRST)
 
     def forward(self, code: Tensor, template: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
         """Positions ``(rows, frames, joints, 3)`` in metres, zero where there is no joint or no frame.
@@ -55,11 +61,12 @@ class Decoder(nn.Module):
 
     def _tokens(self, template: Tensor, lines: Lines) -> Tensor:
         """What the first block reads, but for its style ``(lines, frames, width)``."""
+        template = placed(template, self.design.octaves)
         *inner, last = self.template
         for layer in inner:
             template = functional.relu(layer(template), inplace=True)
         still = last(template)
-        time = coded(lines.length, self.design.width, self.design.basis, still)
+        time = coded(lines.length, self.design, still)
         tokens = still.new_zeros(lines.total, lines.length, self.design.width)
         return in_groups(tokens, lines.behind(0), lambda group: still[group].unsqueeze(1) + time)
 

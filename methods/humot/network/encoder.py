@@ -9,9 +9,11 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ..design import Design
+from .beginning import ELU, spread
 from .block import Block
+from .common import Common
 from .temporal import TemporalConvolution
-from .tokens import Lines, bent, coded, in_groups
+from .tokens import Lines, bent, coded, in_groups, placed
 
 
 class Encoder(nn.Module):
@@ -24,7 +26,7 @@ class Encoder(nn.Module):
     def __init__(self, design: Design) -> None:
         super().__init__()
         self.design = design
-        sizes = (3, *design.template, design.motion[-1])
+        sizes = (3 + 6 * design.octaves, *design.template, design.motion[-1])
         self.template = nn.ModuleList(nn.Linear(*each) for each in pairwise(sizes))
         channels = (3, *design.motion)
         self.motion = nn.ModuleList(
@@ -36,7 +38,9 @@ class Encoder(nn.Module):
         self.merged = nn.Linear(2 * design.motion[-1], design.width)
         self.token = nn.Parameter(0.02 * torch.randn(design.width))
         self.blocks = nn.ModuleList(Block(design) for _ in range(design.blocks[0]))
+        self.common = nn.ModuleList(Common(design) for _ in range(design.blocks[0] if design.common else 0))
         self.code = nn.Linear(design.width, design.latent)
+        spread([*self.template, *self.motion, *self.joined, self.merged, self.code], ELU)
 
     def forward(self, positions: Tensor, template: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
         """The code ``(rows, frames, latent)``, zero where there is no frame.
@@ -51,21 +55,23 @@ class Encoder(nn.Module):
         if lines.frames is not None:
             mask = frames.repeat_interleave(joints.sum(1), 0).unsqueeze(2)
             tracks = tracks.masked_fill(~mask, 0.0)
-        tokens = self._tokens(tracks, template[joints], lines, mask)
-        for block in self.blocks[:-1]:
-            tokens = block(tokens, lines)
-        last = self.blocks[-1](tokens, lines, kept=1)
-        code = self.code(last[::2])
+        still = placed(template[joints], self.design.octaves)
+        for layer in self.template:
+            still = bent(layer(still))
+        tokens = self._tokens(tracks, still, lines, mask)
+        for number, block in enumerate(self.blocks):
+            if self.design.common:
+                tokens = self.common[number](tokens, still, lines)
+            tokens = block(tokens, lines, kept=1 if number == len(self.blocks) - 1 else None)
+        code = self.code(tokens[::2])
         return code if lines.frames is None else code * frames.unsqueeze(2)
 
     def _tokens(self, tracks: Tensor, template: Tensor, lines: Lines, mask: Tensor | None) -> Tensor:
         """What the first block reads ``(lines, frames, width)``."""
-        for layer in self.template:
-            template = bent(layer(template))
         half = self.design.motion[-1]
         weight = self.merged.weight
         still = functional.linear(template, weight[:, :half], self.merged.bias)
-        time = coded(lines.length, self.design.width, self.design.basis, still)
+        time = coded(lines.length, self.design, still)
         tokens = tracks.new_zeros(lines.total, lines.length, self.design.width)
         tokens.index_copy_(0, lines.leading, (self.token + time).expand(len(lines.counts), -1, -1))
 

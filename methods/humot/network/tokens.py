@@ -6,6 +6,7 @@ that a 3x3 neighbourhood sees zeros beyond the first and the last joint, as it d
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from functools import cached_property
 from itertools import accumulate
@@ -15,6 +16,8 @@ import torch
 from torch import Tensor
 from torch.autograd.function import once_differentiable
 from torch.nn import functional
+
+from ..design import Design
 
 PIECE = 512
 """Tokens that go through a chain of layers at a time on a processor: what is between them stays cached."""
@@ -172,12 +175,19 @@ def cut(tokens: slice) -> list[slice]:
     return [slice(k, min(k + step, tokens.stop)) for k in range(tokens.start, tokens.stop, max(step, 1))]
 
 
-def coded(frames: int, width: int, basis: float, like: Tensor) -> Tensor:
+def coded(frames: int, design: Design, like: Tensor) -> Tensor:
     """The code of time ``(frames, width)``: sines in even channels, cosines in odd ones."""
+    width, basis = design.width, design.basis
     steps = torch.arange(0, width, 2, dtype=torch.float64)
     angles = torch.arange(frames, dtype=torch.float64).unsqueeze(1) / basis ** (steps / width)
     code = torch.stack([angles.sin(), angles.cos()], -1).flatten(1)[:, :width]
-    return code.to(like)
+    return design.time * code.to(like)
+
+
+def placed(template: Tensor, octaves: int) -> Tensor:
+    """``(joints, 3 + 6 octaves)`` a template's places as networks read them, from ``(joints, 3)``."""
+    angles = [template * (math.pi * 2.0**octave) for octave in range(octaves)]
+    return torch.cat([template, *(each.sin() for each in angles), *(each.cos() for each in angles)], -1)
 
 
 def image(values: Tensor) -> Tensor:
