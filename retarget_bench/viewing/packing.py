@@ -1,9 +1,9 @@
 """Scenes made small for pages: numbers as whole steps, changes in place of values, deflated.
 
 A scene is one JSON object. What people read (labels, messages, values) is in it as text; all series are in
-``data``: whole numbers, the second differences over frames of every coordinate, joint by joint, as
-variable-length integers (seven bits a byte, low bits first, the sign in the lowest bit), all deflated together
-and in base64. ``pages/player/packed.js`` is the reader.
+``data``: whole numbers, the second differences over frames of every coordinate, joint by joint, as integers
+of variable length (seven bits a byte, low bits first, the sign in the lowest bit), all deflated together and
+in base64. ``pages/player/packed.js`` is the reader.
 """
 
 from __future__ import annotations
@@ -39,16 +39,11 @@ def packed(scene: Scene) -> dict[str, Any]:
     Bodies that figures share are told once. Colours are those of the palette: source, reference, then the
     others in their order. Raises BenchError where positions are not finite.
     """
-    bodies: dict[int, int] = {}
-    told: list[dict[str, Any]] = []
+    bodies: list[Character] = []
     figures: list[dict[str, Any]] = []
     for figure, colour in zip(scene.figures, _colours(scene), strict=True):
-        body = figure.character
-        if id(body) not in bodies:
-            bodies[id(body)] = len(told)
-            told.append(_body(body))
         head = _head(figure, scene.values.get(figure.label, {}))
-        figures.append(head | {"body": bodies[id(body)], "colour": colour})
+        figures.append(head | {"body": _index(bodies, figure.character), "colour": colour})
     series = b"".join(_integers(each) for each in _series(scene))
     return {
         "schema": SCHEMA,
@@ -61,7 +56,7 @@ def packed(scene: Scene) -> dict[str, Any]:
         "step": STEP,
         "errorStep": ERROR_STEP,
         "ground": _ground(scene.ground),
-        "bodies": told,
+        "bodies": [_body(each) for each in bodies],
         "figures": figures,
         "data": base64.b64encode(zlib.compress(series, 9)).decode("ascii"),
     }
@@ -75,6 +70,15 @@ def _colours(scene: Scene) -> Iterator[str]:
         else:
             yield palette.colour(place)
             place += 1
+
+
+def _index(bodies: list[Character], body: Character) -> int:
+    """The place of a body among those that are told, to which it is added where it is new."""
+    for place, other in enumerate(bodies):
+        if body is other or (body.name == other.name and body.skeleton.same_as(other.skeleton)):
+            return place
+    bodies.append(body)
+    return len(bodies) - 1
 
 
 def _body(body: Character) -> dict[str, Any]:

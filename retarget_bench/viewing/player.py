@@ -18,9 +18,9 @@ def script() -> str:
     """One script without dependencies that defines ``RetargetPlayer`` and nothing else.
 
     ``RetargetPlayer.mount(element, packedScene, options)`` puts a player into an element and returns
-    ``{ready, seek(frame), select(labels), destroy()}``; ``ready`` is a promise of the first picture. Options,
-    all optional: ``frame`` (from 0), ``labels`` (the figures to show), ``colours`` (label -> ``#rrggbb``),
-    ``overlay`` and ``autoplay`` (never where people asked for less motion).
+    ``{ready, seek(frame), select(labels), destroy()}``; ``ready`` is a promise of the first picture.
+    Options, all optional: ``frame`` (from 0), ``labels`` (the figures to show), ``colours`` (label ->
+    ``#rrggbb``), ``overlay`` and ``autoplay`` (never where people asked for less motion).
     """
     parts = [(PAGES / "player" / f"{name}.js").read_text(encoding="utf-8") for name in PARTS]
     body = "\n".join(parts)
@@ -34,8 +34,8 @@ def style() -> str:
 
 
 def data(packed: Mapping[str, Any]) -> str:
-    """A packed scene as text for ``<script type="application/json">``: no name in it can end the element."""
-    text = json.dumps(packed, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
-    for unsafe in "<>&\u2028\u2029":
+    """A packed scene as text of an element ``<script type="application/json">``, which no name can end."""
+    text = json.dumps(packed, allow_nan=False, separators=(",", ":"))
+    for unsafe in "<>&":
         text = text.replace(unsafe, f"\\u{ord(unsafe):04x}")
     return text

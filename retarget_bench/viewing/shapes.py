@@ -29,7 +29,7 @@ THICKEST = 0.42
 
 
 def radii(body: Character) -> np.ndarray:
-    """``(joints, 2)`` metres: of the bone that ends in each joint, at its parent and at itself; 0 for roots."""
+    """``(joints, 2)`` metres: of the bone to each joint, at its parent and at itself; 0 for roots."""
     found = np.zeros((len(body.roles), 2))
     lengths = body.skeleton.bone_lengths
     for joint, role in enumerate(body.roles):

@@ -1,0 +1,133 @@
+/* The floor: its grid, shadows, and what is marked on it. */
+
+const MESHES = [0.1, 0.25, 0.5, 1]; // metres between lines; the smallest is for small dogs
+
+/* Lines that fade out away from the middle of a panel. */
+function drawFloor(context, view, ground, size, theme) {
+  const { box, target } = view;
+  const mesh = MESHES.find((each) => each > 0.2 * size) || MESHES[3];
+  const reach = Math.max(Math.ceil((2.2 * size) / mesh), 3) * mesh;
+  const x0 = Math.round(target[0] / mesh) * mesh, z0 = Math.round(target[2] / mesh) * mesh;
+  const steps = ground.heights ? Math.ceil((2 * reach) / Math.min(ground.spacing, mesh)) : 1;
+  const out = [0, 0, 0, 0];
+  context.beginPath();
+  for (let along = -reach; along <= reach + 1e-6; along += mesh) {
+    for (const turned of [false, true]) {
+      for (let i = 0; i <= steps; i++) {
+        const across = -reach + (2 * reach * i) / steps;
+        const x = x0 + (turned ? across : along), z = z0 + (turned ? along : across);
+        view.project(x, floorAt(ground, x, z), z, out, 0);
+        if (i) context.lineTo(out[0], out[1]);
+        else context.moveTo(out[0], out[1]);
+      }
+    }
+  }
+  view.project(target[0], floorAt(ground, target[0], target[2]), target[2], out, 0);
+  const fade = context.createRadialGradient(0, 0, 0, 0, 0, Math.min(reach * view.scale, 1.2 * box.w));
+  fade.addColorStop(0, theme.grid);
+  fade.addColorStop(0.35, theme.grid);
+  fade.addColorStop(1, theme.gridFar);
+  context.save();
+  context.translate(out[0], out[1]);
+  context.scale(1, Math.max(Math.abs(view.sp), 0.2)); // the circle of light lies on the floor
+  context.strokeStyle = fade;
+  context.lineWidth = 1.2;
+  context.stroke();
+  context.restore();
+}
+
+/* The shadow of a figure under a high sun, one shape so that limbs do not darken each other. */
+function drawShadow(context, view, figure, ground, theme) {
+  const { parents, radii, height } = figure.body;
+  const { now } = figure;
+  const out = [0, 0, 0, 0];
+  const cast = (joint) => {
+    const x = now[3 * joint], y = now[3 * joint + 1], z = now[3 * joint + 2];
+    const up = Math.max(y - floorAt(ground, x, z), 0);
+    const sx = x + 0.22 * up, sz = z - 0.3 * up;
+    view.project(sx, floorAt(ground, sx, sz), sz, out, 0);
+  };
+  context.beginPath();
+  for (let joint = 0; joint < parents.length; joint++) {
+    if (parents[joint] < 0 || !radii[2 * joint]) continue;
+    cast(parents[joint]);
+    context.moveTo(out[0], out[1]);
+    cast(joint);
+    context.lineTo(out[0], out[1]);
+  }
+  context.strokeStyle = theme.shadow;
+  context.lineWidth = Math.max(0.055 * height * view.scale, 1);
+  context.lineCap = context.lineJoin = "round";
+  context.stroke();
+}
+
+/* A circle that lies on the floor. */
+function disc(context, view, x, y, z, radius) {
+  const out = [0, 0, 0, 0];
+  view.project(x, y, z, out, 0);
+  const r = Math.max(radius * out[3], 1.5);
+  const flat = Math.max(Math.abs(view.sp), 0.16);
+  context.moveTo(out[0] + r, out[1]);
+  context.ellipse(out[0], out[1], r, r * flat, 0, 0, 2 * Math.PI);
+  return out;
+}
+
+/* Feet that stand (full), and feet that should and do not (rings). */
+function drawContacts(context, view, figure, frame, ground, theme) {
+  if (!figure.planted) return;
+  const { contacts, planted, asked, now, body } = figure;
+  const count = contacts.length;
+  const radius = 0.034 * body.height;
+  for (const full of [true, false]) {
+    context.beginPath();
+    for (let k = 0; k < count; k++) {
+      const stands = planted[frame * count + k], should = asked ? asked[frame * count + k] : stands;
+      if (full ? !stands : stands || !should) continue;
+      const at = 3 * contacts[k];
+      disc(context, view, now[at], floorAt(ground, now[at], now[at + 2]), now[at + 2], radius);
+    }
+    context.fillStyle = theme.contact;
+    context.strokeStyle = full ? theme.contactEdge : theme.contact;
+    context.lineWidth = full ? 1 : 2;
+    if (full) context.fill();
+    context.stroke();
+  }
+}
+
+/* Ways of feet that glide while they should stand, and places where joints are below the floor. */
+function drawFaults(context, view, figure, frame, back, ground, theme) {
+  const { slides, sunk } = figure;
+  const out = [0, 0, 0, 0];
+  context.lineCap = "round";
+  context.beginPath();
+  for (const each of slides) {
+    if (each.frame > frame || each.frame < frame - back) continue;
+    view.project(each.x0, floorAt(ground, each.x0, each.z0), each.z0, out, 0);
+    context.moveTo(out[0], out[1]);
+    view.project(each.x1, floorAt(ground, each.x1, each.z1), each.z1, out, 0);
+    context.lineTo(out[0], out[1]);
+  }
+  context.strokeStyle = theme.slide;
+  context.lineWidth = Math.max(0.02 * figure.body.height * view.scale, 2);
+  context.stroke();
+  context.beginPath();
+  for (let past = Math.max(frame - back, 0); past <= frame; past++) {
+    for (const { joint, depth } of sunk[past]) {
+      if (past < frame && past % 4) continue; // old marks are kept thinly
+      const at = 3 * (past * figure.body.parents.length + joint);
+      const x = figure.positions[at], z = figure.positions[at + 2];
+      const y = floorAt(ground, x, z);
+      const radius = (past < frame ? 0.3 : 1) * (0.02 * figure.body.height + depth);
+      const [px, py, , k] = disc(context, view, x, y, z, radius);
+      if (past < frame) continue;
+      const r = Math.max(radius * k, 1.5);
+      context.moveTo(px - r, py);
+      context.lineTo(px + r, py);
+      context.moveTo(px, py - r * Math.max(view.sp, 0.16));
+      context.lineTo(px, py + r * Math.max(view.sp, 0.16));
+    }
+  }
+  context.strokeStyle = theme.sunk;
+  context.lineWidth = 1.6;
+  context.stroke();
+}

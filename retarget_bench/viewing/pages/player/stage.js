@@ -1,0 +1,288 @@
+/* One picture of all panels at a time of the scene. */
+
+const TITLE = 40; // pixels above a figure, for its name and numbers
+
+/* Colours of the picture, from the style sheet, so that they follow the scheme of the page. */
+function themeOf(root) {
+  const style = getComputedStyle(root);
+  const names = ["stage", "stage-far", "ink", "faint", "grid", "grid-far", "shadow", "contact", "contact-edge",
+    "slide", "sunk", "line", "ghost"];
+  const theme = {};
+  for (const name of names) {
+    const key = name.replace(/-(.)/g, (_, letter) => letter.toUpperCase());
+    theme[key] = style.getPropertyValue(`--rp-${name}`).trim();
+  }
+  theme.font = style.fontFamily;
+  return theme;
+}
+
+/* Figures that people chose, in order; those without positions have a panel with their message. */
+function chosen(player) {
+  return player.scene.figures.filter((figure) => player.selected.has(figure.id));
+}
+
+/* [x, y, z]: the floor in the middle of where figures are, now or all the time. */
+function middle(player, list, frame) {
+  if (!player.show.follow) {
+    const box = bounds(list);
+    const x = (box[0] + box[1]) / 2, z = (box[2] + box[3]) / 2;
+    return [x, floorAt(player.scene.ground, x, z), z];
+  }
+  const at = [0, 0, 0];
+  for (const { path } of list) {
+    for (let axis = 0; axis < 3; axis++) at[axis] += path[3 * frame + axis] / list.length;
+  }
+  return at;
+}
+
+function bounds(list) {
+  const box = [Infinity, -Infinity, Infinity, -Infinity];
+  for (const { path } of list) {
+    for (let i = 0; i < path.length; i += 3) {
+      box[0] = Math.min(box[0], path[i]);
+      box[1] = Math.max(box[1], path[i]);
+      box[2] = Math.min(box[2], path[i + 2]);
+      box[3] = Math.max(box[3], path[i + 2]);
+    }
+  }
+  return box;
+}
+
+/* Metres that have to fit beside the middle: bodies, and how far they are from each other. */
+function spread(player, list) {
+  if (!player.show.follow) {
+    const box = bounds(list);
+    return Math.hypot(box[1] - box[0], box[3] - box[2]) / 2;
+  }
+  let far = 0;
+  for (let frame = 0; frame < player.scene.frames; frame += 5) {
+    const [x, , z] = middle(player, list, frame);
+    for (const { path } of list) far = Math.max(far, Math.hypot(path[3 * frame] - x, path[3 * frame + 2] - z));
+  }
+  return far;
+}
+
+/* The panels of what is chosen: each a rectangle and the figures in it. Kept until something changes. */
+function layout(player) {
+  const { scene, show, width, height } = player;
+  const list = chosen(player), shown = list.filter((figure) => figure.positions);
+  const together = show.overlay && shown.length > 0;
+  const groups = together ? [shown] : list.map((figure) => [figure]);
+  const apart = Math.max(0, ...groups.map((group) => {
+    const seen = group.filter((figure) => figure.positions);
+    return seen.length && !(together && show.align && show.follow) ? spread(player, seen) : 0;
+  }));
+  const room = needed(scene.reach, apart);
+  const boxes = panels(groups.length, width, height, room.across, room.up * (1 + (2 * TITLE) / height));
+  const rooms = groups.map(([figure]) =>
+    together || show.size || !figure.positions ? room : needed(figure.body.reach, apart));
+  const scales = rooms.map((each) => Math.min(boxes[0].w / each.across, (boxes[0].h - TITLE) / each.up));
+  return { groups, boxes, rooms, scales, together,
+    missing: together ? list.filter((each) => !each.positions) : [] };
+}
+
+/* Metres that have to fit into a panel, and the size of what is seen, which the eye keeps away from. */
+function needed({ up, wide }, apart) {
+  return {
+    across: 2.05 * (wide + apart),
+    up: 1.08 * up + 0.3 * wide + 0.35 * apart,
+    size: Math.max(up, 1.2 * wide),
+    middle: 0.49 * up,
+  };
+}
+
+function viewOf(player, plan, i, figures, frame) {
+  const box = plan.boxes[i], room = plan.rooms[i];
+  const [x, y, z] = middle(player, figures, frame);
+  const shifted = { x: box.x, y: box.y + TITLE * 0.75, w: box.w, h: box.h - TITLE * 0.75 };
+  return lens(player.camera, shifted, [x, y + room.middle, z], room.size, plan.scales[i]);
+}
+
+/* The colour of a piece: its figure's, or how far its joint is off the reference. */
+function painter(player) {
+  const { show, shade } = player;
+  return ({ figure, to }, sideways, front) => {
+    let colour = player.colours[figure.id][figure.body.sides[to] === "r" ? 2 : 1];
+    if (show.heat && figure.reference) colour = heat(figure, to);
+    else if (show.contacts && stands(player, figure, to)) colour = player.theme.contact;
+    return shade(colour, sideways, front);
+  };
+}
+
+function heat(figure, joint) {
+  const r = figure.reference.now, n = figure.now, at = 3 * joint;
+  const off = Math.hypot(n[at] - r[at], n[at + 1] - r[at + 1], n[at + 2] - r[at + 2]);
+  const share = (100 * off) / figure.body.height / HEAT_TOP;
+  return HEAT[Math.min(Math.floor(share * HEAT.length), HEAT.length - 1)];
+}
+
+function stands(player, figure, joint) {
+  if (!figure.planted) return false;
+  const place = figure.contacts.indexOf(joint);
+  const frame = Math.min(Math.round(player.time), player.scene.frames - 1);
+  return place >= 0 && figure.planted[frame * figure.contacts.length + place] === 1;
+}
+
+/* What colours mean while they show how far joints are off. */
+function drawHeatKey(player) {
+  const { context, theme, height } = player;
+  HEAT.forEach((colour, i) => {
+    context.fillStyle = colour;
+    context.fillRect(12 + 12 * i, height - 30, 12, 8);
+  });
+  context.fillStyle = theme.faint;
+  context.font = `11px ${theme.font}`;
+  context.fillText(`0 to ${HEAT_TOP} % of height off the reference`, 12, height - 9);
+}
+
+function drawPanel(player, plan, place) {
+  const { context, scene, show, theme, ratio } = player;
+  const frame = Math.min(Math.round(player.time), scene.frames - 1);
+  const back = Math.round(scene.fps);
+  const group = plan.groups[place];
+  const view = viewOf(player, plan, place, group, frame);
+  const views = group.map((figure) =>
+    plan.together && show.align ? viewOf(player, plan, place, [figure], frame) : view);
+  drawFloor(context, view, scene.ground, plan.rooms[place].size, theme);
+  group.forEach((figure, i) => drawShadow(context, views[i], figure, scene.ground, theme));
+  group.forEach((figure, i) => {
+    if (show.marks) drawFaults(context, views[i], figure, frame, back, scene.ground, theme);
+    if (show.contacts) drawContacts(context, views[i], figure, frame, scene.ground, theme);
+  });
+  const { reference } = group[0];
+  if (show.ghost && !plan.together && reference) {
+    projected(reference, view);
+    drawGhost(context, ratio, reference, theme.ghost);
+  }
+  group.forEach((figure, i) => projected(figure, views[i]));
+  drawBodies(context, ratio, group, player.paint, plan.together && group.length > 1 ? 0.55 : 1);
+  if (show.trails) group.forEach((figure, i) => drawTrails(player, views[i], figure, frame, back));
+}
+
+/* Where hands, feet and head were during the last second, the older the fainter. */
+function drawTrails(player, view, figure, frame, back) {
+  const { context, colours } = player;
+  const joints = figure.body.parents.length, chunks = 4;
+  const first = Math.max(frame - back, 0), out = [0, 0, 0, 0];
+  context.strokeStyle = colours[figure.id][0];
+  context.lineWidth = 2;
+  for (let chunk = 0; chunk < chunks; chunk++) {
+    const from = first + Math.floor(((frame - first) * chunk) / chunks);
+    const to = first + Math.floor(((frame - first) * (chunk + 1)) / chunks);
+    context.globalAlpha = (chunk + 1) / chunks;
+    context.beginPath();
+    for (const joint of figure.body.ends) {
+      for (let past = from; past <= to; past++) {
+        const at = 3 * (past * joints + joint);
+        view.project(figure.positions[at], figure.positions[at + 1], figure.positions[at + 2], out, 0);
+        if (past > from) context.lineTo(out[0], out[1]);
+        else context.moveTo(out[0], out[1]);
+      }
+    }
+    context.stroke();
+  }
+  context.globalAlpha = 1;
+}
+
+/* Text that fits, with a dot for each letter too many. */
+function fitted(context, text, width) {
+  if (context.measureText(text).width <= width) return text;
+  let end = text.length;
+  while (end > 1 && context.measureText(text.slice(0, end) + "…").width > width) end--;
+  return text.slice(0, end) + "…";
+}
+
+function numbers(player, figure, frame) {
+  const told = [];
+  if (figure.part !== "reference" && figure.error) told.push(`${figure.error[frame].toFixed(1)} % off`);
+  else told.push(figure.body.name);
+  if (player.show.marks && figure.part !== "source") {
+    const deep = Math.max(0, ...figure.sunk[frame].map((each) => each.depth));
+    if (deep > 0) told.push(`${(100 * deep).toFixed(1)} cm under the floor`);
+  }
+  return told.join(" · ");
+}
+
+/* Names and numbers of a panel's figures, in its upper left corner. */
+function drawTitles(player, box, group, missing) {
+  const { context, theme, scene, colours } = player;
+  const frame = Math.min(Math.round(player.time), scene.frames - 1);
+  const lines = group.length > 1 || missing.length ? [...group, ...missing] : group;
+  const small = box.w < 170 || lines.length > 1;
+  let y = box.y + 18;
+  for (const figure of lines) {
+    const told = figure.positions ? numbers(player, figure, frame) : figure.status;
+    context.fillStyle = colours[figure.id][0];
+    context.beginPath();
+    context.roundRect(box.x + 10, y - 9, 10, 10, 3);
+    context.fill();
+    context.fillStyle = theme.ink;
+    context.font = `600 ${small ? 12 : 13}px ${theme.font}`;
+    const room = box.w - 34;
+    if (lines.length > 1) {
+      context.fillText(fitted(context, `${figure.label}   ${told}`, room), box.x + 26, y);
+      y += 17;
+      continue;
+    }
+    context.fillText(fitted(context, figure.label, room), box.x + 26, y);
+    context.font = `${small ? 11 : 12}px ${theme.font}`;
+    context.fillStyle = theme.faint;
+    context.fillText(fitted(context, told, room), box.x + 26, y + 16);
+  }
+}
+
+/* Why there is nothing to see, in lines of the panel's width. */
+function drawMessage(player, box, text) {
+  const { context, theme } = player;
+  context.font = `13px ${theme.font}`;
+  context.fillStyle = theme.faint;
+  context.textAlign = "center";
+  const lines = [""];
+  for (const word of text.split(/\s+/)) {
+    const tried = `${lines[lines.length - 1]} ${word}`.trim();
+    if (lines[lines.length - 1] && context.measureText(tried).width > box.w - 32) lines.push(word);
+    else lines[lines.length - 1] = tried;
+  }
+  const most = Math.max(Math.floor((box.h - 80) / 18), 1);
+  if (lines.length > most) lines.splice(most, lines.length, "…");
+  const top = box.y + box.h / 2 - (lines.length - 1) * 9;
+  lines.forEach((line, i) =>
+    context.fillText(fitted(context, line, box.w - 24), box.x + box.w / 2, top + 18 * i));
+  context.textAlign = "left";
+}
+
+function drawSky(context, box, theme) {
+  const sky = context.createLinearGradient(0, box.y, 0, box.y + box.h);
+  sky.addColorStop(0, theme.stageFar);
+  sky.addColorStop(1, theme.stage);
+  context.fillStyle = sky;
+  context.fillRect(box.x, box.y, box.w, box.h);
+}
+
+function drawStage(player) {
+  const { context, scene, theme, ratio, width, height } = player;
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  const plan = player.plan || (player.plan = layout(player));
+  context.fillStyle = theme.stage;
+  context.fillRect(0, 0, width, height);
+  for (const figure of scene.shown) placeAt(figure, player.time, scene.frames);
+  plan.boxes.forEach((box, i) => {
+    const group = plan.groups[i];
+    context.save();
+    context.beginPath();
+    context.rect(box.x, box.y, box.w, box.h);
+    context.clip();
+    drawSky(context, box, theme);
+    if (group[0].positions) drawPanel(player, plan, i);
+    else drawMessage(player, box, group[0].message || `This figure is ${group[0].status}.`);
+    drawTitles(player, box, group, plan.missing);
+    context.restore();
+  });
+  if (!plan.boxes.length) drawMessage(player, { x: 0, y: 0, w: width, h: height }, "No figure is chosen.");
+  if (player.show.heat) drawHeatKey(player);
+  context.fillStyle = theme.line;
+  for (const { x, y, h, w } of plan.boxes) {
+    if (x > 0) context.fillRect(Math.round(x), y, 1, h);
+    if (y > 0) context.fillRect(x, Math.round(y), w, 1);
+  }
+}
