@@ -1,0 +1,71 @@
+"""``bench report``: everything that is known of results, as one page."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from retarget_bench.commands import options
+from retarget_bench.errors import BenchError
+
+TASKS = ("retarget", "reconstruct", "denoise", "upsample")
+
+
+@click.command("report")
+@click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=click.Path(path_type=Path))
+@click.option(
+    "-o",
+    "--output",
+    default="report.html",
+    show_default=True,
+    type=click.Path(dir_okay=False, path_type=Path),
+    help="Write to this file.",
+)
+@click.option("--title", help="The heading of the page.")
+@click.option(
+    "--clips",
+    type=click.IntRange(0),
+    default=20,
+    show_default=True,
+    metavar="N",
+    help="How many cases can be seen in motion: the worst, median and best ones, of many kinds and pairs.",
+)
+@click.option("--case", "cases", multiple=True, metavar="ID", help="This case in motion, too.")
+@click.option("--no-player", is_flag=True, help="Leave the motion out: tables and charts alone.")
+@click.option("-m", "--methods", multiple=True, metavar="METHOD", help="Only this method; may be repeated.")
+@click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
+@click.option("--task", type=click.Choice(TASKS), help="Only results of this task.")
+@options.root_option
+@options.plugin_option
+def command(
+    roots: tuple[Path, ...],
+    output: Path,
+    title: str | None,
+    clips: int,
+    cases: tuple[str, ...],
+    no_player: bool,
+    methods: tuple[str, ...],
+    dataset: str | None,
+    task: str | None,
+    root: str | None,
+    plugins: tuple[str, ...],
+) -> None:
+    """Make one page of results that opens from disk: tables, charts, and the motion behind every number.
+
+    RESULTS: folders written by `bench run` and `bench task`. [default: runs]
+    """
+    del plugins  # known through the registry from here on
+    from retarget_bench import files
+    from retarget_bench.report import chapters, choosing, motions, page
+
+    if output.suffix.lower() not in (".html", ".htm"):
+        raise BenchError(f"{output}: a report is a page; end its name in .html")
+    found = chapters.chapters(roots or (Path("runs"),), task, dataset, methods, root)
+    chosen = [] if no_player else choosing.chosen(found, clips, cases)
+    shown = motions.motions(found, chosen)
+    files.write_text(output, page.page(found, shown, title))
+    told = f", with {len(shown.scenes)} cases in motion" if shown.scenes else ""
+    click.echo(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB{told})")
+    for note in shown.notes:
+        click.echo(f"- {note}")

@@ -1,0 +1,257 @@
+"""What a report is about: one chapter for every task and data set that there are results of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench import marks, panel, plan, records, registry, statistics, summary, table, versus
+from retarget_bench.api import TASKS
+from retarget_bench.breakdown import UNKNOWN
+from retarget_bench.cells import Column, Group, Table
+from retarget_bench.errors import BenchError
+from retarget_bench.grouping import FPS
+from retarget_bench.motion.character import Character
+from retarget_bench.panel import Panel
+from retarget_bench.records import Place
+from retarget_bench.spec import Spec
+from retarget_bench.summary import Section
+from retarget_bench.tasks import DERIVED, levels
+from retarget_bench.tasks.tables import task_tables
+
+
+@dataclass(frozen=True)
+class Split:
+    """One split of a chapter.
+
+    panel:    its own cases; methods in the order of the chapter.
+    main:     the value that its cases are ordered by. values: those that have a number per case in the
+              tables, the main one first. decimals: value id -> with how many its column is written.
+    """
+
+    panel: Panel
+    section: Section
+    main: Column
+    values: tuple[Column, ...]
+    decimals: Mapping[str, int]
+
+    @property
+    def name(self) -> str:
+        return self.panel.split
+
+    @property
+    def labels(self) -> list[str]:
+        return [row.label for row in self.panel.rows]
+
+    @cached_property
+    def ranked(self) -> np.ndarray:
+        """``(methods,)`` bool."""
+        return np.array([not summary.unranked(row.header) for row in self.panel.rows])
+
+    @cached_property
+    def numbers(self) -> np.ndarray:
+        """``(methods, cases)`` of the main value, as in the tables: of ranked methods on common cases."""
+        numbers = self.panel.numbers((self.main.id, ""))
+        common, left_out = summary.common_cases(numbers, self.ranked)
+        among = self.ranked & ~np.isin(np.arange(len(numbers)), list(left_out)) & common.any()
+        numbers[among] = np.where(common, numbers[among], np.nan)
+        return numbers
+
+    @cached_property
+    def losses(self) -> np.ndarray:
+        """``(methods, cases)``: how bad the main value is, as far as it is known at all."""
+        return statistics.losses(self.panel.numbers((self.main.id, "")), self.panel.values[self.main.id])
+
+    @cached_property
+    def groups(self) -> dict[str, list[str]]:
+        """What the cases can be told apart by -> the group of every case."""
+        cases = self.panel.cases
+        found = {
+            "kind": [info.kind or UNKNOWN for info in cases],
+            "pair": [info.pair for info in cases],
+            "clip": [info.clip for info in cases],
+        }
+        structures: dict[str, str] = {}
+        conditions: dict[str, dict[str, float]] = {}
+        for row in self.panel.rows:
+            structures |= marks.read_structures(row.place) or {}
+            conditions |= marks.read_conditions(row.place)
+        found["structure"] = [structures.get(info.target, UNKNOWN) for info in cases]
+        if conditions:
+            found["level"] = [levels.name(conditions.get(info.id, {})) for info in cases]
+        return found
+
+
+@dataclass(frozen=True)
+class Chapter:
+    """Results of one task (a folder's name, ``denoise-1a2b3c4d`` where it has parameters) on a data set.
+
+    data: what the data set is asked for as; None where old results do not say.
+    """
+
+    task: str
+    dataset: str
+    data: Spec | None
+    places: tuple[Place, ...]
+    tables: tuple[Table, ...]
+    splits: tuple[Split, ...]
+
+    @property
+    def kind(self) -> str:
+        """The task without its parameters."""
+        return next(task for task in TASKS if self.task.startswith(task))
+
+    @property
+    def title(self) -> str:
+        return self.dataset if self.task == TASKS[0] else f"{self.task}: {self.dataset}"
+
+    @property
+    def labels(self) -> list[str]:
+        return list(dict.fromkeys(label for split in self.splits for label in split.labels))
+
+    @cached_property
+    def bodies(self) -> Mapping[str, Character]:
+        """The characters of the data set; none where it is not here."""
+        if self.data is None:
+            return {}
+        try:
+            return plan.dataset(registry.canonical("datasets", self.data)).characters()
+        except BenchError:
+            return {}
+
+
+def chapters(
+    roots: Sequence[Path],
+    task: str | None = None,
+    dataset: str | None = None,
+    methods: Sequence[str] = (),
+    data: str | None = None,
+) -> list[Chapter]:
+    """A chapter per task and data set, retargeting first.
+
+    task, dataset (the name of its folder), methods: only of these. data: the folder where the data lie.
+    Raises BenchError where a root has no results, and where nothing is left.
+    """
+    found: list[Place] = []
+    for root in roots:
+        here = [place for each in TASKS for place in records.find_results(root, each)]
+        if not here:
+            raise BenchError(f"no results in {root}; bench run --out {root} makes some")
+        found += here
+    chosen = [place for place in found if task is None or place.task.split("-")[0] == task]
+    chosen = [place for place in chosen if dataset in (None, place.dataset)]
+    if not chosen:
+        there = sorted({f"{place.task} on {place.dataset}" for place in found})
+        raise BenchError(f"no such results here; there are those of {', '.join(there)}")
+    if methods:
+        chosen = _of_methods(chosen, methods)
+    made = (_chapter(places, data) for places in _apart(chosen))
+    return [chapter for chapter in made if chapter is not None]
+
+
+def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
+    labels = {place: str(records.read_header(place.header)["method"]["label"]) for place in places}
+    wanted = set()
+    for name in names:
+        label = versus.label_of(name, set(labels.values()))
+        if label is None:
+            raise versus.unknown(panel.panels(places), name)
+        wanted.add(label)
+    return [place for place in places if labels[place] in wanted]
+
+
+def _apart(places: Iterable[Place]) -> list[list[Place]]:
+    """Places by task and what tables call the data set."""
+    groups: dict[tuple[int, str, str], list[Place]] = {}
+    for place in places:
+        label = str(records.read_header(place.header)["dataset"]["label"])
+        rank = TASKS.index(place.task.split("-")[0])
+        groups.setdefault((rank, place.task, label), []).append(place)
+    return [groups[key] for key in sorted(groups)]
+
+
+def _chapter(places: Sequence[Place], data: str | None) -> Chapter | None:
+    """None where no case has a number at all."""
+    task = places[0].task.split("-")[0]
+    sections = summary.sections(places)
+    made = task_tables(places, task) if task in DERIVED else table.tables(sections)
+    found = {section.split: section for section in sections}
+    panels = panel.panels(places)
+    shown = {each.split: columns for each in panels if (columns := _columns(made, each))}
+    order = _order(sections, {split: columns[0].id for split, columns in shown.items()})
+    splits = tuple(
+        Split(
+            _ordered(each, order),
+            found[each.split],
+            shown[each.split][0],
+            tuple(shown[each.split]),
+            _decimals(made),
+        )
+        for each in panels
+        if each.split in shown
+    )
+    if not splits:
+        return None
+    asked = _asked(splits[0].panel.rows[0].header, data)
+    return Chapter(places[0].task, sections[0].dataset, asked, tuple(places), tuple(made), splits)
+
+
+def _asked(header: Mapping[str, Any], data: str | None) -> Spec | None:
+    dataset = header["dataset"]
+    if "name" not in dataset:
+        return None
+    spec = Spec(str(dataset["name"]), dataset.get("parameters", {}))
+    return spec if data is None else spec.with_parameters(root=data)
+
+
+def _columns(tables: Sequence[Table], split: Panel) -> list[Column]:
+    """The values with a number per case that the tables of a split show."""
+    found: dict[str, Column] = {}
+    for each in tables:
+        known = {column.id: column for column in each.explained}
+        for group in each.groups:
+            ids = [group.subject] if group.subject else [column.id for column in group.columns]
+            if group.split == split.split and not group.structure:
+                found |= {key: known[key] for key in ids if key != FPS}
+    return [column for column in found.values() if (column.id, "") in split.keys]
+
+
+def _decimals(tables: Sequence[Table]) -> dict[str, int]:
+    found: dict[str, int] = {}
+    for each in tables:
+        for group in each.groups:
+            for key, cell in _cells(group):
+                if cell.value is not None:
+                    found.setdefault(key, cell.decimals)
+    return found
+
+
+def _cells(group: Group) -> list[tuple[str, object]]:
+    return [
+        (group.subject or column.id, cell)
+        for row in group.rows
+        for column, cell in zip(group.columns, row.cells, strict=True)
+    ]
+
+
+def _order(sections: Sequence[Section], main: Mapping[str, str]) -> list[str]:
+    """Labels by their mean place over splits, then those that are not ranked."""
+    places: dict[str, list[float]] = {}
+    for section in sections:
+        ranking = section.rankings.get(main.get(section.split, ""))
+        for score in section.scores:
+            known = ranking is not None and score.label in ranking.order
+            at = ranking.order.index(score.label) if ranking is not None and known else 1e6
+            places.setdefault(score.label, []).append(float(at))
+    return sorted(places, key=lambda label: (sum(places[label]) / len(places[label]), label))
+
+
+def _ordered(whole: Panel, order: Sequence[str]) -> Panel:
+    """A panel of its own cases, with its methods in this order."""
+    own = whole.restricted(whole.own, "")
+    return replace(own, rows=tuple(sorted(own.rows, key=lambda row: order.index(row.label))))

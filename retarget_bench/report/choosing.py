@@ -1,0 +1,86 @@
+"""Which cases a report shows in motion: the worst, typical and best ones, of many kinds and pairs."""
+
+from __future__ import annotations
+
+import warnings
+from collections import Counter
+from collections.abc import Sequence
+
+import numpy as np
+
+from retarget_bench.report.chapters import Chapter, Split
+
+WANTED = (1.0, 0.5, 0.0)
+"""Worst, median and best, as shares of the cases in order of how well they go."""
+NEAR = 1 / 6
+"""What stands within so large a share of the wanted place is as good as the one there."""
+
+Chosen = tuple[int, int, int]
+"""Numbers of chapter, split and case."""
+
+
+def chosen(chapters: Sequence[Chapter], most: int, asked: Sequence[str] = ()) -> list[Chosen]:
+    """The cases to show, in the order in which they are to be packed: those asked for by id, then of every
+    split in turn its worst, median, best, next worst, ... case, at most so many in all.
+
+    How well a case goes is the mean of its places among the cases, over the ranked methods that answered
+    it. Of the cases near the wanted place the one is taken whose kind, pair and bodies were shown least,
+    then the nearest.
+    """
+    splits = [(c, s, split) for c, chapter in enumerate(chapters) for s, split in enumerate(chapter.splits)]
+    found = [
+        (c, s, case)
+        for c, s, split in splits
+        for case, info in enumerate(split.panel.cases)
+        if info.id in asked
+    ]
+    queues = [[(c, s, case) for case in order(split)] for c, s, split in splits]
+    for turn in range(max(map(len, queues), default=0)):
+        for queue in queues:
+            if len(found) >= most:
+                return found
+            if turn < len(queue) and queue[turn] not in found:
+                found.append(queue[turn])
+    return found
+
+
+def order(split: Split) -> list[int]:
+    """The cases of a split that any method answered, in the order in which they are chosen."""
+    badness = _badness(split)
+    by_badness = [int(case) for case in np.argsort(badness, kind="stable") if not np.isnan(badness[case])]
+    last = max(1, len(by_badness) - 1)
+    left = {case: place / last for place, case in enumerate(by_badness)}
+    shown: Counter[str] = Counter()
+    found: list[int] = []
+    while left:
+        wanted = WANTED[len(found) % len(WANTED)]
+        case = min(left, key=lambda each: _cost(split, each, abs(left[each] - wanted), shown))
+        shown.update(_traits(split, case))
+        found.append(case)
+        del left[case]
+    return found
+
+
+def _cost(split: Split, case: int, away: float, shown: Counter[str]) -> tuple[bool, int, float]:
+    return away > NEAR, sum(shown[trait] for trait in _traits(split, case)), away
+
+
+def _traits(split: Split, case: int) -> list[str]:
+    info = split.panel.cases[case]
+    level = split.groups.get("level")
+    told = [f"kind {info.kind}", f"pair {info.pair}", f"source {info.source}", f"target {info.target}"]
+    return told if level is None else [*told, f"level {level[case]}"]
+
+
+def _badness(split: Split) -> np.ndarray:
+    """``(cases,)``: the mean place over ranked methods (all where none is ranked); nan: nobody answered."""
+    losses = split.losses[split.ranked] if split.ranked.any() else split.losses
+    places = np.full(losses.shape, np.nan)
+    for row, loss in enumerate(losses):
+        there = np.flatnonzero(~np.isnan(loss))
+        places[row, there[np.argsort(loss[there], kind="stable")]] = np.arange(len(there)) / max(
+            1, len(there)
+        )
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of cases that nobody answered
+        return np.nanmean(places, axis=0)

@@ -1,0 +1,126 @@
+"""The page: everything that a report holds, in one file that asks nobody for anything."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from datetime import UTC, datetime
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from markupsafe import Markup
+
+import retarget_bench
+from retarget_bench.cells import count
+from retarget_bench.rendering import as_html
+from retarget_bench.report import charts
+from retarget_bench.report.chapters import Chapter, Split
+from retarget_bench.report.index import index
+from retarget_bench.report.looks import Look, looks, style
+from retarget_bench.report.motions import Motions
+from retarget_bench.report.pictures import pictures
+from retarget_bench.viewing import player
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+PAGES = Path(__file__).parent / "pages"
+
+
+def page(chapters: Sequence[Chapter], shown: Motions, title: str | None = None) -> str:
+    """The whole document. title: its heading, where the usual one does not do."""
+    looked = looks(chapters)
+    tables = [table for chapter in chapters for table in chapter.tables]
+    told = as_html.context(tables) | {
+        "title": title or "Results of motion retargeting",
+        "own_title": title,
+        "chapters": [_chapter(chapter, looked) for chapter in chapters],
+        "facts": _facts(chapters, shown),
+        "shown": shown,
+        "scenes": [Markup(text) for text in shown.scenes],
+        "data": Markup(player.data(index(chapters, looked, shown))),
+        "style": Markup(_file("report.css") + style(looked) + (player.style() if shown.scenes else "")),
+        "script": Markup(_file("report.js")),
+        "player": Markup(player.script()) if shown.scenes else "",
+        "shades": range(charts.SHADES),
+    }
+    return environment().get_template("report.html").render(told)
+
+
+@cache
+def environment() -> Environment:
+    """That of tables, with this page's templates before its own."""
+    from jinja2 import ChoiceLoader, FileSystemLoader
+
+    tables = as_html.environment()
+    assert tables.loader is not None
+    return tables.overlay(loader=ChoiceLoader([FileSystemLoader(PAGES, encoding="utf-8"), tables.loader]))
+
+
+def _file(name: str) -> str:
+    return (PAGES / name).read_text(encoding="utf-8")
+
+
+def _chapter(chapter: Chapter, looked: dict[str, Look]) -> dict[str, Any]:
+    return {
+        "title": chapter.title,
+        "tables": chapter.tables,
+        "pictures": pictures(chapter, looked),
+        "legend": [(label, _sample(looked[label])) for label in chapter.labels],
+        "short": [sentence for split in chapter.splits if (sentence := _short(split))],
+    }
+
+
+def _sample(shown: Look) -> Markup:
+    """A method's line and mark, for the legend."""
+    parts = charts.line([(2, 8), (30, 8)], shown), charts.mark(16, 8, shown)
+    return charts.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
+
+
+def _short(split: Split) -> str:
+    """Who is best by the main value, in a sentence; "" where nobody is ranked."""
+    ranking = split.section.rankings.get(split.main.id)
+    if ranking is None or len(ranking.order) < 2:
+        return ""
+    means = {
+        score.label: score.means[split.main.id]
+        for score in split.section.scores
+        if score.label in ranking.order
+    }
+    decimals = split.decimals.get(split.main.id, 2)
+    unit = "" if split.main.unit == "1" else f" {split.main.unit}"
+    tied = [label for label in ranking.order if label in ranking.tied]
+    also = f"; the data cannot tell {', '.join(tied)} from it" if tied else ""
+    return (
+        f"{split.name}: {ranking.best} has the best {split.main.label} "
+        f"({means[ranking.best].value:.{decimals}f}{unit}) of "
+        f"{count(len(ranking.order), 'ranked method')}, on {count(ranking.cases, 'case')} of "
+        f"{count(ranking.clips, 'clip')}{also}."
+    )
+
+
+def _facts(chapters: Sequence[Chapter], shown: Motions) -> list[tuple[str, str]]:
+    """What ran, on what, when, and with what; the rest is below the tables."""
+    headers = [row.header for each in chapters for split in each.splits for row in split.panel.rows]
+    dates = sorted(header["date"][:10] for header in headers if header.get("date"))
+    seeds = sorted({seed for header in headers for seed in header.get("seeds", ())})
+    versions = dict.fromkeys(
+        ", ".join(f"{name} {which}" for name, which in header.get("versions", {}).items())
+        for header in headers
+    )
+    methods = list(dict.fromkeys(label for chapter in chapters for label in chapter.labels))
+    cases = sum(len(split.panel.cases) for chapter in chapters for split in chapter.splits)
+    span = dates[0] if dates and dates[0] == dates[-1] else f"{dates[0]} to {dates[-1]}" if dates else ""
+    facts = [
+        ("results", "; ".join(chapter.title for chapter in chapters)),
+        ("cases", f"{cases}, of which {count(len(shown.scenes), 'case')} can be seen in motion here"),
+        ("methods", ", ".join(methods)),
+        ("seeds", ", ".join(map(str, seeds))),
+        ("made", span),
+        ("ran with", "; ".join(each for each in versions if each)),
+        (
+            "this page",
+            f"retarget-bench {retarget_bench.__version__}, {datetime.now(UTC).date().isoformat()}",
+        ),
+    ]
+    return [(what, which) for what, which in facts if which]
