@@ -22,7 +22,7 @@ ENGINE = ROOT / "retarget_bench"
 ROOMS = ("methods", "metrics", "datasets")
 INSIDE = {"": "retarget_bench", **{room: room for room in ROOMS}, "golden": "results/golden"}
 """Folder in the wheel's package -> folder in a checkout."""
-TRAVELLING = (".py", ".safetensors", ".json", ".toml", ".md", ".csv", ".npz", ".html")
+TRAVELLING = (".py", ".safetensors", ".json", ".toml", ".md", ".csv", ".npz", ".html", ".css", ".js")
 LARGEST_WHEEL = 100_000_000
 
 
