@@ -41,7 +41,7 @@ def broken_down(panel: Panel, by: By) -> list[Panel]:
     if by == "seen":
         return _by_seen(panel)
     if by in ("structure", "level"):
-        return _by_mark(panel, _structures(panel) if by == "structure" else _levels(panel))
+        return _by_mark(panel, structures_of(panel) if by == "structure" else _levels(panel))
     names = np.array([str(getattr(info, by)) or UNKNOWN for info in panel.cases])
     return [panel.restricted(names == name, name) for name in sorted(set(names.tolist()))]
 
@@ -53,7 +53,8 @@ def _by_mark(panel: Panel, groups: Mapping[str, str]) -> list[Panel]:
     return [panel.restricted(names == name, name) for name in dict.fromkeys(groups.values())]
 
 
-def _structures(panel: Panel) -> dict[str, str]:
+def structures_of(panel: Panel) -> dict[str, str]:
+    """Case -> the structure of its target, by name. Raises BenchError where results do not say it."""
     found: dict[str, str] = {}
     for row in panel.rows:
         mine = marks.read_structures(row.place)

@@ -138,14 +138,15 @@ def sections(places: Iterable[Place], by: By | None = None, at_least: int | None
         if not found:
             raise BenchError(f"no case lasts {at_least} s and has a reference; ask for less")
     made = [
-        _section(part) for panel in found for part in ([panel] if by is None else broken_down(panel, by))
+        section(part) for panel in found for part in ([panel] if by is None else broken_down(panel, by))
     ]
-    for section in made if at_least is not None else []:
-        section.notes.append(f"Only clips of {at_least} s or longer.")
+    for each in made if at_least is not None else []:
+        each.notes.append(f"Only clips of {at_least} s or longer.")
     return made
 
 
-def _section(panel: Panel) -> Section:
+def section(panel: Panel) -> Section:
+    """All methods of a panel with their means, curves and ranks."""
     own = [info for info, own in zip(panel.cases, panel.own, strict=True) if own]
     scores = [
         Score(
@@ -153,7 +154,7 @@ def _section(panel: Panel) -> Section:
         )
         for row in panel.rows
     ]
-    section = Section(
+    made = Section(
         dataset=panel.dataset,
         split=panel.split,
         notes=list(panel.rows[0].header["dataset"]["notes"]),
@@ -178,10 +179,10 @@ def _section(panel: Panel) -> Section:
                 score.means[value] = mean
         if index:
             continue
-        _add_spreads(section, panel, value, [common if each else None for each in among])
+        _add_spreads(made, panel, value, [common if each else None for each in among])
         if panel.values[value]["better"] != "none" and among.any():
-            section.rankings[value] = _ranking(panel, value, numbers, among, left_out)
-    return section
+            made.rankings[value] = _ranking(panel, value, numbers, among, left_out)
+    return made
 
 
 def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:

@@ -1,9 +1,14 @@
-"""What pictures share: a figure without a display, looks of methods, and a file by its ending."""
+"""What pictures share: a figure without a display, in the sizes of papers, looks of methods, and a file by
+its ending."""
 
 from __future__ import annotations
 
+import math
+import textwrap
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -16,7 +21,37 @@ if TYPE_CHECKING:
 
 ENDINGS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kind of file -> what else it would say of the time or program that made it."""
+WIDTHS = {"column": 3.25, "page": 6.75}
+"""Inches: a column and both columns of the narrowest two-column papers, so that 8 points stay 8 points."""
 MARKS = "osD^vPX*"
+UNSEEN = "--"
+"""The dashes of what training did not have."""
+LETTER = 0.056
+"""Inches that a letter of the legend takes on average, rather too much than too little."""
+LONGEST = 60
+LOOK: dict[str, Any] = {
+    "font.size": 8, "axes.titlesize": 8, "axes.labelsize": 8, "figure.titlesize": 8, "figure.labelsize": 8,
+    "xtick.labelsize": 7, "ytick.labelsize": 7, "legend.fontsize": 7,
+    "axes.grid": True, "grid.alpha": 0.3, "grid.linewidth": 0.5, "axes.linewidth": 0.6,
+    "hatch.linewidth": 0.5,
+    "pdf.fonttype": 42, "svg.hashsalt": "retarget-bench", "text.parse_math": False, "text.usetex": False,
+}  # fmt: skip
+"""Fonts are embedded as TrueType, which publishers ask for; names are text, whatever signs they have."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a picture is for. width: in inches. titled: whether it says what it is of, like a caption."""
+
+    width: float = WIDTHS["page"]
+    titled: bool = True
+
+    def across(self, wanted: float) -> int:
+        """How many panels of so many inches stand side by side: one at least."""
+        return max(1, int(self.width / wanted))
+
+
+PAGE = Page()
 
 
 def ending(path: Path) -> str:
@@ -30,20 +65,36 @@ def ending(path: Path) -> str:
 def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
     """A figure of so many inches, which is written to the file when it is done. Raises FileError.
 
-    The same picture is the same file, byte for byte, whenever it is made.
+    The same picture is the same file, byte for byte, whenever it is made, and whatever the user has set up.
     """
-    import matplotlib as mpl
+    from matplotlib import style
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
     form = ending(path)
-    look: Any = {"font.size": 9, "axes.grid": True, "grid.alpha": 0.3, "svg.hashsalt": "retarget-bench"}
-    with mpl.rc_context(look):
+    with style.context(["default", LOOK]), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # a letter that no font has is a box
         figure = Figure(figsize=(width, height), layout="constrained")
         FigureCanvasAgg(figure)
         yield figure
         with atomic(path) as temporary:
-            figure.savefig(temporary, dpi=150, format=form[1:], metadata=ENDINGS[form])
+            figure.savefig(temporary, dpi=200, format=form[1:], metadata=ENDINGS[form])
+
+
+def told(name: str) -> str:
+    """A name as it can be drawn: on one line, of a length that fits, not hidden for its first letter."""
+    clean = "".join(c if c.isprintable() else " " for c in name.encode("utf-8", "replace").decode())
+    clean = " ".join(clean.split())
+    if len(clean) > LONGEST:
+        clean = f"{clean[: LONGEST // 2]}…{clean[-LONGEST // 2 + 1 :]}"
+    return f"\u200a{clean}" if clean.startswith("_") else clean or "(no name)"
+
+
+def title(figure: Figure, page: Page, text: str) -> None:
+    """What the picture is of, above it, where it is to have a title."""
+    if page.titled:
+        wide = int(page.width / LETTER)
+        figure.suptitle("\n".join(each for line in text.splitlines() for each in textwrap.wrap(line, wide)))
 
 
 def looks(headers: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
@@ -62,15 +113,32 @@ def looks(headers: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]
             line = ":" if header["method"]["privileged"] else "-"
             found[label] = {"color": palette.colour(plain), "linestyle": line}
             plain += 1
-        found[label] |= {"marker": MARKS[len(found) % len(MARKS)], "markersize": 4, "linewidth": 1.4}
+        found[label] |= {"marker": MARKS[len(found) % len(MARKS)], "markersize": 3.5, "linewidth": 1.2}
     return found
 
 
 def legend(figure: Figure, panels: Sequence[Any]) -> None:
-    """One legend for all panels, at their right."""
+    """One legend for all panels, below them; the figure grows by its height."""
     handles: dict[str, Any] = {}
     for panel in panels:
         for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
             handles.setdefault(label, handle)
-    if handles:
-        figure.legend(list(handles.values()), list(handles), loc="outside right upper", frameon=False)
+    if not handles:
+        return
+    longest = max(len(line) for label in handles for line in label.splitlines())
+    columns = min(len(handles), max(1, int(figure.get_figwidth() / (0.5 + LETTER * longest))))
+    rows = math.ceil(len(handles) / columns)
+    lines = max(label.count("\n") + 1 for label in handles)
+    figure.set_figheight(figure.get_figheight() + 0.15 * rows * lines + 0.1)
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", frameon=False,
+                  ncols=columns, handlelength=2.6)  # fmt: skip
+
+
+def spaced_by_ratio(axis: Any) -> None:
+    """A logarithmic axis whose numbers are written out: 0.1, 1, 20."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_minor_formatter(NullFormatter())

@@ -8,10 +8,11 @@ from typing import TYPE_CHECKING, Any
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plotting import canvas
-from retarget_bench.plotting.levels import banded, labels
+from retarget_bench.plotting.levels import banded, lines, told
 from retarget_bench.tasks import levels
 
 if TYPE_CHECKING:
+    from retarget_bench.halves import Half
     from retarget_bench.summary import Section
 
 BEFORE, AFTER = "given_cm", "restored_cm"
@@ -19,29 +20,33 @@ ROOM = 1.08
 """How much higher than the noise itself the picture goes: what is above has added to it."""
 
 
-def draw(path: Path, sections: Sequence[Section]) -> None:
+def draw(
+    path: Path, sections: Sequence[Section], halves: Sequence[Half] = (), page: canvas.Page = canvas.PAGE
+) -> None:
     """Draw a line per method with its 95 % interval, over the error of what it was given.
 
     The diagonal is giving the source back. Flatter is better, and what leaves the picture at the top is far
-    worse than doing nothing. sections: of one data set, one per level. Raises BenchError where no result
-    has both errors, and where the file is of no known kind.
+    worse than doing nothing. sections: of one data set, one per level. halves: of trained methods, by
+    level; theirs are two lines, each over the error of what that half was given. Raises BenchError where no
+    result has both errors, and where the file is of no known kind.
     """
     canvas.ending(path)
-    given = {section.part: before for section in sections if (before := _before(section)) is not None}
+    given = _given(sections)
     if not given:
         raise BenchError(
             f"these results have no {BEFORE} beside {AFTER}, which the metric restoration gives; bench "
             "task denoise with -m restoration, or without -m, computes them"
         )
     shown = [section for section in sections if section.part in given]
-    names = labels(shown, AFTER)
-    look = canvas.looks({score.label: score.header for section in shown for score in section.scores})
-    most = max(*given.values(), 1e-3)
-    with canvas.drawn(path, 7.4, 4.6) as figure:
+    own: dict[tuple[str, bool | None], dict[str, float]] = {
+        (half.label, half.seen): _given(half.sections) for half in halves
+    }
+    most = max(*given.values(), *(each for half in own.values() for each in half.values()), 1e-3)
+    with canvas.drawn(path, page.width, 0.3 + 0.75 * min(page.width, 4.2)) as figure:
         panel = figure.subplots()
         panel.plot([0, most], [0, most], color="0.6", linewidth=0.8, linestyle=(0, (1, 2)), zorder=1)
-        for label, name in names.items():
-            banded(panel, name, _line(shown, label, given), look[label])
+        for line in lines(shown, halves, AFTER):
+            banded(panel, line.name, line.points(AFTER, own.get(line.half, given)), line.look)
         panel.set(
             xlim=(-0.02 * most, 1.02 * most),
             ylim=(-0.02 * most, ROOM * most),
@@ -49,11 +54,13 @@ def draw(path: Path, sections: Sequence[Section]) -> None:
             ylabel="error after: joints of the answer, cm",
         )
         _deviations(panel, given)
-        first = shown[0]
-        figure.suptitle(
-            f"{first.dataset}\n{first.clips} clips at every level (mean over clips, bands 95 %)", fontsize=9
-        )
+        canvas.title(figure, page, told(shown[0]))
         canvas.legend(figure, [panel])
+
+
+def _given(sections: Sequence[Section]) -> dict[str, float]:
+    """Level -> the error of its sources."""
+    return {section.part: before for section in sections if (before := _before(section)) is not None}
 
 
 def _before(section: Section) -> float | None:
@@ -64,19 +71,6 @@ def _before(section: Section) -> float | None:
         if AFTER in score.means and (mean := score.means.get(BEFORE)) is not None
     ]
     return max(found)[1] if found else None
-
-
-def _line(sections: Sequence[Section], label: str, given: Mapping[str, float]) -> list[tuple[float, Any]]:
-    """(error before, mean error after) of one method, by level."""
-    return sorted(
-        (
-            (given[section.part], score.means[AFTER])
-            for section in sections
-            for score in section.scores
-            if score.label == label and AFTER in score.means
-        ),
-        key=lambda point: point[0],
-    )
 
 
 def _deviations(panel: Any, given: Mapping[str, float]) -> None:

@@ -1,31 +1,74 @@
-"""What pictures over levels of a task share: which methods, and lines with bands."""
+"""What pictures over levels of a task share: a line per method, or two for those that training parts."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from retarget_bench.plotting import canvas
+
 if TYPE_CHECKING:
-    from retarget_bench.summary import Mean, Section
+    from retarget_bench.halves import Half
+    from retarget_bench.summary import Mean, Score, Section
 
 
-def labels(sections: Sequence[Section], value: str) -> dict[str, str]:
-    """Label of every method that has the value anywhere -> its name in the legend, which says of how many
-    cases where it did not answer all."""
-    found: dict[str, list[int]] = {}
-    there = set()
-    for section in sections:
-        for score in section.scores:
-            counts = found.setdefault(score.label, [0, 0])
-            counts[0] += score.ok
-            counts[1] += score.asked
-            if value in score.means:
-                there.add(score.label)
-    return {
-        label: label if ok == asked else f"{label}\n({ok} of {asked} cases)"
-        for label, (ok, asked) in found.items()
-        if label in there
-    }
+FEW = 2
+"""So many structures are named in a legend; of more it says how many they are."""
+
+
+@dataclass(frozen=True)
+class Line:
+    """One line of a picture.
+
+    name:   in the legend. half: the method's label, and whether this is what training had; None: all of it.
+    look:   what matplotlib takes.
+    scores: (level, the method's numbers there).
+    """
+
+    name: str
+    half: tuple[str, bool | None]
+    look: Mapping[str, Any]
+    scores: tuple[tuple[str, Score], ...]
+
+    def points(self, value: str, at: Mapping[str, float]) -> list[tuple[float, Mean]]:
+        """(place of the level, mean), from left to right. at: level -> its place; others are left out."""
+        found = [
+            (at[level], score.means[value])
+            for level, score in self.scores
+            if level in at and value in score.means
+        ]
+        return sorted(found, key=lambda point: point[0])
+
+
+def lines(sections: Sequence[Section], halves: Sequence[Half], value: str) -> list[Line]:
+    """A line per method that has the value anywhere, in order; two of one colour, full for structures that
+    training had and dashed for others, of methods that have halves."""
+    look = canvas.looks({score.label: score.header for section in sections for score in section.scores})
+    found = []
+    for label, each in look.items():
+        mine = [half for half in halves if half.label == label]
+        for half in mine:
+            which = ", ".join(half.structures)
+            which = which if len(half.structures) <= FEW else f"{len(half.structures)} structures"
+            name = f"{canvas.told(label)} ({'seen' if half.seen else 'unseen'}: {canvas.told(which)})"
+            apart = each if half.seen else each | {"linestyle": canvas.UNSEEN, "markerfacecolor": "white"}
+            found.append(_line(name, (label, half.seen), apart, half.sections))
+        if not mine:
+            found.append(_line(canvas.told(label), (label, None), each, sections))
+    return [line for line in found if any(value in score.means for _, score in line.scores)]
+
+
+def _line(
+    name: str, half: tuple[str, bool | None], look: Mapping[str, Any], sections: Sequence[Section]
+) -> Line:
+    """A line, whose name says of how many cases it is where the method did not answer all."""
+    scores = [
+        (section.part, score) for section in sections for score in section.scores if score.label == half[0]
+    ]
+    ok, asked = (sum(getattr(score, what) for _, score in scores) for what in ("ok", "asked"))
+    told = name if ok == asked else f"{name} ({ok} of {asked} cases)"
+    return Line(told, half, look, tuple(scores))
 
 
 def banded(panel: Any, name: str, points: Sequence[tuple[float, Mean]], look: Mapping[str, Any]) -> None:
@@ -38,3 +81,9 @@ def banded(panel: Any, name: str, points: Sequence[tuple[float, Mean]], look: Ma
     if len(known) == len(points):
         low, high = zip(*((each.low, each.high) for each in known), strict=True)
         panel.fill_between(at, low, high, color=look["color"], alpha=0.12, linewidth=0)
+
+
+def told(section: Section) -> str:
+    """What a picture of these levels is of."""
+    clips = f"{section.clips} clips at every level (mean over clips, bands 95 %)"
+    return f"{canvas.told(section.dataset)}\n{clips}"

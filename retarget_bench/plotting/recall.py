@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plotting import canvas
+from retarget_bench.plotting.levels import banded
 
 if TYPE_CHECKING:
     from retarget_bench.summary import Mean, Section
@@ -20,11 +21,12 @@ AXES = {
 }
 
 
-def draw(path: Path, sections: Sequence[Section], by_height: bool) -> None:
+def draw(path: Path, sections: Sequence[Section], by_height: bool, page: canvas.Page = canvas.PAGE) -> None:
     """Draw recall above precision, a column per split, a line per method with its 95 % interval.
 
     sections: of one data set. by_height: thresholds of speed in heights, not squared ones in centimetres.
-    Raises BenchError where no result has the curves, and where the file is of no known kind.
+    On narrow pages a row per split instead. Raises BenchError where no result has the curves, and where the
+    file is of no known kind.
     """
     canvas.ending(path)
     suffix = "_h" if by_height else ""
@@ -34,25 +36,30 @@ def draw(path: Path, sections: Sequence[Section], by_height: bool) -> None:
             f"these results have no pan_recall{suffix}, which the metric pan_contact gives; bench run with "
             "-m pan_contact, or without -m, computes it from the predictions that there are"
         )
-    headers = {score.label: score.header for section in shown for score in section.scores}
-    look = canvas.looks(headers)
-    with canvas.drawn(path, 2.6 + 2.9 * len(shown), 5.6) as figure:
-        panels = figure.subplots(len(KINDS), len(shown), squeeze=False, sharex=True, sharey=True)
+    look = canvas.looks({score.label: score.header for section in shown for score in section.scores})
+    upright = page.across(1.9) < len(shown)
+    rows, columns = (len(shown), len(KINDS)) if upright else (len(KINDS), len(shown))
+    with canvas.drawn(path, page.width, 0.5 + 1.9 * rows) as figure:
+        grid = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
+        panels = grid.T if upright else grid
         for column, section in zip(panels.T, shown, strict=True):
             column[0].set_title(f"{section.split}: {section.clips} clips, {section.pairs} pairs")
             for panel, kind in zip(column, KINDS, strict=True):
                 for label, curve in _lines(section, kind + suffix).items():
-                    _line(panel, label, curve, look[label])
+                    points = sorted((float(threshold), mean) for threshold, mean in curve.items())
+                    banded(panel, canvas.told(label), points, look[label])
         for row, name in zip(panels, KINDS.values(), strict=True):
-            row[0].set_ylabel(f"{name} of foot contacts")
+            for panel in row if upright else row[:1]:
+                panel.set_ylabel(f"{name} of foot contacts")
         panels[0, 0].set(xscale="log", ylim=(-0.02, 1.02))
         ticks = _thresholds(shown, f"pan_recall{suffix}")
         panels[0, 0].set_xticks(ticks, [f"{each:g}" for each in ticks])
         panels[0, 0].minorticks_off()
-        for panel in panels[-1]:
+        for panel in grid[-1]:
             panel.tick_params(axis="x", labelrotation=45)
-        figure.supxlabel(AXES[suffix], fontsize=9)
-        figure.suptitle(f"{shown[0].dataset}: foot contacts kept (mean over clips, bands 95 %)", fontsize=9)
+        figure.supxlabel(AXES[suffix])
+        what = "foot contacts kept (mean over clips, bands 95 %)"
+        canvas.title(figure, page, f"{canvas.told(shown[0].dataset)}: {what}")
         canvas.legend(figure, list(panels.flat))
 
 
@@ -64,14 +71,3 @@ def _lines(section: Section, value: str) -> dict[str, Mapping[str, Mean]]:
 def _thresholds(sections: Sequence[Section], value: str) -> list[float]:
     curves = [curve for section in sections for curve in _lines(section, value).values()]
     return sorted({float(threshold) for curve in curves for threshold in curve})
-
-
-def _line(panel: Any, label: str, curve: Mapping[str, Mean], look: Mapping[str, Any]) -> None:
-    """One method's curve, and a band where all of it has intervals."""
-    points = sorted((float(threshold), mean) for threshold, mean in curve.items())
-    at = [threshold for threshold, _ in points]
-    panel.plot(at, [mean.value for _, mean in points], label=label, **look)
-    known = [mean.interval for _, mean in points if mean.interval is not None]
-    if len(known) == len(points):
-        low, high = zip(*((each.low, each.high) for each in known), strict=True)
-        panel.fill_between(at, low, high, color=look["color"], alpha=0.12, linewidth=0)

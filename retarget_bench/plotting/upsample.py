@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING
 from retarget_bench import marks
 from retarget_bench.errors import BenchError
 from retarget_bench.plotting import canvas
-from retarget_bench.plotting.levels import banded, labels
+from retarget_bench.plotting.levels import banded, lines, told
 from retarget_bench.tasks import levels
 from retarget_bench.tasks.questions import MAJOR
 
 if TYPE_CHECKING:
+    from retarget_bench.halves import Half
     from retarget_bench.records import Place
     from retarget_bench.summary import Mean, Section
 
@@ -25,42 +26,53 @@ HIGHEST = 2.5
 Points = list[tuple[float, "Mean"]]
 
 
-def draw(path: Path, sections: Sequence[Section], major: float | None = None) -> None:
-    """Draw a line per method with its 95 % interval; all joints at the left, missing ones at the right.
+def draw(
+    path: Path,
+    sections: Sequence[Section],
+    major: float | None = None,
+    halves: Sequence[Half] = (),
+    page: canvas.Page = canvas.PAGE,
+) -> None:
+    """Draw a line per method with its 95 % interval; all joints first, then the missing ones.
 
     sections: of one data set, one per level. major: per cent of the joints that the major ones are on
-    average; they are drawn as hollow marks beside the lines, which are of random draws. Raises BenchError
-    where no result has the errors, and where the file is of no known kind.
+    average; they are drawn as larger hollow marks beside the lines, which are of random draws. halves: of
+    trained methods, by level; theirs are two lines. Raises BenchError where no result has the errors, and
+    where the file is of no known kind.
     """
     canvas.ending(path)
-    drawn = [(section, at) for section in sections if (at := levels.number(section.part)) is not None]
-    apart = [(section, major) for section in sections if section.part == MAJOR and major is not None]
-    names = labels([section for section, _ in (*drawn, *apart)], next(iter(PANELS)))
-    if not names:
+    at = {name: given for name in _levels(sections) if (given := levels.number(name)) is not None}
+    apart = {MAJOR: major} if major is not None else {}
+    known = [
+        line
+        for line in lines(sections, halves, next(iter(PANELS)))
+        if line.points(next(iter(PANELS)), at | apart)
+    ]
+    if not known:
         raise BenchError(
             "these results have no restored_cm, which the metric restoration gives; bench task upsample "
             "with -m restoration, or without -m, computes it"
         )
-    look = canvas.looks({score.label: score.header for section in sections for score in section.scores})
-    with canvas.drawn(path, 9.4, 4.2) as figure:
-        panels = figure.subplots(1, len(PANELS), sharex=True)
+    beside = min(len(PANELS), page.across(3.0))
+    with canvas.drawn(path, page.width, 2.6 * len(PANELS) / beside) as figure:
+        panels = figure.subplots(len(PANELS) // beside, beside, sharex=True, squeeze=False).flat
         for panel, (value, title) in zip(panels, PANELS.items(), strict=True):
-            lines = {label: _points(drawn, label, value) for label in names}
-            for label, points in lines.items():
-                banded(panel, names[label], points, look[label])
-                for at, mean in _points(apart, label, value):
-                    hollow = look[label] | {"markerfacecolor": "white", "markersize": 7}
-                    panel.plot([at], [mean.value], **hollow)
-            panel.set(title=title, ylim=(0, _top(lines.values())))
-        panels[0].set_ylabel("error, cm")
+            for line in known:
+                banded(panel, line.name, line.points(value, at), line.look)
+                for place, mean in line.points(value, apart):
+                    hollow = {**line.look, "markerfacecolor": "white", "markersize": 6}
+                    panel.plot([place], [mean.value], **hollow)
+            top = _top([line.points(value, at) for line in known])
+            panel.set(title=title, ylim=(0, top), ylabel="error, cm")
         figure.supxlabel(
-            "joints given, per cent" + (f" (hollow: {MAJOR} joints)" if apart else ""), fontsize=9
+            "joints given, per cent" + (f" (large and hollow: {MAJOR} joints)" if apart else "")
         )
-        first = sections[0]
-        figure.suptitle(
-            f"{first.dataset}: {first.clips} clips at every level (mean over clips, bands 95 %)", fontsize=9
-        )
+        canvas.title(figure, page, told(sections[0]))
         canvas.legend(figure, list(panels))
+
+
+def _levels(sections: Sequence[Section]) -> list[str]:
+    return [section.part for section in sections]
 
 
 def major_share(places: Iterable[Place]) -> float | None:
@@ -72,18 +84,6 @@ def major_share(places: Iterable[Place]) -> float | None:
         if MAJOR in each
     ]
     return fmean(shares) if shares else None
-
-
-def _points(sections: Sequence[tuple[Section, float]], label: str, value: str) -> Points:
-    return sorted(
-        (
-            (at, score.means[value])
-            for section, at in sections
-            for score in section.scores
-            if score.label == label and value in score.means
-        ),
-        key=lambda point: point[0],
-    )
 
 
 def _top(lines: Iterable[Points]) -> float:

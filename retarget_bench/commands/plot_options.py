@@ -1,0 +1,124 @@
+"""What the commands of ``bench plot`` share: which results are drawn, and for what page."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, TypeVar
+
+import click
+
+from retarget_bench.errors import BenchError
+
+if TYPE_CHECKING:
+    from retarget_bench.plotting.canvas import Page
+    from retarget_bench.records import Place
+
+F = TypeVar("F", bound=Callable[..., Any])
+
+WIDTHS = ("column", "page")
+
+
+def output_option(function: F) -> F:
+    """``-o/--output FILE`` as the path ``output``."""
+    return click.option(
+        "-o",
+        "--output",
+        required=True,
+        type=click.Path(dir_okay=False, path_type=Path),
+        help="The picture: .pdf, .png or .svg.",
+    )(function)
+
+
+def results_options(function: F) -> F:
+    """RESULTS, ``-d``, ``-m`` and ``-o``: which results are drawn, and where; ``page_options`` too."""
+    for option in (
+        click.option(
+            "-d", "--dataset", help="Only results of this data set (a folder name under RESULTS)."
+        ),
+        click.option(
+            "-m", "--method", "methods", multiple=True, metavar="METHOD", help="Only these methods."
+        ),
+        page_options,
+        output_option,
+        click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=click.Path(path_type=Path)),
+    ):
+        function = option(function)
+    return function
+
+
+def page_options(function: F) -> F:
+    """``--width`` and ``--no-title`` as the texts that ``page`` takes."""
+    for option in (
+        click.option("--no-title", is_flag=True, help="Leave the title to the paper's caption."),
+        click.option(
+            "--width",
+            type=click.Choice(WIDTHS),
+            default="page",
+            show_default=True,
+            help="How wide, in a two-column paper: one column (3.25 inches) or the page (6.75).",
+        ),
+    ):
+        function = option(function)
+    return function
+
+
+def page(width: str, no_title: bool) -> Page:
+    """What ``--width`` and ``--no-title`` ask for."""
+    from retarget_bench.plotting import canvas
+
+    return canvas.Page(canvas.WIDTHS[width], not no_title)
+
+
+def places(
+    roots: Sequence[Path],
+    dataset: str | None,
+    methods: Sequence[str],
+    splits: Sequence[str],
+    task: str = "retarget",
+) -> list[Place]:
+    """The results asked for, of one data set. Raises BenchError where there are none, or of several."""
+    from retarget_bench import records
+
+    roots = roots or (Path("runs"),)
+    maker = "bench run" if task == "retarget" else f"bench task {task}"
+    found = [place for root in roots for place in records.find_results(root, task) if place.split in splits]
+    asked = [place for place in found if dataset in (None, place.dataset)]
+    known = ", ".join(sorted({place.dataset for place in found}))
+    if not asked:
+        where = ", ".join(map(str, roots))
+        hint = f"; there are results of {known}" if known else f"; {maker} makes some"
+        raise BenchError(f"no results of {dataset or ', '.join(splits)} in {where}{hint}")
+    if len({place.dataset for place in asked}) > 1:
+        raise BenchError(f"these are results of several data sets: choose one by -d out of {known}")
+    return _of_methods(asked, methods) if methods else asked
+
+
+def task_places(
+    roots: Sequence[Path], dataset: str | None, methods: Sequence[str], task: str
+) -> list[Place]:
+    """The results of a task, of one data set and with the same levels. Raises BenchError otherwise."""
+    found = places(roots, dataset, (), ("self",), task)
+    if len(folders := sorted({place.task for place in found})) > 1:
+        usual = [place for place in found if place.task == task]
+        if not usual:
+            raise BenchError(
+                f"these are results of {task} with several sets of levels or motions "
+                f"({', '.join(folders)}): run the one to draw with an --out of its own, and give that"
+            )
+        found = usual
+    return _of_methods(found, methods) if methods else found
+
+
+def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
+    """The results of these methods, in the order of the names. Raises BenchError for an unknown one."""
+    from retarget_bench import panel, records, versus
+
+    label_of = {place: str(records.read_header(place.header)["method"]["label"]) for place in places}
+    chosen: list[Place] = []
+    for name in names:
+        label = versus.label_of(name, set(label_of.values()))
+        if label is None:
+            raise versus.unknown(panel.panels(places), name)
+        chosen += [place for place in places if label_of[place] == label and place not in chosen]
+    return chosen

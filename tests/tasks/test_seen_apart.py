@@ -1,0 +1,138 @@
+"""Structures that training had and had not are drawn apart, for methods trained on some of them."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from retarget_bench import cli, halves, records, registry, run
+from retarget_bench.plan import Plan
+from retarget_bench.spec import Spec
+
+TOYS = Path(__file__).parent / "toys" / "toy_people.py"
+LEARNED = {"denoise": "gaussian_filter", "upsample": "nearest_pose"}
+PLAIN = {"denoise": "identity", "upsample": "linear_joints"}
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory) -> Path:
+    """Two methods per task on two people, who are said to be of two structures; one method is said to have
+    been trained on the first of them."""
+    root = tmp_path_factory.mktemp("apart")
+    registry.add_file(TOYS)
+    for task, levels in (("denoise", "1,2,5"), ("upsample", "0.3,0.5,major")):
+        plan = Plan(
+            methods=(Spec.parse(LEARNED[task]), Spec.parse(PLAIN[task])),
+            datasets=(Spec.parse("toy_people[clips=3]"),),
+            splits=("self",),
+            metrics=("restoration",),
+            task=f"{task}[levels='{levels}']",
+            root=root,
+        )
+        place, *_ = run.run(plan, lambda done, total: None)
+        for target, structure in zip(people(place), ("tall17", "wide17"), strict=True):
+            path = place.folder / "cases.structures.csv"
+            path.write_text(path.read_text().replace(f"{target},toy17", f"{target},{structure}"))
+        trained_on(root, task, ["tall17"])
+    return root
+
+
+def people(place: records.Place) -> list[str]:
+    return sorted({info.target for info in records.read_cases(place.cases, place.task, place.split)})
+
+
+def place_of(root: Path, task: str) -> records.Place:
+    (place,) = (each for each in records.find_results(root, task) if each.method == LEARNED[task])
+    return place
+
+
+def trained_on(root: Path, task: str, structures: list[str] | None) -> None:
+    """Say in the header of the learned method what its weights know."""
+    path = place_of(root, task).header
+    header = json.loads(path.read_text())
+    header["method"]["trained_on"] = None if structures is None else {"structures": structures}
+    path.write_text(json.dumps(header))
+
+
+@pytest.fixture
+def figures(monkeypatch) -> list[Figure]:
+    made: list[Figure] = []
+    kept = Figure.savefig
+    monkeypatch.setattr(Figure, "savefig", lambda self, *a, **k: (made.append(self), kept(self, *a, **k)))
+    return made
+
+
+def plot(root: Path, task: str, output: Path, *more: str) -> int:
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["plot", task, str(root), "-o", str(output), *more])
+    return int(stop.value.code or 0)
+
+
+def means(place: records.Place, target: str, value: str) -> dict[str, float]:
+    """Level -> the mean over clips of what the file of rows says of one target."""
+    numbers: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
+    clip_of = {info.id: info for info in records.read_cases(place.cases, place.task, place.split)}
+    with place.rows.open(newline="") as file:
+        for row in csv.DictReader(file):
+            if row["value_id"] == value and clip_of[row["case"]].target == target:
+                level = row["case"].rsplit("/", 1)[1]
+                numbers[level][clip_of[row["case"]].clip].append(float(row["value"]))
+    return {
+        level: float(np.mean([np.mean(each) for each in clips.values()]))
+        for level, clips in numbers.items()
+    }
+
+
+def drawn(panel, start: str):
+    return [line for line in panel.lines if str(line.get_label()).startswith(start)]
+
+
+def test_denoising_has_a_full_and_a_dashed_line_of_one_colour(results, tmp_path, figures):
+    assert plot(results, "denoise", tmp_path / "out.svg") == 0
+    panel, place = figures[0].axes[0], place_of(results, "denoise")
+    seen, unseen = drawn(panel, "gaussian_filter")
+    assert [seen.get_linestyle(), unseen.get_linestyle()] == ["-", "--"]
+    assert seen.get_color() == unseen.get_color()
+    assert [line.get_label() for line in (seen, unseen)] == [
+        "gaussian_filter (seen: tall17)", "gaussian_filter (unseen: wide17)",
+    ]  # fmt: skip
+    for line, target in zip((seen, unseen), people(place), strict=True):
+        before, after = (
+            sorted(means(place, target, f"{word}_cm").values()) for word in ("given", "restored")
+        )
+        assert line.get_xdata() == pytest.approx(before, rel=1e-8)
+        assert sorted(line.get_ydata()) == pytest.approx(after, rel=1e-8)
+    assert [line.get_label() for line in drawn(panel, "identity")] == ["identity"]
+    (legend,) = figures[0].legends
+    assert {seen.get_label(), unseen.get_label()} < {text.get_text() for text in legend.get_texts()}
+
+
+def test_upsampling_too_in_both_panels_with_a_mark_for_the_major_joints(results, tmp_path, figures):
+    assert plot(results, "upsample", tmp_path / "out.svg", "--width", "column") == 0
+    place = place_of(results, "upsample")
+    for panel, value in zip(figures[0].axes, ("restored_cm", "restored_cm.missing"), strict=True):
+        lines = drawn(panel, "nearest_pose")
+        assert [line.get_linestyle() for line in lines] == ["-", "--"]
+        majors = [line for line in panel.lines if line.get_markersize() == 6]
+        assert len(drawn(panel, "linear_joints")) == 1
+        assert len(majors) == 3
+        for line, major, target in zip(lines, majors[1:], people(place), strict=True):
+            wanted = means(place, target, value)
+            (level,) = (each for each in wanted if "major" in each)
+            assert major.get_ydata() == pytest.approx([wanted.pop(level)])
+            assert sorted(line.get_ydata()) == pytest.approx(sorted(wanted.values()))
+
+
+@pytest.mark.parametrize("structures", [None, [], ["tall17", "wide17"], ["dog4"]])
+def test_methods_that_know_all_or_nothing_have_one_line(results, tmp_path, structures):
+    trained_on(results, "denoise", structures)
+    try:
+        assert halves.halves(records.find_results(results, "denoise"), "level") == []
+    finally:
+        trained_on(results, "denoise", ["tall17"])
