@@ -1,0 +1,61 @@
+"""Colours of drawn bodies: who is who, left and right, light and shadow."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+from retarget_bench import palette
+from retarget_bench.viewing.scene import Scene
+
+Colour = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
+
+PAPER: Colour = (255, 255, 255)
+STAGE: Colour = (244, 245, 247)
+FLOOR: Colour = (232, 234, 238)
+GRID: Colour = (196, 200, 208)
+SHADOW: Colour = (205, 208, 214)
+INK: Colour = (28, 30, 34)
+FAINT: Colour = (96, 101, 110)
+CONTACT: Colour = (255, 190, 0)
+TROUBLE: Colour = (170, 30, 30)
+"""Words about what went wrong."""
+
+LEFT, RIGHT = 0.42, 0.62
+"""How much white the left of a body has in it, and how bright its right is."""
+
+
+def colours(scene: Scene) -> list[Colour]:
+    """A colour for every figure: the palette's, for predictions and files in their order."""
+    found, place = [], 0
+    for figure in scene.figures:
+        if figure.part in ("source", "reference"):
+            found.append(rgb(palette.SOURCE if figure.part == "source" else palette.REFERENCE))
+        else:
+            found.append(rgb(palette.colour(place)))
+            place += 1
+    return found
+
+
+def rgb(text: str) -> Colour:
+    """``#rrggbb`` as numbers."""
+    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
+
+
+def mixed(first: Colour, second: Colour, share: float) -> Colour:
+    """The first with a share of the second in it."""
+    a, b, c = (round(x + share * (y - x)) for x, y in zip(first, second, strict=True))
+    return a, b, c
+
+
+@lru_cache(maxsize=4096)
+def shade(colour: Colour, bright: float) -> Colour:
+    """Darker below 1, by mixing black in; lighter above, by mixing white in."""
+    return (
+        mixed((0, 0, 0), colour, bright) if bright <= 1.0 else mixed(colour, (255, 255, 255), bright - 1.0)
+    )
+
+
+def tints(colour: Colour) -> tuple[Colour, Colour, Colour]:
+    """The middle, the left and the right of a body in a colour."""
+    return colour, mixed(colour, (255, 255, 255), LEFT), shade(colour, RIGHT)

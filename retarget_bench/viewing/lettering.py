@@ -1,0 +1,65 @@
+"""Words in pictures: a font with many scripts, and names of any kind made harmless and short."""
+
+from __future__ import annotations
+
+import unicodedata
+from functools import lru_cache
+from importlib.util import find_spec
+from pathlib import Path
+
+from PIL import ImageFont
+
+Font = ImageFont.FreeTypeFont | ImageFont.ImageFont
+
+_FONTS = "mpl-data/fonts/ttf"
+"""In matplotlib, whose DejaVu Sans knows more letters than Pillow's own font."""
+
+
+@lru_cache(maxsize=32)
+def font(pixels: int, bold: bool = False) -> Font:
+    """DejaVu Sans of a size; Pillow's own font where it is not there."""
+    found = find_spec("matplotlib")
+    if found is not None and found.origin is not None:
+        path = Path(found.origin).parent / _FONTS / f"DejaVuSans{'-Bold' if bold else ''}.ttf"
+        if path.exists():
+            return ImageFont.truetype(str(path), pixels)
+    return ImageFont.load_default(pixels)
+
+
+def plain(text: str) -> str:
+    """Text on one line without characters that have no shape or change the direction of others."""
+    spaced = "".join(" " if unicodedata.category(sign)[0] in "ZC" else sign for sign in text)
+    return " ".join(spaced.split())
+
+
+def short(text: str, letters: Font, room: float) -> str:
+    """Text that takes at most ``room`` pixels: what is too long loses its middle."""
+    text = plain(text)
+    if letters.getlength(text) <= room:
+        return text
+    low, high = 0, len(text)
+    while low < high:
+        keep = (low + high + 1) // 2
+        low, high = (keep, high) if letters.getlength(_cut(text, keep)) <= room else (low, keep - 1)
+    return _cut(text, low)
+
+
+def _cut(text: str, keep: int) -> str:
+    """So many signs of a text, of its beginning and its end."""
+    end = keep // 3
+    return f"{text[: keep - end]}…{text[len(text) - end :]}" if keep else "…"
+
+
+def wrapped(text: str, letters: Font, room: float, lines: int) -> list[str]:
+    """Text on lines of at most ``room`` pixels; at most so many, the last one cut where more is left."""
+    words, found = plain(text).split(), [""]
+    for number, word in enumerate(words):
+        longer = f"{found[-1]} {word}".strip()
+        if letters.getlength(longer) <= room or not found[-1]:
+            found[-1] = longer
+        elif len(found) == lines:
+            found[-1] = " ".join([found[-1], *words[number:]])
+            break
+        else:
+            found.append(word)
+    return [short(line, letters, room) for line in found if line]
