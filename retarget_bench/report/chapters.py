@@ -13,7 +13,7 @@ import numpy as np
 from retarget_bench import marks, panel, plan, records, registry, statistics, summary, table, versus
 from retarget_bench.api import TASKS
 from retarget_bench.breakdown import UNKNOWN
-from retarget_bench.cells import Column, Group, Table
+from retarget_bench.cells import Cell, Column, Group, Table
 from retarget_bench.errors import BenchError
 from retarget_bench.grouping import FPS
 from retarget_bench.motion.character import Character
@@ -47,6 +47,11 @@ class Split:
     @property
     def labels(self) -> list[str]:
         return [row.label for row in self.panel.rows]
+
+    @property
+    def digits(self) -> int:
+        """Decimals of the main value."""
+        return self.decimals.get(self.main.id, 2)
 
     @cached_property
     def ranked(self) -> np.ndarray:
@@ -231,7 +236,7 @@ def _decimals(tables: Sequence[Table]) -> dict[str, int]:
     return found
 
 
-def _cells(group: Group) -> list[tuple[str, object]]:
+def _cells(group: Group) -> list[tuple[str, Cell]]:
     return [
         (group.subject or column.id, cell)
         for row in group.rows

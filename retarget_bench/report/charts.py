@@ -93,6 +93,12 @@ def words(x: float, y: float, text: Any, anchor: str = "middle", **more: Any) ->
     return tag("text", text, x=x, y=y, text_anchor=anchor, **more)
 
 
+def short(name: str, most: int) -> str:
+    """A name in so many letters; what is left out is in the middle, for parameters stand at the end."""
+    name = printable(name)
+    return name if len(name) <= most else f"{name[: most - most // 2 - 1]}…{name[-(most // 2) :]}"
+
+
 def mark(x: float, y: float, shown: Look, scale: float = 1.0) -> Markup:
     """A method's mark, with a ring that shows where the keyboard is."""
     size = "" if scale == 1.0 else f" scale({scale:g})"

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import difflib
 import warnings
 from collections import Counter
 from collections.abc import Sequence
 
 import numpy as np
 
+from retarget_bench.errors import BenchError
 from retarget_bench.report.chapters import Chapter, Split
 
 WANTED = (1.0, 0.5, 0.0)
@@ -21,13 +23,21 @@ Chosen = tuple[int, int, int]
 
 def chosen(chapters: Sequence[Chapter], most: int, asked: Sequence[str] = ()) -> list[Chosen]:
     """The cases to show, in the order in which they are to be packed: those asked for by id, then of every
-    split in turn its worst, median, best, next worst, ... case, at most so many in all.
+    split in turn, cross first, its worst, median, best, next worst, ... case, at most so many in all.
 
     How well a case goes is the mean of its places among the cases, over the ranked methods that answered
     it. Of the cases near the wanted place the one is taken whose kind, pair and bodies were shown least,
-    then the nearest.
+    then the nearest. Raises BenchError for an id that no result has.
     """
-    splits = [(c, s, split) for c, chapter in enumerate(chapters) for s, split in enumerate(chapter.splits)]
+    splits = [
+        (c, s, split)
+        for c, chapter in enumerate(chapters)
+        for s, split in reversed([*enumerate(chapter.splits)])
+    ]
+    known = {info.id for _, _, split in splits for info in split.panel.cases}
+    if unknown := [case for case in asked if case not in known]:
+        near = difflib.get_close_matches(unknown[0], known, 3, 0.5) or sorted(known)[:3]
+        raise BenchError(f"no case {unknown[0]!r} in these results; near it: {', '.join(near)}")
     found = [
         (c, s, case)
         for c, s, split in splits

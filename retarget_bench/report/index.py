@@ -92,8 +92,8 @@ def _lost(split: Split, at: tuple[int, int], shown: Motions) -> list[dict[str, s
             if f"{case_file(case)}.npz" not in stored:
                 mine.setdefault(str(number), NOT_STORED)
         found.append(mine)
-    for (c, s, case), answers in shown.gone.items():
+    for (c, s, number), answers in shown.gone.items():
         if (c, s) == at:
             for label, status, message in answers:
-                found[split.labels.index(label)][str(case)] = printable(f"{status}: {message}")
+                found[split.labels.index(label)][str(number)] = printable(f"{status}: {message}")
     return found

@@ -23,6 +23,8 @@ VALUE = "mpjpe_h.joint"
 WIDTH, HEIGHT, ABOVE = 150.0, 196.0, 22.0
 LEAST, MOST = 2.6, 7.5
 """Radii of joints without and with the largest error."""
+TITLE = 19
+"""Letters of a label above a skeleton."""
 STRUCTURES = 3
 """Of each split those of most cases are drawn."""
 
@@ -49,7 +51,7 @@ class Joints:
 def joints(chapter: Chapter, looks: Looks) -> Picture | None:
     """A skeleton per method, for every split and structure, joints sized and coloured by their error."""
     del looks
-    known = [each for split in chapter.splits for each in _known(split, chapter.bodies)]
+    known = [each for split in reversed(chapter.splits) for each in _known(split, chapter.bodies)]
     if not known:
         return None
     highest = max(_highest(each) for each in known)
@@ -67,7 +69,7 @@ def joints(chapter: Chapter, looks: Looks) -> Picture | None:
         "common reference pose (two-legged bodies from the front: their left is at the right). The larger "
         "and darker a joint, the farther off.",
         by_split(drawn),
-        small=True,
+        size="small",
         scale=f"{highest:.3g} {known[0].unit} and more",
     )
 
@@ -140,7 +142,10 @@ def _figure(found: Joints, row: int, label: str, highest: float) -> Markup:
     far = sorted(errors, key=lambda name: -errors[name])[:3]
     said = ", ".join(f"{name} {errors[name]:.3g}" for name in far)
     title = charts.tag(
-        "g", charts.words(2.0, 13.0, label, "start", class_="title"), class_="axes", aria_hidden="true"
+        "g",
+        charts.words(2.0, 13.0, charts.short(label, TITLE), "start", class_="title"),
+        class_="axes",
+        aria_hidden="true",
     )
     return charts.svg(WIDTH, HEIGHT, f"{label}: farthest off are {said} {found.unit}", title, *bones, *dots)
 

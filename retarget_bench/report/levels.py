@@ -112,7 +112,7 @@ def _chart(split: Split, places: dict[str, float], frame: Frame, looks: Looks, *
         for at, name, mean in line:
             marks.append(
                 charts.pick(
-                    f"{label}, {name}: {told(mean, split.decimals.get(split.main.id, 2), split.main.unit)}",
+                    f"{label}, {name}: {told(mean, split.digits, split.main.unit)}",
                     charts.mark(frame.x(at), frame.y(mean.value), looks[label]),
                     split=split.name,
                     value=split.main.id,

@@ -45,12 +45,13 @@ def worst(numbers: np.ndarray, better: str, goal: float = 1.0, most: int = WORST
     return " ".join(f"{case}:{numbers[case]:.4g}" for case in order[:most])
 
 
-def top(highest: Sequence[float]) -> float:
-    """Where an axis ends, from the highest number of every method: what is far worse is left out."""
-    known = sorted(each for each in highest if np.isfinite(each))
-    if not known:
-        return 1.0
-    return float(max(1e-6, min(known[-1], ROOM * float(np.median(known)))))
+def top(highest: Sequence[float], decimals: int = 2) -> float:
+    """Where an axis ends, from the highest number of every method: what is far worse is left out.
+
+    decimals: with which the numbers are written; methods that have nothing but zeros then do not count.
+    """
+    known = [each for each in highest if np.isfinite(each) and each >= 0.5 * 10.0**-decimals]
+    return float(min(max(known), ROOM * float(np.median(known)))) if known else 10.0**-decimals
 
 
 def told(mean: Mean, decimals: int, unit: str) -> str:

@@ -15,8 +15,9 @@ from retarget_bench.cells import count
 from retarget_bench.rendering import as_html
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
+from retarget_bench.report.charts import Look
 from retarget_bench.report.index import index
-from retarget_bench.report.looks import Look, looks, style
+from retarget_bench.report.looks import looks, style
 from retarget_bench.report.motions import Motions
 from retarget_bench.report.pictures import pictures
 from retarget_bench.viewing import player
@@ -87,13 +88,12 @@ def _short(split: Split) -> str:
         for score in split.section.scores
         if score.label in ranking.order
     }
-    decimals = split.decimals.get(split.main.id, 2)
     unit = "" if split.main.unit == "1" else f" {split.main.unit}"
     tied = [label for label in ranking.order if label in ranking.tied]
     also = f"; the data cannot tell {', '.join(tied)} from it" if tied else ""
     return (
         f"{split.name}: {ranking.best} has the best {split.main.label} "
-        f"({means[ranking.best].value:.{decimals}f}{unit}) of "
+        f"({means[ranking.best].value:.{split.digits}f}{unit}) of "
         f"{count(len(ranking.order), 'ranked method')}, on {count(ranking.cases, 'case')} of "
         f"{count(ranking.clips, 'clip')}{also}."
     )

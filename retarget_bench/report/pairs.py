@@ -18,6 +18,8 @@ from retarget_bench.summary import Mean
 SQUARE, NAMES, ABOVE = 30.0, 74.0, 84.0
 LONGEST = 12
 """Letters of a name that are shown."""
+TITLE = 30
+"""Letters of a label above a map."""
 MOST = 24
 """Bodies on one side; where there are more, they are taken together by structure."""
 BEHIND = 30
@@ -55,7 +57,7 @@ def pairs(chapter: Chapter, looks: Looks) -> Picture | None:
         f"{main.label} by source (rows) and target (columns): {bodies}.{also} Numbers say the same as the "
         "colours; what is empty was not asked, or not answered.",
         by_split([("", [each for label in chapter.labels if (each := _map(label, squares, highest))])]),
-        small=True,
+        size="middle",
         scale=f"{highest:.3g}{unit_text(main.unit)} and more",
     )
 
@@ -87,12 +89,14 @@ def _highest(squares: Mapping[Pair, Square]) -> float:
 
 def _map(label: str, squares: Mapping[Pair, Square], highest: float) -> Markup:
     sources, targets = (sorted({pair[side] for pair in squares}) for side in (0, 1))
-    parts = [charts.words(2.0, 13.0, label, "start", class_="title")]
+    parts = [charts.words(2.0, 13.0, charts.short(label, TITLE), "start", class_="title")]
     for column, name in enumerate(targets):
         turn = f"translate({NAMES + SQUARE * (column + 0.62):.1f} {ABOVE - 5:.1f}) rotate(-55)"
-        parts.append(charts.words(0.0, 0.0, _short(name), "start", transform=turn))
+        parts.append(charts.words(0.0, 0.0, charts.short(name, LONGEST), "start", transform=turn))
     for line, name in enumerate(sources):
-        parts.append(charts.words(NAMES - 6, ABOVE + SQUARE * (line + 0.62), _short(name), "end"))
+        parts.append(
+            charts.words(NAMES - 6, ABOVE + SQUARE * (line + 0.62), charts.short(name, LONGEST), "end")
+        )
     drawn, values = [], {}
     for pair, square in squares.items():
         row = square.split.labels.index(label) if label in square.split.labels else -1
@@ -123,8 +127,7 @@ def _square(
     side = SQUARE - 1
     numbers = np.where(square.here, split.panel.numbers((main.id, ""))[row], np.nan)
     return charts.pick(
-        f"{label}, {split.name}, {pair[0]} to {pair[1]}: "
-        f"{told(mean, split.decimals.get(main.id, 2), main.unit)}",
+        f"{label}, {split.name}, {pair[0]} to {pair[1]}: {told(mean, split.digits, main.unit)}",
         charts.tag("rect", x=x + 0.5, y=y + 0.5, width=side, height=side, rx=2, class_=f"heat {shade}"),
         charts.words(x + SQUARE / 2, y + SQUARE / 2 + 3.5, digits, class_=f"on {shade}"),
         split=split.name,
@@ -133,7 +136,3 @@ def _square(
         worst=worst(numbers, main.better, main.goal, BEHIND),
         what=f"{main.label}, {pair[0]} to {pair[1]}",
     )
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"

@@ -19,7 +19,7 @@ class Picture:
 
     name:   part of the anchor. reading: how to read it, in a sentence or two.
     panels: a heading ("" for none) and its charts, small multiples of each other.
-    small:  whether charts are narrow, so that many stand in a line.
+    size:   how wide charts are: ``wide``, ``middle`` or ``small``, of which many stand in a line.
     scale:  what the scale of errors goes up to, in words, where colours mean errors; "" otherwise.
     """
 
@@ -27,7 +27,7 @@ class Picture:
     title: str
     reading: str
     panels: tuple[tuple[str, tuple[Markup, ...]], ...]
-    small: bool = False
+    size: str = "wide"
     scale: str = ""
 
 

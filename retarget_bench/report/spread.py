@@ -15,8 +15,8 @@ from retarget_bench.report.means import finite, grouped, told, top
 from retarget_bench.report.pictures import Looks, Picture, by_split
 from retarget_bench.summary import Mean
 
-WIDTH, NAMES, LINE, ABOVE, BELOW = 460.0, 128.0, 23.0, 24.0, 40.0
-LONGEST = 21
+WIDTH, NAMES, LINE, ABOVE, BELOW = 460.0, 140.0, 23.0, 24.0, 40.0
+LONGEST = 19
 """Letters of a label that fit beside a chart."""
 DOTS = 60
 """With more clips only those outside the whiskers are drawn."""
@@ -47,7 +47,7 @@ def _boxes(split: Split, looks: Looks) -> Markup:
     if not rows:
         return Markup()
     names = list(dict.fromkeys(split.groups["clip"]))
-    upper = top([float(np.nanquantile(per_clip[row], 0.97)) for row in rows])
+    upper = top([float(np.nanquantile(per_clip[row], 0.97)) for row in rows], split.digits)
     lower = min(0.0, min(float(np.nanmin(per_clip[row])) for row in rows))
     height = ABOVE + LINE * len(rows) + BELOW
     frame = Frame(
@@ -78,7 +78,9 @@ def _rows_axis(frame: Frame, names: list[str], looks: Looks | None) -> Markup:
     step = (low - high) / max(1, len(names))
     for line, name in enumerate(names):
         y = high + step * (line + 0.5)
-        parts.append(charts.words(NAMES - (18.0 if looks else 8.0), y + 3.5, _short(name), "end"))
+        parts.append(
+            charts.words(NAMES - (18.0 if looks else 8.0), y + 3.5, charts.short(name, LONGEST), "end")
+        )
         if looks:
             marks.append(charts.mark(NAMES - 9, y, looks[name]))
     return charts.tag("g", charts.tag("g", *parts, class_="axes"), *marks, aria_hidden="true")
@@ -110,8 +112,7 @@ def _row(
             transform=f"translate({frame.x(number):.1f} {y + lift:.1f})",
             class_=f"clip {look.name}",
         )
-        decimals = split.decimals.get(split.main.id, 2)
-        words = f"{split.labels[row]}, clip {names[clip]}: {number:.{decimals}f}"
+        words = f"{split.labels[row]}, clip {names[clip]}: {number:.{split.digits}f}"
         dots.append(
             charts.pick(
                 words,
@@ -152,7 +153,7 @@ def _kinds(split: Split, looks: Looks) -> Markup:
     line = max(24.0, 7.0 * len(rows) + 8) if apart else 19.0
     height = ABOVE + line * len(shown) + BELOW
     frame = Frame(
-        Scale(0.0, top(highest) * 1.05, NAMES, WIDTH - 12),
+        Scale(0.0, top(highest, split.digits) * 1.05, NAMES, WIDTH - 12),
         Scale(0.0, 1.0, height - BELOW, ABOVE),
         _heading(split),
         title=f"{split.name}, hardest first"
@@ -193,7 +194,7 @@ def _kind(split: Split, row: int, kind: str, found: dict, y: float, frame: Frame
             charts.tag("line", x1=ends[0], y1=y, x2=ends[1], y2=y, class_=f"whisker {looks[label].name}")
         )
     parts.append(charts.mark(frame.x(mean.value), y, looks[label], 0.8))
-    words = told(mean, split.decimals.get(split.main.id, 2), split.main.unit)
+    words = told(mean, split.digits, split.main.unit)
     return charts.pick(
         f"{label}, {kind}: {words}", *parts, split=split.name, value=split.main.id, method=label, kind=kind
     )
@@ -206,8 +207,8 @@ def speed(chapter: Chapter, looks: Looks) -> Picture | None:
     return Picture(
         "speed",
         "Quality against speed",
-        "Frames per second of one process and one thread. The line joins the methods that no other beats "
-        "in both.",
+        "Frames per second of one process and one thread. The line joins the ranked methods that no "
+        "other beats in both.",
         by_split([("", [each for each in drawn if each])]),
     )
 
@@ -224,16 +225,19 @@ def _speed(split: Split, looks: Looks) -> Markup:
     rates = [rate for rate, _, _ in found]
     frame = Frame(
         Scale(min(rates) / 1.5, max(rates) * 2.2, 46.0, SPEED_WIDTH - 12, log=True),
-        Scale(0.0, top([mean.value for _, mean, _ in found]) * 1.08, SPEED_HEIGHT - BELOW, ABOVE),
+        Scale(
+            0.0, top([mean.value for _, mean, _ in found], split.digits) * 1.08, SPEED_HEIGHT - BELOW, ABOVE
+        ),
         "frames per second",
         f"{split.main.label}, {split.main.unit}",
         split.name,
     )
-    front = _front(found, split.main.better)
+    ranked = {score.label for score in split.section.scores if not score.unranked}
+    front = _front([each for each in found if each[2] in ranked], split.main.better)
     path = "M" + "L".join(f"{frame.x(rate):.1f} {frame.y(mean.value):.1f}" for rate, mean, _ in front)
     parts = [frame.drawn(), charts.tag("path", d=path, class_="front")]
     for rate, mean, label in found:
-        words = told(mean, split.decimals.get(main, 2), split.main.unit)
+        words = told(mean, split.digits, split.main.unit)
         mark = charts.mark(frame.x(rate), frame.y(mean.value), looks[label], 1.3)
         parts.append(
             charts.pick(
@@ -247,7 +251,11 @@ def _speed(split: Split, looks: Looks) -> Markup:
     for rate, mean, label in front:
         at = frame.x(rate), frame.y(mean.value) - 9
         anchor = "end" if at[0] > 0.7 * SPEED_WIDTH else "start"
-        parts.append(charts.words(at[0], at[1], _short(label), anchor, class_="name", aria_hidden="true"))
+        parts.append(
+            charts.words(
+                at[0], at[1], charts.short(label, LONGEST), anchor, class_="name", aria_hidden="true"
+            )
+        )
     names = ", ".join(
         f"{label} {rate:.3g} frames per second and {mean.value:.3g}" for rate, mean, label in found
     )
@@ -269,7 +277,3 @@ def _front(found: list, better: str) -> list:
 def _heading(split: Split) -> str:
     unit = f", {split.main.unit}" if split.main.unit != "1" else ""
     return f"{split.main.label}{unit} {split.main.arrow}".strip()
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= LONGEST else f"{name[: LONGEST - 1]}…"

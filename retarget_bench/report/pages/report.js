@@ -8,6 +8,7 @@
   const asked = { chapter: 0, split: 0, method: 0, value: 0, by: "", part: "", list: null, what: "" };
   let shown = null; /* [chapter, split, case] that the player shows */
   let playing = null;
+  let answers = []; /* what the player calls the methods of the case that it shows */
   let from = null; /* the number that was pressed */
 
   const splitNow = () => data.chapters[asked.chapter].splits[asked.split];
@@ -74,7 +75,7 @@
         button.addEventListener("click", () => show(asked.chapter, asked.split, k));
         name.append(button);
       } else {
-        name.append(element("span", title, { className: "still", title: each.reason || "its motion is not in this file" }));
+        name.append(element("span", title, { className: "still", title: each.reason || each.id }));
       }
       if (lost[k]) name.append(element("small", lost[k]));
       else if (each.reason) name.append(element("small", each.reason));
@@ -90,30 +91,36 @@
     const part = asked.by ? `, ${asked.by} ${asked.part}` : "";
     at("what").textContent =
       `${split.name}, ${split.methods[asked.method]}${part}${asked.list ? `: worst by ${asked.what}` : ""}: ` +
-      `${found.length} ${found.length === 1 ? "case" : "cases"}${more}, ${moving} with motion in this file (▶).`;
+      `${found.length} ${found.length === 1 ? "case" : "cases"}${more}, ` +
+      (moving ? `${moving} with motion in this file (▶).` : "none of them with motion in this file (bench report --case ID adds one).");
     at("clear").hidden = !(asked.by || asked.list || at("name").value);
     return found;
   }
 
   /* The player with a case, its source, reference and the methods asked for. */
-  function show(chapter, number, k, labels) {
+  function show(chapter, number, k, methods) {
     const split = data.chapters[chapter].splits[number];
     const each = split.cases[k];
     shown = [chapter, number, k];
     const kind = [each.kind === "unknown" ? "" : each.kind, each.level].filter(Boolean).join(", ");
+    at("lost").replaceChildren();
     at("caption").textContent = `${split.name}: ${each.clip}, ${each.source} to ${each.target}` + (kind ? ` (${kind})` : "");
     const gone = split.methods.flatMap((name, m) => (split.lost[m][k] ? [`${name}: ${split.lost[m][k]}`] : []));
-    at("lost").replaceChildren(...gone.map((text) => element("li", text)));
     if (playing) playing.destroy();
     playing = null;
-    if (each.scene >= 0 && typeof RetargetPlayer !== "undefined") {
+    if (each.scene >= 0) {
       const scene = JSON.parse(at(`scene-${each.scene}`).textContent);
-      const wanted = labels || [split.labels[asked.method]];
-      const options = { labels: ["source", "reference", ...wanted], colours: data.colours };
-      playing = RetargetPlayer.mount(at("player"), scene, options);
+      answers = scene.figures.filter((figure) => figure.part === "prediction").map((figure) => figure.label);
+      const colours = Object.fromEntries(answers.map((name, m) => [name, data.colours[split.labels[m]]]));
+      playing = RetargetPlayer.mount(at("player"), scene, { labels: figures(methods || [asked.method]), colours });
+    } else {
+      at("lost").replaceChildren(...gone.map((text) => element("li", text)));
     }
     drawList();
   }
+
+  /* What the player is to show: a method may be called otherwise there, lest it be taken for the reference. */
+  const figures = (methods) => ["source", "reference", ...methods.map((m) => answers[m])];
 
   /* From a number or a mark to its cases, and to the first of them that is here in motion. */
   function go(origin, wish) {
@@ -239,7 +246,7 @@
         asked.list = null;
         drawControls();
         drawList();
-        if (name === "method" && playing) playing.select(["source", "reference", splitNow().labels[asked.method]]);
+        if (name === "method" && playing) playing.select(figures([asked.method]));
       });
     }
     at("name").addEventListener("input", drawList);
@@ -259,7 +266,7 @@
       asked.split = data.first[1];
     }
     drawControls();
-    if (data.first) show(...data.first, splitNow().labels.slice(0, 2));
+    if (data.first) show(...data.first, [0, 1].slice(0, splitNow().methods.length));
     else drawList();
   }
 
