@@ -30,11 +30,9 @@ class Design:
                batch, as XCiT does, or ``layer``, over a token's own channels: then training on a sequence
                does not depend on its neighbours. affine: it has a scale and a shift.
     scale:     what the blocks' layer scales start at.
-    octaves:   the networks read a template's coordinates, and so many times their sines and cosines, with a
-               period of two metres that is halved each time (Tancik et al., 2020). Without, a wrist in the
-               neutral pose is hard to tell from the thigh beside it. Ours; not in the paper.
-    common:    in the encoder, what a frame's tokens have in common is told to each of them before every
-               block (``network/common.py``). Ours; not in the paper.
+    anchored:  joints are known by anchors, too (``network/anchors.py``): in the decoder, and in the
+               encoder, which tells a frame's joints what they have in common (``network/common.py``). Ours;
+               not in the paper.
     time:      size of the code of time.
     basis:     longest period of the code of time, in frames, over 2 pi; the text does not say.
     """
@@ -53,8 +51,7 @@ class Design:
     norm: Norm = "batch"
     affine: bool = True
     scale: float = 1.0
-    octaves: int = 0
-    common: bool = False
+    anchored: bool = False
     time: float = 1.0
     basis: float = 10_000.0
 
@@ -69,8 +66,7 @@ SMALL = replace(
     motion=(3, 16, 32),
     norm="layer",
     affine=True,
-    scale=0.05,
-    octaves=3,
-    common=True,
+    scale=0.02,
+    anchored=True,
     time=0.25,
 )

@@ -29,7 +29,7 @@ class PlainEncoder(nn.Module):
     def forward(self, positions: Tensor, template: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
         own, (rows, length, count, _) = self.own, positions.shape
         mask = joints.unsqueeze(2) & frames.unsqueeze(1)
-        template = waves(template, own.design.octaves)
+        places = template
         for layer in own.template:
             template = functional.elu(layer(template))
         motion = positions.permute(0, 2, 3, 1).reshape(rows * count, 3, length)
@@ -44,8 +44,8 @@ class PlainEncoder(nn.Module):
         tokens = torch.cat([latent, tokens], 1)
         mask = torch.cat([frames.unsqueeze(1), mask], 1)
         for number, block in enumerate(own.blocks):
-            if own.design.common:
-                tokens = tokens + told(own.common[number], tokens[:, 1:], template, joints)
+            if own.design.anchored:
+                tokens = tokens + told(own.common[number], tokens[:, 1:], places, joints)
             tokens = through(block, tokens, mask)
         return own.code(tokens[:, 0]) * frames.unsqueeze(2)
 
@@ -61,11 +61,14 @@ class PlainDecoder(nn.Module):
         own, (rows, length, _), count = self.own, code.shape, joints.shape[1]
         mask = joints.unsqueeze(2) & frames.unsqueeze(1)
         *inner, last = own.template
-        template = waves(template, own.design.octaves)
+        places = template
         for layer in inner:
             template = functional.relu(layer(template))
+        template = last(template)
+        if own.anchors is not None:
+            template = template + 4.0 * torch.softmax(-distances(own.anchors, places), 2)
         time = own.design.time * code_of_time(length, own.design.width, own.design.basis).to(template)
-        tokens = last(template).unsqueeze(2).expand(-1, -1, length, -1) + time
+        tokens = template.unsqueeze(2).expand(-1, -1, length, -1) + time
         latent = along_time(own.latent, code.transpose(1, 2), frames.unsqueeze(1)).transpose(1, 2)
         latent = functional.elu(own.shared(latent))
         for style_of, block in zip(own.styles, own.blocks, strict=True):
@@ -80,18 +83,15 @@ class PlainDecoder(nn.Module):
         return places.transpose(1, 2)
 
 
-def waves(template: Tensor, octaves: int) -> Tensor:
-    """Sines, then cosines, of coordinates with periods of 2, 1, 1/2 ... metres behind the coordinates."""
-    parts = [template]
-    for wave in (torch.sin, torch.cos):
-        parts += [wave(2.0 * math.pi * template / (2.0 / 2**octave)) for octave in range(octaves)]
-    return torch.cat(parts, -1)
+def distances(anchors: nn.Module, places: Tensor) -> Tensor:
+    """``(rows, joints, width)`` squared, with an anchor's sharpness as the unit."""
+    return (torch.cdist(places, anchors.places) * anchors.sharpness.exp()).square()
 
 
-def told(layer: nn.Module, tokens: Tensor, template: Tensor, joints: Tensor) -> Tensor:
+def told(layer: nn.Module, tokens: Tensor, places: Tensor, joints: Tensor) -> Tensor:
     """What is added to every token of a frame ``(rows, 1, frames, width)``."""
-    shares = layer.share(template) * joints.unsqueeze(2)
-    means = torch.einsum("rjfw,rjw->rfw", layer.norm(tokens), shares) / joints.sum(1)[:, None, None]
+    near = (-distances(layer.anchors, places)).masked_fill(~joints.unsqueeze(2), -math.inf)
+    means = torch.einsum("rjfw,rjw->rfw", layer.norm(tokens), near.softmax(1))
     return layer.told(layer.mean(means)).unsqueeze(1)
 
 

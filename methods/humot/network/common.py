@@ -1,8 +1,8 @@
 """What a frame's joints have in common, told to each of them: the mirror image of the decoder's styles.
 
 Attention between channels tells tokens about sequences as a whole, and the local interaction about two
-neighbours a block, so that a latent token sees few joints of its own frame but in deep networks. Here
-tokens are multiplied by what the template says of their joints, and averaged over joints, frame by frame.
+neighbours a block, so that a latent token sees few joints of its own frame but in deep networks. Here every
+channel is averaged over a frame's joints, those near an anchor of its own in the neutral pose.
 """
 
 from __future__ import annotations
@@ -15,6 +15,7 @@ from torch import Tensor, nn
 from torch.autograd.function import once_differentiable
 
 from ..design import Design
+from .anchors import Anchors
 from .attention import EPSILON
 from .beginning import spread
 from .tokens import Lines
@@ -27,28 +28,29 @@ class Common(nn.Module):
         super().__init__()
         width = design.width
         self.norm = nn.LayerNorm(width, EPSILON)
-        self.share = nn.Linear(design.motion[-1], width)
+        self.anchors = Anchors(width)
         self.mean = nn.LayerNorm(width, EPSILON)
         self.told = nn.Linear(width, width)
-        spread([self.share], 2.0)
         spread([self.told], 1.0)
 
     def forward(self, tokens: Tensor, template: Tensor, lines: Lines) -> Tensor:
-        """``(lines, frames, width)``. template: ``(joints, channels)``, embedded, of all sequences."""
-        means = _means(self.norm(tokens), self.share(template), lines)
+        """``(lines, frames, width)``. template: ``(joints, 3)`` metres, of all sequences."""
+        near = _by_sequence(self.anchors(template), lines)
+        shares = torch.cat([each.softmax(0) for each in near])
+        means = _means(self.norm(tokens), shares, lines)
         return _added(tokens, self.told(self.mean(means)), lines)
 
 
 class _Means(torch.autograd.Function):
-    """Of each sequence's tokens, but the latent one, times shares ``(joints, width)``, the mean over joints
-    ``(rows, frames, width)``."""
+    """Of each sequence's tokens, but the latent one, the sum over joints of shares ``(joints, width)`` of
+    them ``(rows, frames, width)``."""
 
     @staticmethod
     def forward(ctx: Any, tokens: Tensor, shares: Tensor, lines: Lines) -> Tensor:
         ctx.lines = lines
         ctx.save_for_backward(tokens, shares)
         parts = zip(lines.over(tokens), _by_sequence(shares, lines), strict=True)
-        return torch.stack([torch.einsum("jfw,jw->fw", own[1:], each) / len(each) for own, each in parts])
+        return torch.stack([torch.einsum("jfw,jw->fw", own[1:], each) for own, each in parts])
 
     @staticmethod
     @once_differentiable
@@ -61,7 +63,6 @@ class _Means(torch.autograd.Function):
             *(_by_sequence(s, lines) for s in (shares, to_shares)),
         )
         for given, own, found, each, total in zip(pull, *sides, strict=True):
-            given = given / len(each)
             torch.mul(given.unsqueeze(0), each.unsqueeze(1), out=found[1:])
             total.copy_(torch.einsum("jfw,fw->jw", own[1:], given))
         return result, to_shares, None

@@ -9,11 +9,14 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ..design import Design
+from .anchors import Anchors
 from .beginning import ELU, RELU, spread
 from .block import Block
 from .temporal import TemporalConvolution
-from .tokens import Lines, bent, coded, in_groups, placed, scaled
+from .tokens import Lines, bent, coded, in_groups, scaled
 
+NEAR = 4.0
+"""What a token has in the channel of an anchor at its joint."""
 STYLE, FIRST = 0.5, 0.1
 """How much styles vary at the start, and, about, positions: noise there would teach to pass codes over."""
 
@@ -28,8 +31,9 @@ class Decoder(nn.Module):
     def __init__(self, design: Design) -> None:
         super().__init__()
         self.design, width = design, design.width
-        sizes = (3 + 6 * design.octaves, *design.template, 2 * design.template[-1], width)
+        sizes = (3, *design.template, 2 * design.template[-1], width)
         self.template = nn.ModuleList(nn.Linear(*each) for each in pairwise(sizes))
+        self.anchors = Anchors(width) if design.anchored else None
         self.latent = nn.ModuleList(
             TemporalConvolution(design.latent if number == 0 else width, width, design.kernel)
             for number in range(3)
@@ -61,11 +65,13 @@ class Decoder(nn.Module):
 
     def _tokens(self, template: Tensor, lines: Lines) -> Tensor:
         """What the first block reads, but for its style ``(lines, frames, width)``."""
-        template = placed(template, self.design.octaves)
         *inner, last = self.template
+        still = template
         for layer in inner:
-            template = functional.relu(layer(template), inplace=True)
-        still = last(template)
+            still = functional.relu(layer(still), inplace=True)
+        still = last(still)
+        if self.anchors is not None:
+            still = still + NEAR * self.anchors(template).softmax(1)
         time = coded(lines.length, self.design, still)
         tokens = still.new_zeros(lines.total, lines.length, self.design.width)
         return in_groups(tokens, lines.behind(0), lambda group: still[group].unsqueeze(1) + time)

@@ -13,7 +13,7 @@ from .beginning import ELU, spread
 from .block import Block
 from .common import Common
 from .temporal import TemporalConvolution
-from .tokens import Lines, bent, coded, in_groups, placed
+from .tokens import Lines, bent, coded, in_groups
 
 
 class Encoder(nn.Module):
@@ -26,7 +26,7 @@ class Encoder(nn.Module):
     def __init__(self, design: Design) -> None:
         super().__init__()
         self.design = design
-        sizes = (3 + 6 * design.octaves, *design.template, design.motion[-1])
+        sizes = (3, *design.template, design.motion[-1])
         self.template = nn.ModuleList(nn.Linear(*each) for each in pairwise(sizes))
         channels = (3, *design.motion)
         self.motion = nn.ModuleList(
@@ -38,7 +38,7 @@ class Encoder(nn.Module):
         self.merged = nn.Linear(2 * design.motion[-1], design.width)
         self.token = nn.Parameter(0.02 * torch.randn(design.width))
         self.blocks = nn.ModuleList(Block(design) for _ in range(design.blocks[0]))
-        self.common = nn.ModuleList(Common(design) for _ in range(design.blocks[0] if design.common else 0))
+        self.common = nn.ModuleList(Common(design) for _ in self.blocks if design.anchored)
         self.code = nn.Linear(design.width, design.latent)
         spread([*self.template, *self.motion, *self.joined, self.merged, self.code], ELU)
 
@@ -55,13 +55,14 @@ class Encoder(nn.Module):
         if lines.frames is not None:
             mask = frames.repeat_interleave(joints.sum(1), 0).unsqueeze(2)
             tracks = tracks.masked_fill(~mask, 0.0)
-        still = placed(template[joints], self.design.octaves)
+        template = template[joints]
+        still = template
         for layer in self.template:
             still = bent(layer(still))
         tokens = self._tokens(tracks, still, lines, mask)
         for number, block in enumerate(self.blocks):
-            if self.design.common:
-                tokens = self.common[number](tokens, still, lines)
+            if self.design.anchored:
+                tokens = self.common[number](tokens, template, lines)
             tokens = block(tokens, lines, kept=1 if number == len(self.blocks) - 1 else None)
         code = self.code(tokens[::2])
         return code if lines.frames is None else code * frames.unsqueeze(2)

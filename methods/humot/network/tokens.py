@@ -6,7 +6,6 @@ that a 3x3 neighbourhood sees zeros beyond the first and the last joint, as it d
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable
 from functools import cached_property
 from itertools import accumulate
@@ -182,12 +181,6 @@ def coded(frames: int, design: Design, like: Tensor) -> Tensor:
     angles = torch.arange(frames, dtype=torch.float64).unsqueeze(1) / basis ** (steps / width)
     code = torch.stack([angles.sin(), angles.cos()], -1).flatten(1)[:, :width]
     return design.time * code.to(like)
-
-
-def placed(template: Tensor, octaves: int) -> Tensor:
-    """``(joints, 3 + 6 octaves)`` a template's places as networks read them, from ``(joints, 3)``."""
-    angles = [template * (math.pi * 2.0**octave) for octave in range(octaves)]
-    return torch.cat([template, *(each.sin() for each in angles), *(each.cos() for each in angles)], -1)
 
 
 def image(values: Tensor) -> Tensor:
