@@ -8,6 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from tests.viewing.browser import browser, open_page  # noqa: F401  (fixtures)
+
 
 @pytest.fixture(scope="session")
 def real_data() -> Path:

@@ -21,10 +21,11 @@ def script() -> str:
     ``{ready, seek(frame), select(labels), destroy()}``; ``ready`` is a promise of the first picture.
     Options, all optional: ``frame`` (from 0), ``labels`` (the figures to show), ``colours`` (label ->
     ``#rrggbb``), ``overlay`` and ``autoplay`` (never where people asked for less motion).
+    ``decode(packedScene)`` and ``floorAt(ground, x, z)`` are what it reads scenes with.
     """
     parts = [(PAGES / "player" / f"{name}.js").read_text(encoding="utf-8") for name in PARTS]
     body = "\n".join(parts)
-    return f'var RetargetPlayer = (() => {{\n"use strict";\n{body}\nreturn {{ mount, decode }};\n}})();\n'
+    return f'var RetargetPlayer = (() => {{\n"use strict";\n{body}\nreturn {{ mount, decode, floorAt }};\n}})();\n'
 
 
 @cache

@@ -12,13 +12,13 @@ LIMBS = {
     "leg": (0.046, 0.029),
     "foot": (0.029, 0.019),
     "toe": (0.021, 0.015),
-    "shoulder": (0.034, 0.034),
+    "shoulder": (0.048, 0.038),
     "arm": (0.034, 0.031),
     "forearm": (0.029, 0.021),
     "hand": (0.021, 0.015),
 }
 """What a bone ends in, without its side -> its radii at both ends, in heights."""
-PARTS = {"trunk": (0.056, 0.056), "head": (0.03, 0.028), "tail": (0.015, 0.009)}
+PARTS = {"trunk": (0.058, 0.062), "head": (0.03, 0.028), "tail": (0.015, 0.009)}
 FINGER = (0.007, 0.006)
 HEAD = 0.052
 """Radius of a head, in heights."""

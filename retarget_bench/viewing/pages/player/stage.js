@@ -101,10 +101,10 @@ function viewOf(player, plan, i, figures, frame) {
 /* The colour of a piece: its figure's, or how far its joint is off the reference. */
 function painter(player) {
   const { show, shade } = player;
-  return ({ figure, to }, sideways, front) => {
+  return ({ figure, from, to }, sideways, front) => {
     let colour = player.colours[figure.id][figure.body.sides[to] === "r" ? 2 : 1];
     if (show.heat && figure.reference) colour = heat(figure, to);
-    else if (show.contacts && stands(player, figure, to)) colour = player.theme.contact;
+    else if (show.contacts && rests(player, figure, from, to)) colour = player.theme.contact;
     return shade(colour, sideways, front);
   };
 }
@@ -116,11 +116,14 @@ function heat(figure, joint) {
   return HEAT[Math.min(Math.floor(share * HEAT.length), HEAT.length - 1)];
 }
 
-function stands(player, figure, joint) {
+/* Whether a bone lies on a foot that stands: it begins there, or ends there and is the last one. */
+function rests(player, figure, from, to) {
   if (!figure.planted) return false;
-  const place = figure.contacts.indexOf(joint);
+  const { contacts, planted, body } = figure;
   const frame = Math.min(Math.round(player.time), player.scene.frames - 1);
-  return place >= 0 && figure.planted[frame * figure.contacts.length + place] === 1;
+  const stands = (joint) => planted[frame * contacts.length + contacts.indexOf(joint)] === 1;
+  if (contacts.includes(from)) return stands(from) || (contacts.includes(to) && stands(to));
+  return contacts.includes(to) && !body.parents.includes(to) && stands(to);
 }
 
 /* What colours mean while they show how far joints are off. */

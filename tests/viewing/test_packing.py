@@ -1,0 +1,162 @@
+"""Packed scenes: what comes out is what went in, to half a millimetre, small and harmless in a page."""
+
+from __future__ import annotations
+
+import base64
+import json
+import zlib
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import numpy as np
+import pytest
+from acted import EVIL, acted, figure, hostile, many_joints, scene
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from viewing_toys.toy_moves import DOG, PERSON, body
+
+from retarget_bench import palette
+from retarget_bench.api import Ground
+from retarget_bench.errors import BenchError
+from retarget_bench.viewing import player, shapes
+from retarget_bench.viewing.packing import STEP, packed
+from retarget_bench.viewing.scene import Figure, Scene
+
+HALF_A_MILLIMETRE = 5e-4
+
+
+def numbers(data: str) -> list[int]:
+    """The whole numbers of a packed scene, read one by one as the format says."""
+    found, value, shift = [], 0, 0
+    for byte in zlib.decompress(base64.b64decode(data)):
+        value |= (byte & 127) << shift
+        shift += 7
+        if byte < 128:
+            found.append(-(value + 1) // 2 if value & 1 else value // 2)
+            value, shift = 0, 0
+    assert shift == 0
+    return found
+
+
+def rows(found: list[int], count: int, columns: int) -> np.ndarray:
+    """The next rows of values in steps, taken off the numbers."""
+    taken = np.array(found[: count * columns], dtype=np.int64).reshape(count, columns)
+    del found[: count * columns]
+    return taken.cumsum(axis=1).cumsum(axis=1)
+
+
+def positions(packed_scene: dict, found: list[int], joints: int) -> np.ndarray:
+    frames = packed_scene["frames"]
+    return rows(found, 3 * joints, frames).reshape(joints, 3, frames).transpose(2, 0, 1) * STEP
+
+
+def test_every_series_comes_back_to_half_a_millimetre():
+    made = scene(ground=Ground(heights=np.arange(12.0).reshape(3, 4) / 7, origin=(-1, 2), spacing=0.5))
+    told = json.loads(json.dumps(packed(made), allow_nan=False))
+    found = numbers(told["data"])
+    for each in made.figures[:-1]:
+        back = positions(told, found, each.positions.shape[1])
+        assert np.linalg.norm(back - each.positions, axis=-1).max() < HALF_A_MILLIMETRE
+        assert np.array_equal(rows(found, each.planted.shape[1], made.frames).T, each.planted)
+        if each.error is not None:
+            assert np.abs(0.01 * rows(found, 1, made.frames)[0] - each.error).max() <= 0.005 + 1e-9
+    assert np.abs(rows(found, 3, 4) * STEP - made.ground.heights).max() <= STEP / 2
+    assert found == []
+    assert (told["ground"]["rows"], told["ground"]["columns"]) == (3, 4)
+
+
+@given(st.lists(st.tuples(*[st.floats(-1e5, 1e5, allow_subnormal=False)] * 3), min_size=1, max_size=9))
+@settings(max_examples=60, deadline=None)
+def test_places_however_far_and_jumps_however_wide_come_back(places):
+    point = many_joints(1, 1).figures[0].character
+    made = Scene("far", (Figure("far", "motion", point, np.array(places)[:, None]),), 30.0)
+    told = packed(made)
+    back = positions(told, numbers(told["data"]), 1)[:, 0]
+    assert np.linalg.norm(back - np.array(places), axis=-1).max() < HALF_A_MILLIMETRE
+
+
+def test_errors_that_are_not_known_are_less_than_nothing():
+    walker = acted(body("T"), 3)
+    known = replace(figure("a", "motion", walker), error=np.array([1.0, np.nan, 2.0]), planted=None)
+    told = packed(Scene("gap", (known,), 30.0))
+    found = numbers(told["data"])[-3:]
+    assert rows(found, 1, 3)[0].tolist() == [100, -1, 200]
+
+
+def test_positions_that_are_not_finite_are_told():
+    broken = replace(many_joints(2, 2).figures[0], positions=np.full((2, 2, 3), np.nan))
+    with pytest.raises(BenchError, match="snake has positions that are not finite"):
+        packed(Scene("bad", (broken,), 30.0))
+
+
+def test_bodies_are_told_once_and_figures_without_positions_have_words_only():
+    told = packed(scene())
+    assert [each["name"] for each in told["bodies"]] == ["S", "T"]
+    assert [each["body"] for each in told["figures"]] == [0, 1, 1, 1, 1, 1]
+    broken = told["figures"][-1]
+    assert (broken["shown"], broken["status"], broken["contacts"]) == (False, "failed", None)
+    assert broken["message"] == "ValueError: no luck at all"
+
+
+def test_source_and_reference_have_their_colours_and_others_theirs_by_place():
+    colours = [each["colour"] for each in packed(scene())["figures"]]
+    assert colours == [palette.SOURCE, palette.REFERENCE, *(palette.colour(place) for place in range(4))]
+
+
+def test_values_that_are_no_numbers_are_left_out():
+    made = replace(scene(), values={"good": {"a": 1.5, "b": float("nan"), "c": float("inf")}})
+    assert packed(made)["figures"][2]["values"] == {"a": 1.5}
+
+
+def test_a_long_walk_of_many_is_small():
+    """12 MB for 20 clips of 10 figures are 300 bytes for each of 200 frames; there is far more room."""
+    made = scene(200)
+    shown = sum(figure.positions is not None for figure in made.figures)
+    assert len(player.data(packed(made))) < 40 * shown * made.frames
+
+
+class Scripts(HTMLParser):
+    """Which elements a page has, and the text of its scripts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.text = ""
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append(tag)
+
+    def handle_data(self, data):
+        self.text += data
+
+
+def test_no_name_ends_the_element_that_it_lies_in():
+    told = packed(hostile())
+    read = Scripts(f'<script type="application/json">{player.data(told)}</script>')
+    assert read.tags == ["script"]
+    assert json.loads(read.text) == told
+    assert told["title"] == EVIL
+
+
+@pytest.mark.parametrize("joints", [PERSON, DOG])
+def test_bodies_are_as_thick_left_as_right_and_no_thicker_than_long(joints):
+    made = body("T", joints, 1.3)
+    radii = shapes.radii(made)
+    assert radii.shape == (len(joints), 2)
+    assert (radii[1:] > 0).all()
+    assert not radii[0].any()
+    for left, name in enumerate(joints):
+        if name.startswith("Left"):
+            right = list(joints).index(name.replace("Left", "Right"))
+            assert np.array_equal(radii[left], radii[right])
+            assert radii[left].max() <= 0.5 * made.skeleton.bone_lengths[left]
+    sides = dict(zip(joints, shapes.sides(made), strict=True))
+    assert (sides["LeftArm"], sides["RightFoot"], sides["Spine"]) == ("l", "r", "-")
+
+
+def test_bodies_without_roles_are_drawn_too():
+    snake = many_joints().figures[0].character
+    assert (shapes.radii(snake)[1:] > 0).all()
+    assert shapes.ends(snake) == [199]
+    assert shapes.heads(snake) == []
