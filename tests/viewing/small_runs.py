@@ -6,8 +6,6 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from viewing_toys.toy_moves import PERSON, body, moving
-
 from retarget_bench import registry, run
 from retarget_bench.executor import Done
 from retarget_bench.motion import bvh
@@ -15,6 +13,7 @@ from retarget_bench.plan import Plan
 from retarget_bench.records import Place
 from retarget_bench.spec import Spec
 from retarget_bench.work import work
+from tests.viewing.viewing_toys.toy_moves import PERSON, body, moving
 
 HERE = Path(__file__).parent
 CASE = "toy_moves/small>tall/<b>nod</b>"
