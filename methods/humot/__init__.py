@@ -64,7 +64,7 @@ class HuMoT(Learned):
         ),
         "finetune": Recipe(steps=20_000, batch=32, window=30, rate=5e-5),
         "default": Recipe(
-            steps=20_000, batch=16, window=30, rate=1e-3, schedule="cosine", warm_up=50, validate=1000
+            steps=20_000, batch=16, window=30, rate=7e-4, schedule="cosine", warm_up=50, validate=1000
         ),
         "quick": Recipe(steps=20, batch=8, window=30, rate=1e-3, validate=20, cases=2),
     }
