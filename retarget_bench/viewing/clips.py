@@ -109,7 +109,7 @@ def _video(path: Path, temporary: Path, pictures: Iterable[Image.Image], fps: fl
     command = [
         *(ffmpeg(), "-hide_banner", "-loglevel", "error", "-y"),
         *("-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}", "-r", f"{fps:.6f}", "-i", "-"),
-        *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-c:v", "libx264", "-crf", "18"),
+        *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-c:v", "libx264", "-crf", "20"),
         *("-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(temporary)),
     ]
     with tempfile.TemporaryFile() as said:
@@ -124,9 +124,8 @@ def _video(path: Path, temporary: Path, pictures: Iterable[Image.Image], fps: fl
         if process.returncode:
             said.seek(0)
             words = said.read().decode(errors="replace").strip().splitlines()
-            raise FileError(
-                path, f"ffmpeg could not write it ({words[-1] if words else 'it said nothing'})"
-            )
+            reason = words[-1] if words else "it does not say why"
+            raise FileError(path, f"ffmpeg could not write it ({reason})")
 
 
 def _feed(stream: IO[bytes], first: Image.Image, others: Iterator[Image.Image]) -> None:

@@ -292,5 +292,8 @@ def away(pen: ImageDraw.ImageDraw, box: Box, stage: Stage, frame: int, letter: i
     places = stage.solids[0].places[frame]
     far = float(np.linalg.norm(places.mean(axis=0) - stage.targets[frame]))
     letters = font(letter)
-    words = short(f"out of view: {far:.1f} m away", letters, box.width)
+    longer = f"out of view: {far:.1f} m away"
+    words = (
+        longer if letters.getlength(longer) <= box.width else short(f"{far:.1f} m away", letters, box.width)
+    )
     pen.text((box.left + box.width / 2, box.top + box.height / 2), words, TROUBLE, letters, anchor="mm")

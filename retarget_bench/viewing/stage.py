@@ -24,7 +24,7 @@ SAMPLE = 60
 """Frames that are looked at to fit a camera."""
 ASTRAY = 0.7
 """Heights: what strays farther from what it should follow need not be in the picture."""
-PAD, SKIN_PAD = 0.07, 0.16
+PAD, SKIN_PAD = 0.1, 0.18
 """Heights that are left free around joints, which bodies are thicker than, and skins go beyond."""
 BALL = 0.014
 """Radius of the mark on a joint that rests, in heights."""

@@ -1,0 +1,195 @@
+"""``bench render``: files of the right kind and length, which cases are meant, and errors in words."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+from PIL import Image
+from small_runs import CASE, OTHER, bvh_file, ran
+from viewing_toys.toy_moves import DOG
+
+from retarget_bench import cli
+from retarget_bench.commands.render import chosen
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.records import case_file
+from retarget_bench.viewing import clips, scenes
+from retarget_bench.viewing.clips import ffmpeg, write_clip
+
+SMALL = ("--size", "160x120")
+
+
+def bench(capsys, *arguments) -> tuple[int, str, str]:
+    with pytest.raises(SystemExit) as left:
+        cli.main(["render", *map(str, arguments)])
+    out, err = capsys.readouterr()
+    return int(left.value.code or 0), out, err
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    root = tmp_path_factory.mktemp("runs")
+    ran(root, "copy", "raise")
+    return root
+
+
+def moving_square(count: int) -> list[Image.Image]:
+    """A white square that goes two pixels to the right in every picture."""
+    ground = np.zeros((count, 24, 32, 3), np.uint8) + np.uint8([10, 40, 90])
+    for k in range(count):
+        ground[k, 8:16, 2 * k : 2 * k + 8] = 255
+    return [Image.fromarray(each) for each in ground]
+
+
+# ----------------------------------------------------------------------------------------- files
+@pytest.mark.parametrize("kind", ["gif", "webp"])
+@pytest.mark.parametrize(("count", "fps"), [(1, 30.0), (7, 30.0), (12, 24.0)])
+def test_clips_have_every_picture_and_last_as_long_as_the_motion(tmp_path, kind, count, fps):
+    path = tmp_path / f"clip.{kind}"
+    write_clip(path, moving_square(count), fps)
+    lasts = 0
+    with Image.open(path) as clip:
+        assert clip.n_frames == count
+        for number in range(count):
+            clip.seek(number)
+            clip.load()
+            lasts += clip.info.get("duration", 0)
+            shown = np.asarray(clip.convert("L")).astype(int)
+            assert shown[12, 2 * number + 3] > 230
+            assert shown[12, (2 * number + 16) % 32] < 90
+    if count > 1:
+        assert lasts == pytest.approx(1000 * count / fps, abs=10)
+
+
+def has_ffmpeg() -> bool:
+    try:
+        return bool(ffmpeg())
+    except BenchError:
+        return False
+
+
+@pytest.mark.skipif(not has_ffmpeg(), reason="no ffmpeg: pip install 'retarget-bench[video]'")
+@pytest.mark.parametrize(("count", "size"), [(1, (32, 24)), (9, (33, 25))])
+def test_videos_have_every_picture_and_even_sides(tmp_path, count, size):
+    path = tmp_path / "clip.mp4"
+    write_clip(path, [picture.resize(size) for picture in moving_square(count)], 15.0)
+    said = subprocess.run(
+        [ffmpeg(), "-hide_banner", "-i", str(path), "-f", "null", "-"],
+        capture_output=True,
+        text=True,
+        check=True,
+    ).stderr
+    assert re.findall(r"frame= *(\d+)", said)[-1] == str(count)
+    assert "h264" in said
+    assert f"{size[0] + size[0] % 2}x{size[1] + size[1] % 2}" in said
+    assert "15 fps" in said
+
+
+@pytest.mark.skipif(not has_ffmpeg(), reason="no ffmpeg: pip install 'retarget-bench[video]'")
+def test_a_video_that_cannot_be_written_leaves_nothing(tmp_path, monkeypatch):
+    def torn():
+        yield moving_square(1)[0]
+        raise RuntimeError("drawing failed")
+
+    with pytest.raises(RuntimeError, match="drawing failed"):
+        write_clip(tmp_path / "torn.mp4", torn(), 30.0)
+    false = shutil.which("false")
+    monkeypatch.setattr(clips, "ffmpeg", lambda: false)
+    with pytest.raises(FileError, match=r"no\.mp4: ffmpeg could not write it \(it does not say why\)"):
+        write_clip(tmp_path / "no.mp4", moving_square(3), 30.0)
+    assert not list(tmp_path.iterdir())
+
+
+def test_without_ffmpeg_a_sentence_says_what_to_do(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(clips, "find_spec", lambda name: None)
+    monkeypatch.setattr(shutil, "which", lambda name: None)
+    status, _, err = bench(capsys, "whatever", "-o", tmp_path / "clip.mp4")
+    assert status == 2
+    assert "pip install 'retarget-bench[video]'" in err
+    assert len(err.splitlines()) == 1
+
+
+# ----------------------------------------------------------------------------------------- what is shown
+def test_frames_are_chosen_in_seconds_and_at_a_rate(tmp_path):
+    shown = scenes.of_files([bvh_file(tmp_path / "a.bvh", 121, fps=60)])
+    assert shown.fps == pytest.approx(60, rel=1e-3)
+    assert chosen(shown, 0, None, None, None) == list(range(0, 121, 2))  # 60 per second is seen at 30
+    assert chosen(shown, 0, None, None, 50) == [0, 50, 100]
+    assert chosen(shown, 1.0, 1.5, 10, None) == [60, 66, 72, 78, 84, 90]
+    assert chosen(shown, 2.0, None, None, None) == [120]
+    with pytest.raises(BenchError, match=r"lasts 2\.00 s; there is nothing from 3 s to the end"):
+        chosen(shown, 3.0, None, None, None)
+    with pytest.raises(BenchError, match=r"nothing from 1 s to 0\.5 s"):
+        chosen(shown, 1.0, 0.5, None, None)
+
+
+def test_a_case_becomes_a_clip_and_what_failed_is_told(runs, tmp_path, capsys):
+    path = tmp_path / "clip.gif"
+    status, out, err = bench(capsys, "small>tall", "-r", runs, "-o", path, *SMALL, "--every", "3")
+    assert status == 0
+    assert err.startswith("toy_method[does=raise]: failed: RuntimeError: out of ideas (toy_method.py:")
+    assert "4 pictures of 160 x 120 pixels, 10 per second" in out
+    with Image.open(path) as clip:
+        assert (clip.n_frames, clip.size) == (4, (160, 120))
+
+
+@pytest.mark.parametrize("name", [CASE, case_file(CASE), "small>tall"])
+def test_a_case_goes_by_its_id_its_file_or_a_part_of_it(runs, tmp_path, capsys, name):
+    path = tmp_path / "still.png"
+    status, out, _ = bench(capsys, name, "-r", runs, "-m", "toy_method", "-o", path, *SMALL, "--frame", "2")
+    assert status == 0
+    assert "frame 2, 160 x 120 pixels" in out
+    assert Image.open(path).size == (160, 120)
+
+
+def test_stored_predictions_are_shown_with_their_case(runs, tmp_path, capsys):
+    path = next(runs.glob(f"*/*/*/toy_method/{case_file(OTHER)}.npz"))
+    for number, arguments in enumerate(([path], [OTHER, "-r", runs, "-m", "toy_method"])):
+        assert bench(capsys, *arguments, "-o", tmp_path / f"{number}.png", *SMALL)[0] == 0
+    assert (tmp_path / "0.png").read_bytes() == (tmp_path / "1.png").read_bytes()
+
+
+def test_methods_are_asked_now(runs, tmp_path, capsys):
+    common = ("tall>small", "-o", tmp_path / "now.png", *SMALL, "--hide", "source")
+    status, _, err = bench(capsys, *common, "--ask", "-d", "toy_moves", "-m", "toy_method[does=raise]")
+    assert (status, err.count("out of ideas")) == (0, 1)
+    assert "say which methods to ask" in bench(capsys, *common, "--ask")[2]
+
+
+def test_files_and_sheets(tmp_path, capsys):
+    dog, person = bvh_file(tmp_path / "dog.bvh", 9, joints=DOG), bvh_file(tmp_path / "<b>.bvh", 5)
+    status, out, err = bench(capsys, dog, person, "--sheet", "--columns", "3", "-o", tmp_path / "s.png")
+    assert (status, err) == (0, "dog: the first 5 of 9 frames\n")
+    assert "3 moments" in out
+    assert bench(capsys, dog, "--overlay", "-o", tmp_path / "d.webp", *SMALL)[0] == 0
+    assert {path.name for path in tmp_path.iterdir()} == {"dog.bvh", "<b>.bvh", "s.png", "d.webp"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("nod", "-o", "x.png"), "'nod' may be 2 cases, such as"),
+        (("waltz", "-o", "x.png"), "no case is called 'waltz'; near it: 'toy_moves/"),
+        ((CASE, "-o", "x.avi"), "clips are .mp4, .gif, .webp and stills .png"),
+        ((CASE, "-o", "x.gif", "--sheet"), "a sheet is a still; end the name in .png"),
+        ((CASE, "-o", "x.png", "--frame", "12"), "has no frame 12; its last is 11"),
+        ((CASE, "-o", "x.png", "--size", "big"), "a size is WIDTHxHEIGHT"),
+        ((CASE, "-o", "x.png", "--size", "3x3"), "cannot be drawn"),
+        ((CASE, "-o", "x.png", "-m", "toy_methode"), "there are those of toy_method"),
+        ((CASE, "-o", "x.png", "-d", "mixamo"), "no results of mixamo in"),
+        ((CASE, OTHER, "-o", "x.png"), "one case is shown at a time"),
+        ((CASE, "a.bvh", "-o", "x.png"), "is no motion file, and a.bvh is"),
+        (("a.bvh", "-o", "x.png"), "a.bvh: cannot be read"),
+        ((CASE, "-o", "x.gif", "--fps", "9", "--every", "2"), "give one of them"),
+    ],
+)
+def test_what_cannot_be_shown_is_told_in_words(runs, tmp_path, capsys, monkeypatch, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    status, _, err = bench(capsys, *arguments, "-r", runs)
+    assert status == 2
+    assert words in err
+    assert "Traceback" not in err
+    assert not list(tmp_path.iterdir())
