@@ -120,6 +120,10 @@ def band(low: Sequence[tuple[float, float]], high: Sequence[tuple[float, float]]
 
 
 # ---------------------------------------------------------------------------------------------- scales
+FINE = (1, 2, 5), (1, 3), (1,)
+"""Where ticks stand in a power of ten."""
+
+
 @dataclass(frozen=True)
 class Scale:
     """From numbers to places: ``low`` is at ``start``, ``high`` at ``end``; beyond them, at the ends."""
@@ -140,24 +144,17 @@ class Scale:
     def ticks(self, most: int = 6) -> list[float]:
         """Round numbers within the scale, at most about so many."""
         if self.log:
-            powers = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
-            fine = (1, 2, 5) if len(powers) <= most / 2 else (1, 3) if len(powers) <= most - 1 else (1,)
-            found = [m * 10.0**p for p in powers for m in fine]
-        else:
-            rough = (self.high - self.low) / most
-            unit = 10.0 ** math.floor(math.log10(rough))
-            step = next(m * unit for m in (1, 2, 5, 10) if m * unit >= rough * 0.999)
-            first = math.ceil(self.low / step - 1e-9)
-            found = [k * step for k in range(first, math.floor(self.high / step + 1e-9) + 1)]
+            return next(found for fine in FINE if len(found := self._decades(fine)) <= most or fine == (1,))
+        rough = (self.high - self.low) / most
+        unit = 10.0 ** math.floor(math.log10(rough))
+        step = next(m * unit for m in (1, 2, 5, 10) if m * unit >= rough * 0.999)
+        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
+        return [k * step for k in range(first, last + 1)]
+
+    def _decades(self, fine: Sequence[int]) -> list[float]:
+        powers = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
+        found = (m * 10.0**p for p in powers for m in fine)
         return [each for each in found if self.low * 0.999 <= each <= self.high * 1.001]
-
-
-def linear(numbers: Iterable[float], start: float, end: float, zero: bool = True) -> Scale:
-    """A scale over numbers, from 0 unless some are below; with a little room above."""
-    there = [each for each in numbers if math.isfinite(each)] or [1.0]
-    low, high = min(there), max(there)
-    low = min(0.0, low) if zero else low
-    return Scale(low, high + 0.04 * (high - low) if high > low else low + 1.0, start, end)
 
 
 @dataclass(frozen=True)

@@ -68,7 +68,7 @@ def _shade(index: int, rgb: tuple[float, float, float]) -> str:
     """A step, and ink that can be read on it."""
     linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in rgb]
     luminance = sum(k * c for k, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
-    ink = "#111" if luminance > 0.179 else "#fff"
+    ink = "#000" if luminance > 0.179 else "#fff"
     return f".s{index}{{--c:{_hex(rgb)};--on:{ink}}}"
 
 

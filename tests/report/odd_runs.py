@@ -1,0 +1,47 @@
+"""Results of toy methods on motion with odd names, and the report of them."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+from click.testing import CliRunner
+
+from retarget_bench import registry, run
+from retarget_bench.cli import group
+from retarget_bench.plan import Plan
+from retarget_bench.records import Place
+from retarget_bench.spec import Spec
+from tests.viewing.small_runs import InThisProcess
+
+HERE = Path(__file__).parent
+LABEL = "<script>alert('m')</script> & \"q\""
+"""What one of the methods is called."""
+
+
+def ran(root: Path) -> list[Place]:
+    """Results of three toy methods: one refuses all bodies, one is called ``LABEL``."""
+    registry.add_file(HERE.parent / "engine" / "toys" / "toy_method.py")
+    registry.add_file(HERE / "report_toys" / "odd_moves.py")
+    plan = Plan(
+        methods=tuple(Spec.parse(f"toy_method[does={does}]") for does in ("noise", "positions", "picky")),
+        datasets=(Spec.parse("odd_moves"),),
+        splits=("intra", "cross"),
+        metrics=("position", "growth", "pan_contact"),
+        root=root,
+    )
+    places = run.run(plan, lambda done, total: None, InThisProcess())
+    for place in places:
+        header = json.loads(place.header.read_text(encoding="utf-8"))
+        if "positions" in header["method"]["label"]:
+            header["method"]["label"] = LABEL
+            place.header.write_text(json.dumps(header), encoding="utf-8")
+    return places
+
+
+def report(*arguments: object) -> str:
+    """``bench report`` with these arguments; what it says. Raises what it raises."""
+    done = CliRunner().invoke(
+        group, ["report", *map(str, arguments)], catch_exceptions=False, standalone_mode=False
+    )
+    return done.output

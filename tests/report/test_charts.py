@@ -1,0 +1,120 @@
+"""Shapes, scales and colours of charts, and how cases are chosen."""
+
+import math
+import re
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from retarget_bench.palette import COLOURS, CONTROLS
+from retarget_bench.report import chapters, charts, choosing, looks, means
+from retarget_bench.report.charts import Scale, look
+
+
+@given(st.floats(-1e3, 1e3), st.floats(0.01, 1e4), st.integers(3, 9))
+def test_ticks_are_round_few_and_within(low, span, most):
+    ticks = Scale(low, low + span, 0, 100).ticks(most)
+    assert len(ticks) <= most + 1
+    assert all(
+        low - 1e-2 * span - 1e-3 * abs(low) <= each <= (low + span) + 1e-2 * span + 1e-3 * abs(low + span)
+        for each in ticks
+    )
+    assert len(ticks) < 2 or np.allclose(np.diff(ticks), ticks[1] - ticks[0])
+
+
+def test_scales_put_numbers_where_they_belong():
+    assert [Scale(0, 10, 100, 0)(each) for each in (0, 2.5, 10, 99, -3)] == [100, 75, 0, 0, 100]
+    assert [Scale(0.1, 1000, 0, 4, log=True)(each) for each in (0.1, 1, 1000)] == pytest.approx([0, 1, 4])
+    assert Scale(0.1, 1000, 0, 4, log=True).ticks() == pytest.approx([0.1, 1, 10, 100, 1000])
+
+
+def test_text_and_attributes_are_escaped():
+    made = charts.pick('<&">', charts.words(1.0, 2.0, "</text><script>"), method="\"'<x>")
+    assert re.findall(r"<(\w+)", made) == ["g", "title", "text"]
+    assert 'data-method="&#34;&#39;&lt;x&gt;"' in made
+
+
+@given(st.text(max_size=40), st.integers(4, 30))
+def test_short_names_are_no_longer_than_asked(name, most):
+    assert len(charts.short(name, most)) <= most or len(name) > most >= len(charts.short(name, most))
+
+
+def test_methods_differ_in_more_than_colour():
+    made = [look(k) for k in range(24)] + [look(0, k) for k in range(3)]
+    assert len({(each.mark, each.dash) for each in made}) == len(made)
+
+
+def _luminance(colour):
+    channels = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    return np.dot(
+        [0.2126, 0.7152, 0.0722],
+        [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in channels],
+    )
+
+
+def _contrast(first, second):
+    low, high = sorted([_luminance(first), _luminance(second)])
+    return (high + 0.05) / (low + 0.05)
+
+
+def test_colours_can_be_seen_on_light_and_dark_paper():
+    shown = {str(k): look(k) for k in range(len(COLOURS))} | {
+        f"c{k}": look(0, k) for k in range(len(CONTROLS))
+    }
+    light, dark = looks.style(shown).split("@media")
+    for paper, rules in (("#ffffff", light), ("#15181c", dark)):
+        colours = re.findall(r"\.[mc]\d+\{--c:(#\w+)\}", rules)
+        assert len(colours) == len(shown)
+        assert min(_contrast(paper, each) for each in colours) >= 3
+
+
+def test_numbers_can_be_read_on_every_shade_and_shades_darken():
+    shades = re.findall(r"\.s\d+\{--c:(#\w+);--on:(#\w+)\}", looks.style({}).split("@media")[0])
+    assert len(shades) == charts.SHADES
+    wide = {"#000": "#000000", "#fff": "#ffffff"}
+    assert min(_contrast(colour, wide[ink]) for colour, ink in shades) >= 4.5
+    lights = [_luminance(colour) for colour, _ in shades]
+    assert lights == sorted(lights, reverse=True)
+
+
+# ------------------------------------------------------------------------------------------- numbers
+def test_an_axis_leaves_out_only_what_is_far_worse():
+    assert means.top([1.0, 2.0, 3.0]) == 3.0
+    assert means.top([1.0, 2.0, 3.0, 400.0]) == means.ROOM * 2.5
+    assert means.top([0.0, 1e-7, 0.2, 0.1, math.nan]) == 0.2
+    assert means.top([]) > 0
+
+
+def test_means_are_over_clips_of_means_over_cases():
+    numbers = np.array([[1.0, 3.0, 10.0, math.nan], [math.nan] * 4])
+    clips = np.array([2, 2, 5, 5])
+    first, second = means.means(numbers, clips)
+    assert (first.value, first.n, first.clips) == (6.0, 3, 2)
+    assert second is None
+
+
+@pytest.mark.parametrize(
+    ("better", "order"), [("lower", [2, 0, 3]), ("higher", [3, 0, 2]), ("target", [2, 3, 0])]
+)
+def test_the_worst_are_told_by_what_is_better(better, order):
+    numbers = np.array([1.5, math.nan, 9.0, 0.5])
+    told = means.worst(numbers, better)
+    assert [int(each.split(":")[0]) for each in told.split()] == order
+
+
+# ------------------------------------------------------------------------------------------- choosing
+def test_worst_median_and_best_are_chosen_first_and_all_in_the_end(results):
+    found = chapters.chapters([results])
+    split = found[0].splits[1]
+    order = choosing.order(split)
+    assert sorted(order) == list(range(len(split.panel.cases)))
+    ranked = split.losses[split.ranked]
+    places = np.argsort(np.argsort(ranked, kind="stable"), kind="stable").mean(axis=0)
+    assert places[order[0]] == places.max()
+    pairs = [split.panel.cases[case].pair for case in order]
+    assert len(set(pairs[:3])) == 3  # of three pairs with two clips each
+    chosen = choosing.chosen(found, 5)
+    assert len(chosen) == len(set(chosen)) == 5
+    assert chosen[:2] == [(0, 1, order[0]), (0, 0, choosing.order(found[0].splits[0])[0])]
