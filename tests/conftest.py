@@ -1,4 +1,4 @@
-"""What all tests share: where real data lies, and a cache that is not the user's."""
+"""What all tests share: where real data lies, a cache that is not the user's, one thread."""
 
 from __future__ import annotations
 
@@ -7,6 +7,9 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
+
+# One test a core: threads of torch beside that would spend the time waiting for each other.
+os.environ.setdefault("OMP_NUM_THREADS", "1")
 
 from tests.viewing.browser import browser, open_page  # noqa: F401  (fixtures)
 
