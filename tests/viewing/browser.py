@@ -47,7 +47,7 @@ def open_page(browser) -> Iterator[Callable[..., Any]]:
             browser.new_context(offline=True, viewport={"width": width, "height": height}, **context)
         )
         page = contexts[-1].new_page()
-        page.set_default_timeout(10_000)
+        page.set_default_timeout(60_000)  # of machines that do much else
         page.on("console", lambda message: said.append(message.text))
         page.on("pageerror", lambda error: said.append(str(error)))
         page.on("request", lambda request: asked.append(request.url))
