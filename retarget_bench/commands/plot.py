@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from retarget_bench.commands import options, plot_attention, plot_options, plot_tasks
+from retarget_bench.commands import options, plot_attention, plot_options, plot_results, plot_tasks
 
 
 @click.group("plot")
@@ -14,8 +14,12 @@ def command() -> None:
     """Draw pictures of results, as .png, .pdf or .svg."""
 
 
-for _command in (plot_tasks.denoise, plot_tasks.upsample, plot_attention.attention):
-    command.add_command(_command)
+for _each in (
+    *(plot_tasks.denoise, plot_tasks.upsample),
+    *(plot_results.joints, *plot_results.PLAIN),
+    plot_attention.attention,
+):
+    command.add_command(_each)
 
 
 @command.command("recall")

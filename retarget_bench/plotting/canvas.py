@@ -93,8 +93,12 @@ def told(name: str) -> str:
 def title(figure: Figure, page: Page, text: str) -> None:
     """What the picture is of, above it, where it is to have a title."""
     if page.titled:
-        wide = int(page.width / LETTER)
-        figure.suptitle("\n".join(each for line in text.splitlines() for each in textwrap.wrap(line, wide)))
+        figure.suptitle("\n".join(wrapped(line, page.width) for line in text.splitlines()))
+
+
+def wrapped(text: str, width: float) -> str:
+    """On as many lines as it needs within so many inches."""
+    return "\n".join(textwrap.wrap(text, max(1, int(width / LETTER))))
 
 
 def looks(headers: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
@@ -134,11 +138,11 @@ def legend(figure: Figure, panels: Sequence[Any]) -> None:
                   ncols=columns, handlelength=2.6)  # fmt: skip
 
 
-def spaced_by_ratio(axis: Any) -> None:
-    """A logarithmic axis whose numbers are written out: 0.1, 1, 20."""
+def spaced_by_ratio(axis: Any, *, decades: bool = False) -> None:
+    """A logarithmic axis whose numbers are written out: 0.1, 1, 20. decades: only powers of ten."""
     from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
 
     axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    axis.set_major_locator(LogLocator(subs=(1.0,) if decades else (1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
     axis.set_minor_formatter(NullFormatter())

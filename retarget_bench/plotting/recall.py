@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 KINDS = {"pan_recall": "recall", "pan_contact_precision": "precision"}
 """Value -> what its row of panels is called. A foot that never moves has recall 1; hence both."""
 AXES = {
-    "": "slower is planted: squared step in 1/30 s, cm²",
-    "_h": "slower is planted: step in 1/30 s, heights",
+    "": "squared step in 1/30 s, cm²",
+    "_h": "step in 1/30 s, heights",
 }
 
 
@@ -57,8 +57,8 @@ def draw(path: Path, sections: Sequence[Section], by_height: bool, page: canvas.
         panels[0, 0].minorticks_off()
         for panel in grid[-1]:
             panel.tick_params(axis="x", labelrotation=45)
-        figure.supxlabel(AXES[suffix])
-        what = "foot contacts kept (mean over clips, bands 95 %)"
+            panel.set_xlabel(AXES[suffix])
+        what = "foot contacts kept, over how slow counts as planted (mean over clips, bands 95 %)"
         canvas.title(figure, page, f"{canvas.told(shown[0].dataset)}: {what}")
         canvas.legend(figure, list(panels.flat))
 

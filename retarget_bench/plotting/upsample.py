@@ -55,7 +55,7 @@ def draw(
         )
     beside = min(len(PANELS), page.across(3.0))
     with canvas.drawn(path, page.width, 2.6 * len(PANELS) / beside) as figure:
-        panels = figure.subplots(len(PANELS) // beside, beside, sharex=True, squeeze=False).flat
+        panels = list(figure.subplots(len(PANELS) // beside, beside, sharex=True, squeeze=False).flat)
         for panel, (value, title) in zip(panels, PANELS.items(), strict=True):
             for line in known:
                 banded(panel, line.name, line.points(value, at), line.look)
@@ -64,11 +64,10 @@ def draw(
                     panel.plot([place], [mean.value], **hollow)
             top = _top([line.points(value, at) for line in known])
             panel.set(title=title, ylim=(0, top), ylabel="error, cm")
-        figure.supxlabel(
-            "joints given, per cent" + (f" (large and hollow: {MAJOR} joints)" if apart else "")
-        )
+        for panel in panels[-beside:]:
+            panel.set_xlabel("joints given, per cent" + (f" (large: {MAJOR} joints)" if apart else ""))
         canvas.title(figure, page, told(sections[0]))
-        canvas.legend(figure, list(panels))
+        canvas.legend(figure, panels)
 
 
 def _levels(sections: Sequence[Section]) -> list[str]:

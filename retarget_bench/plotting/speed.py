@@ -1,0 +1,91 @@
+"""How good methods are against how fast they are."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from retarget_bench import statistics
+from retarget_bench.errors import BenchError
+from retarget_bench.panel import Panel
+from retarget_bench.plotting import canvas, values
+from retarget_bench.summary import section
+
+if TYPE_CHECKING:
+    from retarget_bench.summary import Score
+
+
+def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = canvas.PAGE) -> None:
+    """Draw a mark per method, a panel per split: speed to the right, the value upwards with its interval.
+
+    Faint steps join the ranked ones that no other ranked one beats in both. Raises BenchError where no method
+    has both.
+    """
+    canvas.ending(path)
+    what = values.shown(panels, value)
+    look = canvas.looks(values.headers(panels))
+    sections = [section(values.narrowed(panel, value)) for panel in panels]
+    timed = [[score for score in each.scores if score.fps and value in score.means] for each in sections]
+    if not any(timed):
+        raise BenchError(
+            f"no method of these results has {value} and a speed; bench run measures speed; predictions "
+            "made elsewhere have none"
+        )
+    shown = [(each, scores) for each, scores in zip(sections, timed, strict=True) if scores]
+    across = min(len(shown), page.across(1.9))
+    down = -(-len(shown) // across)
+    with canvas.drawn(path, page.width, 0.4 + 2.1 * down) as figure:
+        grid = figure.subplots(down, across, squeeze=False, sharex=True)
+        for axes, (each, scores) in zip(grid.flat, shown, strict=False):
+            _marks(axes, scores, value, look)
+            ranked = [(s.fps or 0.0, s.means[value].value) for s in scores if not s.unranked]
+            _front(axes, ranked, what.declared)
+            axes.set(title=f"{each.split}: {each.clips} clips", xlabel="frames per second, one thread")
+            canvas.spaced_by_ratio(axes.xaxis, decades=True)
+        for axes in grid[:, 0]:
+            axes.set_ylabel(what.axis)
+        for axes in grid.flat[len(shown) :]:
+            axes.set_visible(False)
+        canvas.title(
+            figure,
+            page,
+            f"{canvas.told(panels[0].dataset)}: quality against speed (bars 95 %; hollow: not ranked)",
+        )
+        canvas.legend(figure, list(grid.flat))
+
+
+def _marks(axes: Any, scores: Iterable[Score], value: str, look: Mapping[str, Mapping[str, Any]]) -> None:
+    for score in scores:
+        mean = score.means[value]
+        plain = {**look[score.label], "linestyle": "none", "markersize": 5.5}
+        hollow = {"markerfacecolor": "white"} if score.unranked else {}
+        axes.plot([score.fps], [mean.value], **plain, **hollow, label=canvas.told(score.label), zorder=3)
+        if mean.interval is not None:
+            axes.vlines(
+                score.fps, mean.interval.low, mean.interval.high, color=plain["color"], linewidth=0.9
+            )
+
+
+def _front(axes: Any, points: Sequence[tuple[float, float]], declared: Mapping[str, Any]) -> None:
+    """Steps along the points that none is both faster and better than."""
+    front = best(points, declared)
+    if len(front) > 1:
+        axes.step(*zip(*front, strict=True), where="pre", color="0.7", linewidth=0.8, zorder=1)
+
+
+def best(points: Sequence[tuple[float, float]], declared: Mapping[str, Any]) -> list[tuple[float, float]]:
+    """Those (speed, number) that no other is faster than and better, slowest first."""
+    worse = statistics.losses(np.array([number for _, number in points]), declared).tolist()
+    front: list[tuple[float, float]] = []
+    least = math.inf
+    for (speed, number), loss in sorted(
+        zip(points, worse, strict=True), key=lambda each: (-each[0][0], each[1])
+    ):
+        if loss < least:
+            front.append((speed, number))
+            least = loss
+    return front[::-1]
