@@ -113,7 +113,7 @@ class Chapter:
 
     @property
     def title(self) -> str:
-        return self.dataset if self.task == TASKS[0] else f"{self.task}: {self.dataset}"
+        return self.dataset  # of derived tasks it says which
 
     @property
     def labels(self) -> list[str]:

@@ -46,7 +46,7 @@ def pairs(chapter: Chapter, looks: Looks) -> Picture | None:
     if together := len(names) > MOST:
         names = {n: chapter.bodies[n].structure if n in chapter.bodies else UNKNOWN for n in names}
     squares = _squares(chapter, names)
-    if len({name for pair in squares for name in pair}) < 2:
+    if all(source == target for source, target in squares):
         return None
     highest = _highest(squares)
     bodies = f"structures of bodies, of which there are {len(names)}" if together else "bodies"

@@ -1,0 +1,119 @@
+"""The page as people see it, who open it from disk in a browser."""
+
+import re
+
+import pytest
+
+from tests.report.odd_runs import LABEL
+
+
+def order(page, table=0):
+    """The methods of a table, from above."""
+    return (
+        page.locator("table.results")
+        .nth(table)
+        .locator("tbody tr[data-row]")
+        .evaluate_all("rows => rows.map((row) => row.dataset.row)")
+    )
+
+
+def sideways(page):
+    """By how much the page is wider than the window."""
+    return page.evaluate("document.documentElement.scrollWidth - innerWidth")
+
+
+def cases(page):
+    return page.locator("#cases tr").all_inner_texts()
+
+
+def shown(page):
+    """The methods that the player shows."""
+    chips = page.locator("#player .rp-chip:has(input:checked) .rp-name").all_inner_texts()
+    return [each for each in chips if each not in ("source", "reference")]
+
+
+@pytest.fixture
+def page(made, open_page):
+    opened = open_page(made, width=1200)
+    opened.wait_for_selector("#player canvas")
+    return opened
+
+
+def test_tables_sort_by_click_and_by_key(page):
+    before = order(page)
+    head = page.locator("table.results").first.locator("thead th").first
+    head.get_by_role("button").click()
+    assert head.get_attribute("aria-sort") == "ascending"
+    assert order(page)[:2] == sorted(order(page)[:2])
+    page.keyboard.press("Enter")
+    assert head.get_attribute("aria-sort") == "descending"
+    page.keyboard.press("Enter")
+    assert head.get_attribute("aria-sort") is None
+    assert order(page) == before
+
+
+def test_a_number_leads_to_its_cases_worst_first_and_back(page):
+    assert page.locator("#caption").inner_text().startswith("cross: ")
+    assert page.evaluate("document.querySelector('#player canvas').width") > 300
+    assert page.locator("#cases tr[aria-current]").count() == 1
+    row = page.locator("table.results").nth(1).locator("tbody tr[data-row]").filter(has_text=LABEL)
+    number = row.locator(".num").nth(1)
+    number.click()
+    assert f"cross, {LABEL}: 6 cases" in page.locator("#what").inner_text()
+    told = [float(each.split("\t")[-1]) for each in cases(page)]
+    assert told == sorted(told, reverse=True)
+    assert page.locator("#method").evaluate("each => each.selectedOptions[0].textContent") == LABEL
+    assert shown(page) == [LABEL]
+    assert page.evaluate("document.activeElement.id") == "watch-title"
+    page.locator("#back").click()
+    assert number.evaluate("each => each === document.activeElement")
+
+
+def test_marks_lead_to_their_cases_by_keys_and_clicks(page):
+    marks = page.locator("#chapter-1-pairs svg").first.locator(".pick")
+    assert marks.evaluate_all("all => all.filter((each) => each.tabIndex === 0).length") == 1
+    marks.first.focus()
+    page.keyboard.press("ArrowDown")
+    now = page.evaluate("document.activeElement.getAttribute('aria-label')")
+    assert now != marks.first.get_attribute("aria-label")
+    page.keyboard.press(" ")
+    assert re.search(r"worst by .*: 2 cases", page.locator("#what").inner_text())
+    page.locator("#clear").click()
+    assert ": 6 cases" in page.locator("#what").inner_text()
+    for name, part in (("clips", "clip"), ("kinds", "kind")):
+        mark = page.locator(f"#chapter-1-{name} .pick").first
+        mark.dispatch_event("click")
+        told = page.locator("#what").inner_text()
+        assert f", {part} {mark.get_attribute(f'data-{part}')}: 3 cases" in told
+
+
+def test_cases_methods_splits_and_names_can_be_chosen(page):
+    before = page.locator("#caption").inner_text()
+    page.locator("#cases tr:not([aria-current]) button").first.click()
+    assert page.locator("#caption").inner_text() != before
+    page.locator("#method").select_option(label=LABEL)
+    assert shown(page) == [LABEL]
+    page.locator("#split").select_option(label="intra")
+    assert page.locator("#what").inner_text().startswith(f"intra, {LABEL}")
+    page.locator("#name").fill("script")
+    assert len(cases(page)) == 3
+    nameless = page.locator("main button, main [role=button], #watch select, #watch input").evaluate_all(
+        "all => all.filter((each) => !(each.ariaLabel || each.innerText || each.labels?.length)).length"
+    )
+    assert nameless == 0
+
+
+def test_a_phone_shows_all_of_it(made, open_page):
+    page = open_page(
+        made, width=360, height=700, color_scheme="dark", has_touch=True, reduced_motion="reduce"
+    )
+    page.wait_for_selector("#player canvas")
+    assert sideways(page) <= 0
+    page.locator(".num").first.tap()
+    assert page.locator("#watch").evaluate("each => Math.abs(each.getBoundingClientRect().top) < 40")
+    page.locator("summary").evaluate_all("all => all.forEach((each) => (each.parentNode.open = true))")
+    assert sideways(page) <= 0
+    page.set_viewport_size({"width": 1800, "height": 900})  # wide: motion stays beside the numbers
+    page.locator("#chapter-1-pairs .pick").first.click()
+    for part in ("#caption", "#chapter-1-pairs .pick.now"):
+        assert 0 <= page.locator(part).first.bounding_box()["y"] < 900
