@@ -44,6 +44,7 @@ class HuMoT(Learned):
         ``text`` follows its appendix by the letter; ``small`` is for CPUs.
     subsampling: False leaves the stochastic joint subsampling out (the paper's "no SJS").
     consistency: weight of the consistency of bone lengths (0: "no BLC").
+    facing: windows go through the networks turned ahead, and back behind them. Not in the paper.
     turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
     split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
         split, whose validation they are; ``clip`` trains on all of them.
@@ -74,7 +75,8 @@ class HuMoT(Learned):
         variant: Variant = "small",
         subsampling: bool = True,
         consistency: float = 0.5,
-        turned: bool = True,
+        facing: bool = True,
+        turned: bool = False,
         mirrored: bool = True,
         hop: int = 6,
         split: Literal["clip", "chunk"] = "clip",
@@ -88,7 +90,8 @@ class HuMoT(Learned):
             raise BenchError("humot: hop is a number of frames, one or more")
         self.variant, self.windows = variant, windows
         self.subsampling, self.consistency = subsampling, consistency
-        self.turned, self.mirrored, self.hop, self.split = turned, mirrored, hop, split
+        self.facing, self.turned, self.mirrored = facing, turned, mirrored
+        self.hop, self.split = hop, split
         self.card = MethodCard(
             name="humot",
             summary="One autoencoder for all skeletons, also for those never trained on: positions",
@@ -101,6 +104,7 @@ class HuMoT(Learned):
                 "variant": "small, text (the appendix by the letter) or paper_count (2,475,511 parameters)",
                 "subsampling": "false: without stochastic joint subsampling (no SJS)",
                 "consistency": "weight of the consistency of bone lengths (0: no BLC)",
+                "facing": "windows go through the networks turned ahead (false: as the paper)",
                 "turned": "training windows are turned about the vertical axis at random",
                 "mirrored": "every other training window is mirrored",
                 "hop": "frames between the starts of training windows",
@@ -116,6 +120,7 @@ class HuMoT(Learned):
             "variant": self.variant,
             "subsampling": self.subsampling,
             "consistency": self.consistency,
+            "facing": self.facing,
             "turned": self.turned,
             "mirrored": self.mirrored,
             "hop": self.hop,
@@ -139,7 +144,15 @@ class HuMoT(Learned):
 
         bodies = {name: body(material.characters[name]) for name in material.clips}
         aside = self.split == "chunk"
-        choices = Choices(self.subsampling, self.consistency, self.turned, self.mirrored, self.hop, aside)
+        choices = Choices(
+            subsampled=self.subsampling,
+            consistency=self.consistency,
+            facing=self.facing,
+            turned=self.turned,
+            mirrored=self.mirrored,
+            hop=self.hop,
+            held_out=aside,
+        )
         return Learner(material, recipe, bodies, DESIGNS[self.variant], choices, trained)
 
     # ----------------------------------------------------------------------------------- retargeting
@@ -161,7 +174,7 @@ class HuMoT(Learned):
         if not sources:
             return []
         questions = [Question.of(*pair) for pair in zip(sources, targets, strict=True)]
-        return retargeted(self._network.to(contexts[0].device), questions, self.windows)
+        return retargeted(self._network.to(contexts[0].device), questions, self.windows, self.facing)
 
     @cached_property
     def _network(self) -> Autoencoder:

@@ -60,10 +60,7 @@ TEXT = Design()
 PAPER_COUNT = replace(TEXT, kernel=9, joined=2, written=2, expansion=3, biased=False, affine=False)
 SMALL = replace(
     PAPER_COUNT,
-    width=64,
-    latent=64,
-    blocks=(2, 2),
-    motion=(3, 16, 32),
+    blocks=(1, 1),
     norm="layer",
     affine=True,
     scale=0.02,

@@ -14,6 +14,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 
 from .body import Body, body
+from .heading import headings, turned
 from .learner import Autoencoder
 
 WINDOW, HOP = 30, 15
@@ -58,12 +59,17 @@ class Piece:
     centre: np.ndarray
 
 
-def retargeted(network: Autoencoder, questions: Sequence[Question], windows: Windows) -> list[Positions]:
-    """Every question's answer. What is beside a question does not change its answer."""
+def retargeted(
+    network: Autoencoder, questions: Sequence[Question], windows: Windows, facing: bool
+) -> list[Positions]:
+    """Every question's answer. What is beside a question does not change its answer.
+
+    facing: windows go through the networks turned ahead, as in training.
+    """
     pieces = [piece for question in questions for piece in _pieces(question, windows)]
     found: dict[int, list[tuple[Piece, np.ndarray]]] = {}
     for group in _groups(pieces):
-        for piece, answer in zip(group, _answered(network, group), strict=True):
+        for piece, answer in zip(group, _answered(network, group, facing), strict=True):
             found.setdefault(id(piece.question), []).append((piece, answer))
     return [_joined(question, found[id(question)]) for question in questions]
 
@@ -91,7 +97,7 @@ def _groups(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
         del waiting[-count:]
 
 
-def _answered(network: Autoencoder, group: Sequence[Piece]) -> list[np.ndarray]:
+def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> list[np.ndarray]:
     """Each ``(frames, joints of the target, 3)`` metres, Z up, about the piece's centre."""
     frames = max(piece.stop - piece.start for piece in group)
     mask = np.zeros((len(group), frames), bool)
@@ -104,12 +110,17 @@ def _answered(network: Autoencoder, group: Sequence[Piece]) -> list[np.ndarray]:
         given["places"][row, :length, : seen.shape[1]] = seen
         given["template"][row, : len(question.actor.template)] = question.actor.template
         asked["template"][row, : len(question.body.template)] = question.body.template
+    angles = np.zeros(len(group))
+    if facing:
+        angles = headings(given["places"], given["template"], given["joints"], mask)
+        given["places"] = turned(given["places"], -angles)
     device = next(network.parameters()).device
     sides = [
         {key: torch.from_numpy(array).to(device) for key, array in side.items()} for side in (given, asked)
     ]
     with torch.inference_mode():
         answer = network(*sides, torch.from_numpy(mask).to(device)).cpu().double().numpy()
+    answer = turned(answer, angles)
     return [
         answer[row, : piece.stop - piece.start, : len(piece.question.body.joints)]
         for row, piece in enumerate(group)

@@ -17,6 +17,7 @@ from retarget_bench.training.recipe import Recipe
 
 from .body import Body
 from .design import Design
+from .heading import headings, turned
 from .losses import losses
 from .network import Decoder, Encoder
 from .sampling import kept, parents_among
@@ -42,12 +43,14 @@ class Autoencoder(nn.Module):
 @dataclass(frozen=True)
 class Choices:
     """subsampled: joints are left out at random (SJS). consistency: weight of eq. 2.
+    facing: windows are turned until bodies face ahead, as far as the joints given tell.
     turned, mirrored: windows are turned about the vertical axis at random, and every other one mirrored.
     hop: frames between the starts of windows. held_out: a tenth of every clip's windows is never drawn.
     """
 
     subsampled: bool
     consistency: float
+    facing: bool
     turned: bool
     mirrored: bool
     hop: int
@@ -94,6 +97,10 @@ class Learner:
         templates = [mine.template for mine in bodies]
         self._augment(numbers, places, templates)
         given, asked = (self._parts(numbers, bodies, places, templates) for _ in range(2))
+        if self._choices.facing:
+            angles = headings(given["places"], given["template"], given["joints"], windows.mask)
+            for part in (given, asked):
+                part["places"] = turned(part["places"], -angles)
         return {"frames": windows.mask, "given": given, "asked": asked}
 
     def _cast(self, numbers: np.random.Generator, rows: int) -> list[str]:

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
+from unittest.mock import patch
 
 import numpy as np
 import pan_material
 import torch
 
-from retarget_bench.methods.humot import HuMoT
+from retarget_bench.methods.humot import DESIGNS, HuMoT
 from retarget_bench.methods.humot.learner import Learner
 from retarget_bench.training.material import Material
 from retarget_bench.training.recipe import Recipe
@@ -17,6 +19,7 @@ from retarget_bench.training.turns import moved
 
 BODIES, THREE = pan_material.BODIES, pan_material.THREE
 WINDOW = 12
+THIN: Any = {"width": 32, "latent": 32, "heads": 4, "template": (8, 16), "motion": (3, 8, 16)}
 
 
 def material(method: HuMoT, names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9)) -> Material:
@@ -24,11 +27,16 @@ def material(method: HuMoT, names: Sequence[str] = THREE, lengths: Sequence[int]
     return pan_material.material(method, names, lengths)  # type: ignore[arg-type]
 
 
-def learner(names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9), **parameters: Any) -> Learner:
+def learner(
+    names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9), thin: bool = False, **parameters: Any
+) -> Learner:
+    """thin: networks that are narrower than the variant's; such a learner's method cannot be asked."""
     method = HuMoT(**parameters)
     torch.manual_seed(0)
     recipe = Recipe(steps=1, batch=6, window=WINDOW, rate=1e-3)
-    return method.learner(material(method, names, lengths), recipe)
+    narrow = {name: replace(design, **THIN) for name, design in DESIGNS.items()} if thin else {}
+    with patch.dict("retarget_bench.methods.humot.DESIGNS", narrow):
+        return method.learner(material(method, names, lengths), recipe)
 
 
 def batch(mine: Learner, rows: int = 6, seed: int = 0) -> Any:

@@ -36,7 +36,9 @@ def losses(learner, batch):
 
 # ---------------------------------------------------------------------------------------- what is drawn
 def test_the_whole_skeleton_where_nothing_is_left_out():
-    learner = humot_material.learner(lengths=(WINDOW,), subsampling=False, turned=False, mirrored=False)
+    learner = humot_material.learner(
+        lengths=(WINDOW,), subsampling=False, facing=False, turned=False, mirrored=False
+    )
     given, asked = (humot_material.batch(learner, 4)[key] for key in ("given", "asked"))
     for key in given:
         assert torch.equal(given[key], asked[key])
@@ -58,7 +60,7 @@ def test_the_whole_skeleton_where_nothing_is_left_out():
 
 
 def test_two_draws_of_joints_are_independent_and_fit_their_templates():
-    learner = humot_material.learner(turned=False, mirrored=False)
+    learner = humot_material.learner(facing=False, turned=False, mirrored=False)
     found = humot_material.batch(learner, 40)
     differ = 0
     for side in ("given", "asked"):
@@ -80,7 +82,9 @@ def test_two_draws_of_joints_are_independent_and_fit_their_templates():
 def test_turned_and_mirrored_windows_keep_their_shape():
     """Distances between joints stay, heights stay; mirrored bodies have mirrored templates."""
     options = {"subsampling": False, "lengths": (WINDOW,)}
-    plain = humot_material.batch(humot_material.learner(turned=False, mirrored=False, **options), 12)
+    plain = humot_material.batch(
+        humot_material.learner(facing=False, turned=False, mirrored=False, **options), 12
+    )
     other = humot_material.batch(humot_material.learner(**options), 12)
     # the numbers that choose the rows are drawn first, so rows are the same
     joints = plain["given"]["joints"]
@@ -112,7 +116,7 @@ def test_a_batch_is_drawn_from_its_numbers_alone():
 # ------------------------------------------------------------------------------------------ that it learns
 @pytest.mark.parametrize("variant", ["small", "paper_count"])
 def test_every_parameter_has_a_gradient(variant):
-    learner = humot_material.learner(variant=variant)
+    learner = humot_material.learner(variant=variant, thin=True)
     learner.losses("autoencoder", humot_material.batch(learner), {})["reconstruction"].backward()
     for name, parameter in learner.modules.named_parameters():
         assert parameter.grad is not None, name
@@ -121,7 +125,9 @@ def test_every_parameter_has_a_gradient(variant):
 
 
 def test_one_batch_is_learnt_by_heart():
-    learner = humot_material.learner(lengths=(WINDOW,), turned=False, mirrored=False)
+    learner = humot_material.learner(
+        lengths=(WINDOW,), thin=True, facing=False, turned=False, mirrored=False
+    )
     batch = humot_material.batch(learner)
     before = losses(learner, batch)["reconstruction"].item()
     steps(learner, 60, rate=4e-3, batch=batch)
@@ -129,7 +135,7 @@ def test_one_batch_is_learnt_by_heart():
 
 
 def test_training_is_the_same_under_one_seed():
-    one, two = (steps(humot_material.learner(), 3).export() for _ in range(2))
+    one, two = (steps(humot_material.learner(thin=True), 3).export() for _ in range(2))
     assert all(torch.equal(one[name], two[name]) for name in one)
 
 
