@@ -82,10 +82,8 @@ def test_two_draws_of_joints_are_independent_and_fit_their_templates():
 def test_turned_and_mirrored_windows_keep_their_shape():
     """Distances between joints stay, heights stay; mirrored bodies have mirrored templates."""
     options = {"subsampling": False, "lengths": (WINDOW,)}
-    plain = humot_material.batch(
-        humot_material.learner(facing=False, turned=False, mirrored=False, **options), 12
-    )
-    other = humot_material.batch(humot_material.learner(**options), 12)
+    plain = humot_material.batch(humot_material.learner(facing=False, mirrored=False, **options), 12)
+    other = humot_material.batch(humot_material.learner(facing=False, turned=True, **options), 12)
     # the numbers that choose the rows are drawn first, so rows are the same
     joints = plain["given"]["joints"]
     assert torch.equal(joints, other["given"]["joints"])
