@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from functools import cache
 from itertools import combinations, product
 
 import numpy as np
@@ -19,6 +20,7 @@ LEAST = 0.01
 """Of body height, 1.7 cm for a person: clips nearer than this would be near copies."""
 
 
+@cache
 def trajectory(clip: Clip) -> np.ndarray:
     """``(samples, 3 * joints)``: the clip by the first body of its family, from the root, turned to face
     one way, in shares of the body's height; so that neither place, heading nor build tells clips apart."""
@@ -54,14 +56,7 @@ def distance(a: np.ndarray, b: np.ndarray) -> float:
 
 def nearest(pairs: Iterable[tuple[Clip, Clip]]) -> tuple[float, str, str]:
     """The smallest distance and whose it is."""
-    known: dict[str, np.ndarray] = {}
-
-    def of(clip: Clip) -> np.ndarray:
-        if clip.name not in known:
-            known[clip.name] = trajectory(clip)
-        return known[clip.name]
-
-    return min((distance(of(a), of(b)), a.name, b.name) for a, b in pairs)
+    return min((distance(trajectory(a), trajectory(b)), a.name, b.name) for a, b in pairs)
 
 
 def trained(size: str) -> Iterator[Clip]:
