@@ -22,8 +22,8 @@ if TYPE_CHECKING:
 def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = canvas.PAGE) -> None:
     """Draw a mark per method, a panel per split: speed to the right, the value upwards with its interval.
 
-    Faint steps join the ranked ones that no other ranked one beats in both. Raises BenchError where no method
-    has both.
+    Faint steps join the ranked ones that no other ranked one beats in both. Raises BenchError where no
+    method has both.
     """
     canvas.ending(path)
     what = values.shown(panels, value)

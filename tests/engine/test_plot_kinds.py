@@ -1,0 +1,297 @@
+"""Pictures of plain results: what is drawn is what the stored numbers give, counted again by hand."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+from stored import header
+
+from retarget_bench import cli, cliques, panel, records, summary
+from retarget_bench.api import CaseInfo
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plotting import canvas, joints, speed
+from retarget_bench.records import Entry, Place
+
+HOSTILE = ("$\\frac{1}", "_hidden & 50% #1", "<script>alert('x')</script>\n\x07")
+BODIES = ("ann", "bob", "$\\cat_^")
+STRUCTURES = {"ann": "s17", "bob": "s17", "$\\cat_^": "s22"}
+JOINTS = {"s17": ("Hips", "Head"), "s22": ("Hips", "Head", "Toe^{$")}
+KINDS = ("walk", "run", "$\\sit$")
+VALUES = {
+    key: {
+        "label": label, "unit": "% of height", "better": "lower", "goal": 1.0, "index": index,
+        "with_self": False, "meaning": "", "tolerance": 1e-6, "formula": "", "metric": "m",
+    }
+    for key, label, index in (
+        ("mpjpe_h.world", "error", ""), ("mpjpe_h.joint", "error by joint", "joint"),
+        ("growth.world", "error over time", "second"),
+    )
+}  # fmt: skip
+CLIPS = 12
+FPS = dict(zip(HOSTILE, (2000.0, 500.0, 40.0), strict=True))
+Numbers = dict[str, dict[tuple[str, str, int], Entry]]
+
+
+def stored(root: Path) -> Numbers:
+    """Three methods with names that mean something to TeX or HTML, of three bodies; and their numbers."""
+    rng = np.random.default_rng(11)
+    found: Numbers = {}
+    pairs = [(a, b) for a in BODIES for b in BODIES if a != b]
+    for shift, label in enumerate(HOSTILE):
+        entries, infos = {}, []
+        for clip in range(CLIPS):
+            for source, target in pairs if clip else pairs[:2]:
+                info = CaseInfo(
+                    f"data/{source}>{target}/clip {clip:02}", "retarget", "cross", source, target,
+                    f"clip {clip:02}", KINDS[clip % 3], 90,
+                )  # fmt: skip
+                error = float(1 + shift + clip % 3 + rng.random())
+                values = {
+                    "mpjpe_h.world": error,
+                    "mpjpe_h.joint": {j: error * (k + 1) for k, j in enumerate(JOINTS[STRUCTURES[target]])},
+                    "growth.world": {str(second): error * second for second in (1, 2, 3)},
+                }
+                infos.append(info)
+                entries[source, target, clip] = Entry(info.id, "ok", values=values)
+        place = Place(root, "data", "retarget", "cross", f"method{shift}")
+        told = header(label, list(entries.values()), "cross") | {"values": VALUES}
+        told["dataset"] |= {"label": "50% of {data}_$x", "name": "no_such_data"}
+        records.write_results(place, told, list(entries.values()), infos)
+        place.timing.write_text(f"case,frames,seconds\nc,{FPS[label]:g},1\n")
+        found[label] = entries
+    rows = "".join(f"{body},{STRUCTURES[body]}\n" for body in BODIES)
+    (place.folder / "cases.structures.csv").write_text(f"target,structure\n{rows}")
+    return found
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory) -> tuple[Path, Numbers]:
+    root = tmp_path_factory.mktemp("kinds")
+    return root, stored(root)
+
+
+@pytest.fixture
+def plotted(results, tmp_path, monkeypatch) -> Callable[..., Figure]:
+    """Draws a kind by the command, and gives the figure."""
+    made: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (made.append(self), path.touch()))
+
+    def plot(kind: str, *more: str) -> Figure:
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["plot", kind, str(results[0]), "-o", str(tmp_path / "out.svg"), *more])
+        assert not stop.value.code
+        return made[-1]
+
+    return plot
+
+
+def mean(
+    entries: dict, value: str, index: str = "", keep: Callable[[str, str, int], bool] = lambda *_: True
+) -> float:
+    """Over clips of the mean over the cases of a clip, as a plain loop."""
+    clips: dict[int, list[float]] = {}
+    for (source, target, clip), entry in entries.items():
+        number = entry.values[value]
+        number = number.get(index) if isinstance(number, dict) else number
+        if keep(source, target, clip) and number is not None:
+            clips.setdefault(clip, []).append(number)
+    return sum(sum(each) / len(each) for each in clips.values()) / len(clips)
+
+
+def lines(axes) -> list:
+    return [line for line in axes.lines if line.get_marker() not in ("None", None)]
+
+
+# -------------------------------------------------------------------------------------------------- kinds
+def test_pairs_are_a_map_per_method_on_one_scale(plotted, results):
+    figure = plotted("pairs")
+    maps = [axes for axes in figure.axes if axes.get_images()]
+    names = sorted(BODIES)
+    assert len(maps) == 3
+    for axes, (label, entries) in zip(maps, results[1].items(), strict=True):
+        (image,) = axes.get_images()
+        for row, source in enumerate(names):
+            for column, target in enumerate(names):
+                drawn = np.ma.filled(image.get_array(), np.nan)[row, column]
+                if source == target:
+                    assert np.isnan(drawn)
+                    continue
+                wanted = mean(
+                    entries, "mpjpe_h.world", keep=lambda s, t, _, pair=(source, target): (s, t) == pair
+                )
+                assert drawn == pytest.approx(wanted, rel=1e-8)
+        assert axes.get_title() == canvas.told(label)
+        assert [text.get_text() for text in axes.get_xticklabels()] == names
+    assert len({image.get_clim() for axes in maps for image in axes.get_images()}) == 1
+
+
+def test_many_bodies_are_taken_together_by_structure(plotted, results, monkeypatch):
+    monkeypatch.setattr("retarget_bench.plotting.pairs.MOST", 2)
+    figure = plotted("pairs", "-m", HOSTILE[0])
+    image = figure.axes[0].get_images()[0].get_array()
+    entries = results[1][HOSTILE[0]]
+    within = mean(entries, "mpjpe_h.world", keep=lambda s, t, _: {s, t} == {"ann", "bob"})
+    assert image[0, 0] == pytest.approx(within)
+    assert image.mask.tolist() == [[False, False], [False, True]]
+
+
+def test_ties_show_the_order_and_nobody_joined_who_is_told_apart(plotted, results):
+    axes = plotted("ties").axes[0]
+    wanted = sorted((mean(entries, "mpjpe_h.world"), label) for label, entries in results[1].items())
+    assert [text.get_text() for text in axes.get_yticklabels()] == [
+        canvas.told(label) for _, label in wanted
+    ]
+    assert [line.get_xdata()[0] for line in lines(axes)] == pytest.approx([value for value, _ in wanted])
+    assert len(axes.lines) == 3
+
+
+def test_ties_join_a_method_with_its_own_double(tmp_path):
+    root = tmp_path / "double"
+    stored(root)
+    (first, *_) = records.find_results(root)
+    twin = Place(root, "data", "retarget", "cross", "twin")
+    for kind in ("rows", "arrays"):
+        getattr(twin, kind).write_bytes(getattr(first, kind).read_bytes())
+    told = first.header.read_text().replace('"label": "$\\\\frac{1}"', '"label": "twin"')
+    twin.header.write_text(told)
+    (one,) = panel.panels(records.find_results(root))
+    ranking = summary.section(one).rankings["mpjpe_h.world"]
+    assert set(ranking.order[:2]) == {"twin", HOSTILE[0]}
+    assert cliques.cliques(cliques.told_apart(one, ranking, "mpjpe_h.world")) == [(0, 1)]
+
+
+def test_speed_is_to_the_right_and_error_upwards(plotted, results):
+    axes = plotted("speed").axes[0]
+    assert axes.get_xscale() == "log"
+    for line, (label, entries) in zip(lines(axes), results[1].items(), strict=True):
+        assert line.get_xdata()[0] == pytest.approx(FPS[label])
+        assert line.get_ydata()[0] == pytest.approx(mean(entries, "mpjpe_h.world"))
+
+
+def test_who_is_slower_and_worse_is_not_at_the_front():
+    lower = {"better": "lower", "goal": 1.0}
+    points = [(100.0, 3.0), (10.0, 2.0), (5.0, 2.5), (1.0, 1.0), (1.0, 4.0)]
+    assert speed.best(points, lower) == [(1.0, 1.0), (10.0, 2.0), (100.0, 3.0)]
+    assert speed.best(points, {"better": "higher", "goal": 1.0}) == [(1.0, 4.0), (100.0, 3.0)]
+    assert speed.best([(1.0, 1.1), (2.0, 0.5)], {"better": "target", "goal": 1.0})[0] == (1.0, 1.1)
+
+
+def test_kinds_stand_with_the_farthest_off_at_the_top(plotted, results):
+    axes = plotted("kinds").axes[0]
+    assert [text.get_text() for text in axes.get_yticklabels()] == ["$\\sit$", "run", "walk"]
+    for line, entries in zip(lines(axes), results[1].values(), strict=True):
+        for at, kind in enumerate(("$\\sit$", "run", "walk")):
+            wanted = mean(entries, "mpjpe_h.world", keep=lambda s, t, c, k=kind: KINDS[c % 3] == k)
+            assert line.get_xdata()[at] == pytest.approx(wanted)
+            assert round(line.get_ydata()[at]) == at
+
+
+def test_growth_is_a_line_over_seconds(plotted, results):
+    axes = plotted("growth").axes[0]
+    for line, entries in zip(axes.lines, results[1].values(), strict=True):
+        assert list(line.get_xdata()) == [1, 2, 3]
+        wanted = [mean(entries, "growth.world", str(second)) for second in (1, 2, 3)]
+        assert line.get_ydata() == pytest.approx(wanted)
+
+
+# ------------------------------------------------------------------------------------------------- joints
+def test_dots_by_joint_are_of_one_structure(plotted, results):
+    axes = plotted("joints", "--dots", "--structure", "s22").axes[0]
+    names = ["Toe^{$", "Head", "Hips"]
+    assert [text.get_text() for text in axes.get_yticklabels()] == names
+    for line, entries in zip(lines(axes), results[1].values(), strict=True):
+        wanted = [mean(entries, "mpjpe_h.joint", joint, lambda s, t, _: t == BODIES[2]) for joint in names]
+        assert line.get_xdata() == pytest.approx(wanted)
+
+
+def test_skeletons_are_coloured_by_the_errors_of_their_joints(results, tmp_path, monkeypatch):
+    made: list[Figure] = []
+    monkeypatch.setattr(
+        Figure, "savefig", lambda self, path, **_: (made.append(self), path.write_bytes(b"x"))
+    )
+    tree = Skeleton(("Hips", "Head"), np.array([-1, 0]), np.array([[0.0, 1.0, 0.0], [0.1, 0.6, 0.0]]))
+    bodies = {name: Character.of(name, tree) for name in ("ann", "bob")}
+    (one,) = panel.panels(records.find_results(results[0]))
+    joints.draw(tmp_path / "a.png", one, "mpjpe_h.joint", bodies)
+    drawn = [axes for axes in made[0].axes if axes.get_title()]
+    for axes, (label, entries) in zip(drawn, results[1].items(), strict=True):
+        assert axes.get_title() == canvas.told(label)
+        (bones, dots) = axes.collections
+        ends = bones.get_segments()[0]
+        assert ends[1] - ends[0] == pytest.approx([0.1, 0.6])
+        keep = lambda s, t, _: t in ("ann", "bob")  # noqa: E731
+        wanted = sorted(mean(entries, "mpjpe_h.joint", joint, keep) for joint in ("Hips", "Head"))
+        assert dots.get_array().tolist() == pytest.approx(wanted)
+        assert dots.get_sizes()[0] < dots.get_sizes()[1]
+
+
+# ----------------------------------------------------------------------------------------------- the page
+@pytest.mark.parametrize(("kind", "width"), [("pairs", "column"), ("kinds", "page")])
+def test_pictures_are_as_wide_as_is_asked(plotted, kind, width):
+    figure = plotted(kind, "--width", width)
+    assert figure.get_figwidth() == {"column": 3.25, "page": 6.75}[width]
+    assert figure.get_suptitle()
+    assert not plotted(kind, "--no-title").get_suptitle()
+
+
+@pytest.mark.filterwarnings("error::UserWarning")
+def test_names_are_drawn_as_they_are_and_fonts_are_embedded(results, tmp_path):
+    for form in ("svg", "pdf"):
+        with pytest.raises(SystemExit) as stop:
+            cli.main(["plot", "kinds", str(results[0]), "-o", str(tmp_path / f"out.{form}")])
+        assert not stop.value.code
+    written = (tmp_path / "out.svg").read_text()
+    assert "<script" not in written
+    assert all(f"<!-- {name} -->" in written for name in ("$\\frac{1}", "$\\sit$"))
+    assert b"/FontFile2" in (tmp_path / "out.pdf").read_bytes()
+    assert b"/Type3" not in (tmp_path / "out.pdf").read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("name", "told"),
+    [("_x", "\u200a_x"), ("a\nb\x00", "a b"), ("", "(no name)"), ("\ud800", "?"), ("é 日本", "é 日本")],
+)
+def test_names_are_one_line_that_legends_show(name, told):
+    assert canvas.told(name) == told
+    assert len(canvas.told("x" * 500)) <= canvas.LONGEST
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (
+            ["ties", "-o", "a.png", "--value", "mpjpe_h.word"],
+            "no result has mpjpe_h.word as one number per case",
+        ),
+        (["growth", "-o", "a.png", "--value", "mpjpe_h.world"], "for instance growth.world"),
+        (
+            ["joints", "-o", "a.png", "--dots", "--structure", "s9"],
+            "no target is of structure s9; there are s17, s22",
+        ),
+        (["joints", "-o", "a.png"], "--dots draws without them"),
+        (["pairs", "-o", "a.jpg"], "pictures are written as .png, .pdf, .svg"),
+        (["speed", "-o", "a.png", "-s", "self"], "no results of self in"),
+    ],
+)
+def test_what_cannot_be_drawn_is_a_sentence(results, tmp_path, monkeypatch, capsys, arguments, words):
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as stop:
+        cli.main(["plot", arguments[0], str(results[0]), *arguments[1:]])
+    assert stop.value.code == 2
+    assert words in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
+
+
+def test_the_same_method_has_the_same_colour_in_all_kinds(plotted):
+    shown = [
+        {line.get_label(): to_hex(line.get_color()) for line in lines(plotted(kind).axes[0])}
+        for kind in ("speed", "kinds", "growth")
+    ]
+    assert shown[0] == shown[1] == shown[2]
+    assert len(set(shown[0].values())) == 3
