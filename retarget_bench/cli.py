@@ -23,6 +23,7 @@ COMMANDS = {
     "explain": ("explain", "Show the same predictions under every position protocol, and why they differ."),
     "report": ("report", "Make one page of results, with charts and the motion behind every number."),
     "render": ("render", "Draw a case or motion files as a clip (.mp4, .gif, .webp), a still or a sheet."),
+    "view": ("view", "Show results, a running run or motion files live in the browser."),
     "plot": ("plot", "Draw pictures of results, as .png, .pdf or .svg."),
     "probe": ("probe", "Check that a method's answers do not depend on how a question is written."),
     "list": ("list_plugins", "List methods, metrics, data sets and post-processes."),

@@ -28,10 +28,11 @@ def results(
         known = ", ".join(sorted({place.dataset for place in found}))
         hint = f"there are results of {known}" if known else "bench run makes some"
         raise BenchError(f"no results{f' of {dataset}' if dataset else ''} in {where}; {hint}")
-    return _of_methods(places, methods) if methods else places
+    return of_methods(places, methods) if methods else places
 
 
-def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
+def of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
+    """Those of these methods, in the order of the names. Raises BenchError for one without results."""
     label_of = {place: told(place).label for place in places}
     labels = {label.rpartition(", seed ")[0] or label for label in label_of.values()}
     chosen: list[Place] = []

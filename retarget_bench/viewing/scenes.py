@@ -38,6 +38,11 @@ def of_case(places: Sequence[Place], case_id: str, *, dataset: Spec | None = Non
     having = [each for each in map(told, places) if case_id in each.cases]
     if not having:
         raise _unknown(case_id, listed(places), "these results have")
+    return of_told(having, case_id, dataset)
+
+
+def of_told(having: Sequence[Told], case_id: str, dataset: Spec | None = None) -> Scene:
+    """Likewise of results that were read already, all of which list the case."""
     first = having[0]
     spec = dataset or first.dataset
     data = plan.dataset(registry.canonical("datasets", spec), first.task)

@@ -134,7 +134,7 @@ class Solid:
                 yield Piece(depth[bone], layer[bone].ravel().tolist(), shade(colour, bright))
 
     @cached_property
-    def _face_sides(self) -> np.ndarray:
+    def face_sides(self) -> np.ndarray:
         """``(faces,)`` sides of a skin's faces: those of the joints that their corners follow most."""
         mesh = self.body.mesh
         assert mesh is not None
@@ -158,7 +158,7 @@ class Solid:
         ]
         flat, depth = pixels.reshape(len(pixels), -1), depths.mean(axis=1)
         for face in np.flatnonzero(toward).tolist():
-            colour = shades[self._face_sides[face]][levels[face]]
+            colour = shades[self.face_sides[face]][levels[face]]
             yield Piece(depth[face], flat[face].tolist(), colour)
 
 

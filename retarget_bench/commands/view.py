@@ -1,0 +1,156 @@
+"""``bench view``: motion live in the browser, on this machine alone."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+from retarget_bench.commands.options import plugin_names, plugin_option
+from retarget_bench.errors import BenchError
+
+if TYPE_CHECKING:
+    from retarget_bench.viewing.shelf import Shelf
+
+PORT = 8080
+
+
+@click.command("view")
+@click.argument("sources", nargs=-1, metavar="[SOURCE]...")
+@click.option(
+    "-r",
+    "--results",
+    multiple=True,
+    metavar="RESULTS",
+    type=click.Path(path_type=Path),
+    help="Folders of results, where SOURCE is a case. [default: runs]",
+)
+@click.option(
+    "-m",
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="METHOD",
+    shell_complete=plugin_names("methods"),
+    help="Only these methods, in this order; may be repeated. [default: all that there are]",
+)
+@click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
+@click.option(
+    "--data", metavar="DATASET", help="The data set, where a run that has just begun cannot tell it."
+)
+@click.option("--task", default="retarget", show_default=True, help="Results of this task.")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0: any that is free."
+)
+@click.option("--no-open", is_flag=True, help="Do not open the browser, only say where to look.")
+@plugin_option
+def command(
+    sources: tuple[str, ...],
+    results: tuple[Path, ...],
+    methods: tuple[str, ...],
+    dataset: str | None,
+    data: str | None,
+    task: str,
+    port: int,
+    no_open: bool,
+    plugins: tuple[str, ...],
+) -> None:
+    """Show motion live in the browser: played, scrubbed, turned, side by side or overlaid.
+
+    SOURCE: folders of results (also of a run that is still going on: new cases appear), a case's id or a
+    part of it, or motion files. [default: runs] Only this machine can see the page. Ctrl-C stops.
+
+    \b
+    bench view
+    bench view 'rex>fox/dog_sit' -m ik
+    bench view walk.bvh retargeted.bvh
+    """
+    del plugins
+    from retarget_bench.viewing import live
+
+    live.viser()
+    shelf, case = _shelf(sources, results, methods, dataset, data, task)
+    _free(port)
+    window = live.Window(shelf, port, case)
+    click.echo(f"{window.url} shows it; Ctrl-C stops")
+    if not no_open:
+        _open(window.url)
+    try:
+        window.run()
+    except KeyboardInterrupt:
+        click.echo("stopped")
+    finally:
+        window.stop()
+
+
+def _shelf(
+    sources: Sequence[str],
+    results: Sequence[Path],
+    methods: Sequence[str],
+    dataset: str | None,
+    data: str | None,
+    task: str,
+) -> tuple[Shelf, str | None]:
+    """What the words describe, and the case to begin with. Raises BenchError where there is nothing."""
+    from retarget_bench.spec import Spec
+    from retarget_bench.viewing import finding
+    from retarget_bench.viewing.shelf import Shelf
+
+    folders = [Path(source) for source in sources if Path(source).is_dir()]
+    if sources and not folders and finding.are_files(sources):
+        return _of_files([Path(source) for source in sources])
+    names = [source for source in sources if not Path(source).is_dir()]
+    if len(names) > 1 or (names and folders):
+        raise BenchError("give folders of results, or one case, or motion files")
+    roots = folders or list(results) or [Path("runs")]
+    shelf = Shelf(roots, task, dataset, methods, None if data is None else Spec.parse(data))
+    there = shelf.look()
+    if shelf.problem and not there:
+        raise BenchError(shelf.problem)
+    if not there and not any(root.is_dir() for root in roots):
+        raise BenchError(f"there is no folder {', '.join(map(str, roots))}; bench run makes one")
+    return shelf, finding.matching(there, names[0]) if names else None
+
+
+def _of_files(files: Sequence[Path]) -> tuple[Shelf, str | None]:
+    """Files as they are; a stored prediction with its case."""
+    from retarget_bench.viewing import finding
+    from retarget_bench.viewing.shelf import Shelf
+
+    if len(files) == 1 and (stored := finding.place_of(files[0])) is not None:
+        place, case = stored
+        return Shelf([place.root], place.task, place.dataset), case
+    shelf = Shelf(files=files)
+    shelf.scene("")  # says now what is wrong with them
+    return shelf, None
+
+
+def _free(port: int) -> None:
+    """Raises BenchError where somebody else listens at a port."""
+    import socket
+
+    from retarget_bench.viewing.live import HOST
+
+    with socket.socket() as probe:
+        probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        try:
+            probe.bind((HOST, port))
+        except OSError as error:
+            raise BenchError(
+                f"port {port} cannot be used ({error.strerror}); choose another by --port, or 0 for any "
+                "that is free"
+            ) from error
+
+
+def _open(url: str) -> None:
+    """The page in a browser, where there is a screen to show it on."""
+    import os
+    import sys
+    import webbrowser
+
+    if not sys.platform.startswith("linux") or any(
+        os.environ.get(n) for n in ("DISPLAY", "WAYLAND_DISPLAY")
+    ):
+        webbrowser.open(url)

@@ -1,0 +1,220 @@
+"""``bench view``: what is on the shelf, what stands in the scene, and the page, without a browser."""
+
+from __future__ import annotations
+
+import json
+import signal
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from importlib.util import find_spec
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from small_runs import CASE, HERE, OTHER, bvh_file, ran, toys
+from viewing_toys.toy_moves import DOG, body, moving
+
+from retarget_bench import cli
+from retarget_bench.errors import BenchError
+from retarget_bench.records import Place
+from retarget_bench.spec import Spec
+from retarget_bench.viewing import live
+from retarget_bench.viewing.figures import figure_of
+from retarget_bench.viewing.models import AROUND, PROFILE, Model, tube_faces, tubes
+from retarget_bench.viewing.running import going_on, told_so_far
+from retarget_bench.viewing.shelf import Shelf
+from retarget_bench.viewing.solids import Solid
+
+needs_viser = pytest.mark.skipif(
+    find_spec("viser") is None, reason="no viser: pip install 'retarget-bench[viz]'"
+)
+
+
+def as_if_running(place: Place, cases: list[str]) -> None:
+    """A finished result as it was while only these cases were done, and the last line half written."""
+    keys = json.loads(place.header.read_text())["keys"]
+    lines = [json.dumps({"schema": 1, **keys})]
+    lines += [json.dumps({"case": case, "status": "ok", "message": "", "values": {}}) for case in cases]
+    place.journal.write_text("\n".join(lines) + '\n{"case": "toy_mo')
+    for path in (place.header, place.rows, place.arrays):
+        path.unlink()
+
+
+# ----------------------------------------------------------------------------------------- the shelf
+def test_a_shelf_has_the_cases_of_finished_results(tmp_path):
+    ran(tmp_path, "copy", "raise")
+    shelf = Shelf([tmp_path])
+    assert sorted(shelf.look()) == sorted([CASE, OTHER])
+    labels = {figure.label for figure in shelf.scene(CASE).figures}
+    assert labels == {"source", "reference", "toy_method", "toy_method[does=raise]"}
+    only = Shelf([tmp_path], methods=["toy_method[does=raise]"])
+    only.look()
+    assert [figure.status for figure in only.scene(CASE).figures] == ["ok", "ok", "failed"]
+
+
+def test_new_cases_of_a_running_run_appear(tmp_path):
+    done, running = ran(tmp_path, "copy", "positions")
+    as_if_running(running, [OTHER])
+    assert going_on(tmp_path) == [running]
+    assert Shelf([tmp_path], methods=["toy_method[does=positions]"]).look() == [OTHER]
+    with pytest.raises(BenchError, match="no results of 'waltz'"):
+        Shelf([tmp_path], methods=["waltz"]).look()
+    for path in (done.header, done.rows, done.arrays):
+        path.unlink()
+    begun = Shelf([tmp_path], data=Spec("toy_moves"))
+    assert begun.look() == [OTHER]
+    shown = begun.scene(OTHER).figures[2]
+    assert (shown.label, shown.status) == (running.method, "ok")
+    assert shown.positions is not None
+    told, torn, _ = running.journal.read_text().rpartition('{"case": "toy_mo')
+    assert torn
+    lost = {"case": CASE, "status": "failed", "message": "no", "values": {}}
+    running.journal.write_text(told + json.dumps(lost) + "\n")
+    assert sorted(begun.look()) == sorted([CASE, OTHER])
+    assert begun.scene(CASE).figures[2].message == "no"
+
+
+def test_the_data_set_of_a_run_is_told_by_its_folder_or_by_what_is_finished(tmp_path):
+    toys()
+    (place,) = ran(tmp_path, "copy", data="toy_moves[frames=5]")
+    (other,) = ran(tmp_path, "positions", data="toy_moves[frames=5]")
+    as_if_running(other, [CASE])
+    assert told_so_far(other).dataset == Spec.parse("toy_moves[frames=5]")
+    place.header.unlink()
+    with pytest.raises(BenchError, match="nobody can tell its data set; say it by --data"):
+        told_so_far(other)
+    (plainly,) = ran(tmp_path / "plain", "copy")
+    as_if_running(plainly, [CASE])
+    assert told_so_far(plainly).dataset == Spec("toy_moves")
+
+
+# ----------------------------------------------------------------------------------------- triangles
+def test_tubes_go_around_their_bones_and_face_outwards():
+    ends = np.array(
+        [[[0.0, 0, 0], [0, 2.0, 0]], [[1.0, 1, 1], [1.0, 1, 1]], [[3.0, 0, 0], [4.0, 1.0, -1.0]]]
+    )
+    radii = np.array([[0.3, 0.1], [0.2, 0.2], [0.25, 0.15]])
+    points, faces = tubes(ends, radii).reshape(3, -1, 3), tube_faces(1)
+    for bone in range(3):
+        first, last = ends[bone]
+        away = [np.linalg.norm(points[bone] - end, axis=1) for end in ends[bone]]
+        near = np.minimum(away[0] / radii[bone, 0], away[1] / radii[bone, 1])
+        assert np.allclose(near, 1.0, atol=0.02)
+        corners = points[bone][faces].astype(float)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        volume = (corners[:, 0] * normal).sum() / 6
+        length, (a, b) = np.linalg.norm(last - first), radii[bone]
+        octagon = 4 * np.sin(np.pi / 4)  # its area, of radius 1
+        cap = 0.7 * (1 + 0.71 + 0.71**2) / 3 + 0.3 * 0.71**2 / 3
+        whole = octagon * (length * (a * a + a * b + b * b) / 3 + cap * (a**3 + b**3))
+        assert volume == pytest.approx(whole, rel=1e-4)
+    assert tube_faces(3).max() == 3 * AROUND * len(PROFILE) - 1
+
+
+def test_a_model_moves_with_its_figure():
+    figure = figure_of("dog", "motion", moving(body("rex", DOG), 8))
+    model = Model(Solid(figure, (10, 60, 120)))
+    assert len(model.parts) == 3  # the middle, the left, the right
+    for frame in (0, 7):
+        for part, points in zip(model.parts, model.vertices(frame), strict=True):
+            assert part.faces.max() == len(points) - 1
+    moved = model.vertices(7)[0].mean(axis=0) - model.vertices(0)[0].mean(axis=0)
+    assert moved[2] == pytest.approx(7 / 30, abs=0.05)
+
+
+def test_figures_side_by_side_do_not_meet():
+    solids = [Solid(figure_of(str(k), "motion", moving(body("a"), 5)), (0, 0, 0)) for k in range(4)]
+    shifts = live.beside(solids)
+    spans = [(solid.places + shift)[..., 0] for solid, shift in zip(solids, shifts, strict=True)]
+    assert all(left.max() + 0.5 < right.min() for left, right in pairwise(spans))
+    assert np.abs(shifts[:, 1:]).max() < 1e-9  # they face +Z: their left is +X
+
+
+# ----------------------------------------------------------------------------------------- the page
+@needs_viser
+def test_the_window_shows_what_was_chosen(tmp_path):
+    ran(tmp_path, "copy", "raise", "positions")
+    window = live.Window(Shelf([tmp_path]), 0)
+    try:
+        assert sorted(window.case.options) == sorted([CASE, OTHER])
+        window.choose(CASE)
+        assert len(window._actors) == 4  # what failed has no body
+        assert window.at.max == 11
+        window.seek(7)
+        points = window._actors[1].parts[0].vertices
+        assert np.allclose(points, window._actors[1].model.vertices(7)[0])
+        assert "toy_method[does=raise]: failed, RuntimeError: out of ideas" in window.said.value
+        assert "toy_method: error" in window.said.value
+        gap = np.subtract(window._actors[1].parts[0].position, window._actors[0].parts[0].position)
+        assert np.linalg.norm(gap) > 1
+        window.overlay.value = True
+        window.rebuild()
+        assert not np.any([actor.parts[0].position for actor in window._actors])
+        window._shown["source"].value = False
+        window.rebuild()
+        assert window._actors[0].solid.figure.label == "reference"
+        assert window.frame == 7
+        window.seek(99)
+        assert window.frame == 11
+        window.choose("gone")
+        assert "no results of case 'gone'" in window.said.value
+    finally:
+        window.stop()
+
+
+def bench_view(*arguments: str) -> subprocess.Popen:
+    toy = str(HERE / "viewing_toys" / "toy_moves.py")
+    command = [sys.executable, "-m", "retarget_bench", "view", *arguments, "--no-open", "--plugin", toy]
+    return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+
+
+@needs_viser
+def test_the_page_is_there_on_this_machine_alone_until_ctrl_c(tmp_path):
+    with socket.socket() as probe:
+        probe.bind(("127.0.0.1", 0))
+        port = probe.getsockname()[1]
+    process = bench_view(str(bvh_file(tmp_path / "walk.bvh", 6)), "--port", str(port))
+    try:
+        assert process.stdout is not None
+        line = process.stdout.readline()
+        assert line == f"http://127.0.0.1:{port} shows it; Ctrl-C stops\n"
+        with urllib.request.urlopen(f"http://127.0.0.1:{port}", timeout=20) as page:
+            assert page.status == 200
+            assert b"<html" in page.read().lower()
+        time.sleep(0.3)
+        process.send_signal(signal.SIGINT)
+        out, err = process.communicate(timeout=30)
+    finally:
+        process.kill()
+    assert (process.returncode, out) == (0, "stopped\n")
+    assert "Traceback" not in err
+
+
+def refused(capsys, *arguments: str) -> str:
+    with pytest.raises(SystemExit) as left:
+        cli.main(["view", *arguments, "--no-open"])
+    assert left.value.code == 2
+    return capsys.readouterr().err
+
+
+def test_without_viser_a_sentence_says_what_to_do(tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(live, "find_spec", lambda name: None)
+    said = refused(capsys, str(tmp_path))
+    assert said == f"bench: {live.NO_VISER}\n"
+    assert "pip install 'retarget-bench[viz]'" in said
+
+
+@needs_viser
+def test_what_cannot_be_shown_is_told_in_words(tmp_path, capsys):
+    assert "there is no folder" in refused(capsys, "-r", str(tmp_path / "none"))
+    assert "cannot be read" in refused(capsys, str(tmp_path / "none.bvh"))
+    assert "no case is called 'waltz'" in refused(capsys, "waltz", "-r", str(tmp_path))
+    with socket.socket() as taken:
+        taken.bind(("127.0.0.1", 0))
+        taken.listen()
+        port = str(taken.getsockname()[1])
+        said = refused(capsys, str(bvh_file(tmp_path / "a.bvh", 3)), "--port", port)
+    assert f"port {port} cannot be used" in said
