@@ -2,28 +2,69 @@
 
 const MESHES = [0.1, 0.25, 0.5, 1]; // metres between lines; the smallest is for small dogs
 
+/* Lines of the floor around a place as points [x, y, z], NaN between lines: chords of a circle, without the
+   points in their middle where the floor is straight. */
+function meshAround(ground, x0, z0, reach, mesh) {
+  const found = [];
+  for (let along = -reach; along <= reach + 1e-6; along += mesh) {
+    const half = Math.sqrt(Math.max(reach * reach - along * along, 0));
+    const steps = ground.heights ? Math.max(Math.ceil((2 * half) / Math.max(ground.spacing, mesh / 4)), 1) : 1;
+    for (const turned of [false, true]) {
+      const point = (i) => {
+        const across = -half + (2 * half * i) / steps;
+        const x = x0 + (turned ? across : along), z = z0 + (turned ? along : across);
+        return [x, floorAt(ground, x, z), z];
+      };
+      let before = point(0), here = before;
+      found.push(NaN, ...here);
+      for (let i = 1; i <= steps; i++) {
+        const next = point(i);
+        const bent = Math.abs(next[1] - 2 * here[1] + before[1]) > 1e-3;
+        if (bent && i > 1) found.push(...here);
+        before = here;
+        here = next;
+      }
+      found.push(...here);
+    }
+  }
+  return Float32Array.from(found);
+}
+
+/* The same lines, kept for as long as a figure stays between them. */
+function keptMesh(ground, x0, z0, reach, mesh) {
+  const key = [x0, z0, reach, mesh].join();
+  const kept = ground.kept || (ground.kept = new Map());
+  if (!kept.has(key)) {
+    if (kept.size > 40) kept.clear();
+    kept.set(key, meshAround(ground, x0, z0, reach, mesh));
+  }
+  return kept.get(key);
+}
+
 /* Lines that fade out away from the middle of a panel. */
 function drawFloor(context, view, ground, size, theme) {
   const { box, target } = view;
   const mesh = MESHES.find((each) => each > 0.2 * size) || MESHES[3];
-  const reach = Math.max(Math.ceil((2.2 * size) / mesh), 3) * mesh;
-  const x0 = Math.round(target[0] / mesh) * mesh, z0 = Math.round(target[2] / mesh) * mesh;
-  const steps = ground.heights ? Math.ceil((2 * reach) / Math.min(ground.spacing, mesh)) : 1;
+  const widest = Math.min(2 * size, box.w / view.scale);
+  const reach = Math.max(Math.ceil(widest / mesh), 3) * mesh;
+  const lines = keptMesh(
+    ground, Math.round(target[0] / mesh) * mesh, Math.round(target[2] / mesh) * mesh, reach, mesh);
   const out = [0, 0, 0, 0];
   context.beginPath();
-  for (let along = -reach; along <= reach + 1e-6; along += mesh) {
-    for (const turned of [false, true]) {
-      for (let i = 0; i <= steps; i++) {
-        const across = -reach + (2 * reach * i) / steps;
-        const x = x0 + (turned ? across : along), z = z0 + (turned ? along : across);
-        view.project(x, floorAt(ground, x, z), z, out, 0);
-        if (i) context.lineTo(out[0], out[1]);
-        else context.moveTo(out[0], out[1]);
-      }
+  for (let i = 0, starts = false; i < lines.length;) {
+    if (Number.isNaN(lines[i])) {
+      starts = true;
+      i++;
+      continue;
     }
+    view.project(lines[i], lines[i + 1], lines[i + 2], out, 0);
+    if (starts) context.moveTo(out[0], out[1]);
+    else context.lineTo(out[0], out[1]);
+    starts = false;
+    i += 3;
   }
   view.project(target[0], floorAt(ground, target[0], target[2]), target[2], out, 0);
-  const fade = context.createRadialGradient(0, 0, 0, 0, 0, Math.min(reach * view.scale, 1.2 * box.w));
+  const fade = context.createRadialGradient(0, 0, 0, 0, 0, reach * view.scale);
   fade.addColorStop(0, theme.grid);
   fade.addColorStop(0.35, theme.grid);
   fade.addColorStop(1, theme.gridFar);
@@ -49,7 +90,7 @@ function drawShadow(context, view, figure, ground, theme) {
   };
   context.beginPath();
   for (let joint = 0; joint < parents.length; joint++) {
-    if (parents[joint] < 0 || !radii[2 * joint]) continue;
+    if (parents[joint] < 0 || radii[2 * joint] < 12 * height) continue; // fingers cast none
     cast(parents[joint]);
     context.moveTo(out[0], out[1]);
     cast(joint);

@@ -77,7 +77,7 @@ function layout(player) {
   const rooms = groups.map(([figure]) =>
     together || show.size || !figure.positions ? room : needed(figure.body.reach, apart));
   const scales = rooms.map((each) => Math.min(boxes[0].w / each.across, (boxes[0].h - TITLE) / each.up));
-  return { groups, boxes, rooms, scales, together,
+  return { groups, boxes, rooms, scales, together, backdrop: backdrop(player, boxes), fitted: new Map(),
     missing: together ? list.filter((each) => !each.positions) : [] };
 }
 
@@ -187,12 +187,17 @@ function drawTrails(player, view, figure, frame, back) {
   context.globalAlpha = 1;
 }
 
-/* Text that fits, with a dot for each letter too many. */
-function fitted(context, text, width) {
-  if (context.measureText(text).width <= width) return text;
-  let end = text.length;
-  while (end > 1 && context.measureText(text.slice(0, end) + "…").width > width) end--;
-  return text.slice(0, end) + "…";
+/* Text that fits, cut where it is too long. Measuring is slow, so that what was found is kept. */
+function fitted(player, text, width) {
+  const { context, plan } = player;
+  const key = context.font + width + text;
+  if (plan.fitted.size > 4000) plan.fitted.clear();
+  if (!plan.fitted.has(key)) {
+    let end = text.length, told = text;
+    while (end > 1 && context.measureText(told).width > width) told = text.slice(0, --end) + "…";
+    plan.fitted.set(key, told);
+  }
+  return plan.fitted.get(key);
 }
 
 function numbers(player, figure, frame) {
@@ -223,14 +228,14 @@ function drawTitles(player, box, group, missing) {
     context.font = `600 ${small ? 12 : 13}px ${theme.font}`;
     const room = box.w - 34;
     if (lines.length > 1) {
-      context.fillText(fitted(context, `${figure.label}   ${told}`, room), box.x + 26, y);
+      context.fillText(fitted(player, `${figure.label}   ${told}`, room), box.x + 26, y);
       y += 17;
       continue;
     }
-    context.fillText(fitted(context, figure.label, room), box.x + 26, y);
+    context.fillText(fitted(player, figure.label, room), box.x + 26, y);
     context.font = `${small ? 11 : 12}px ${theme.font}`;
     context.fillStyle = theme.faint;
-    context.fillText(fitted(context, told, room), box.x + 26, y + 16);
+    context.fillText(fitted(player, told, room), box.x + 26, y + 16);
   }
 }
 
@@ -250,24 +255,38 @@ function drawMessage(player, box, text) {
   if (lines.length > most) lines.splice(most, lines.length, "…");
   const top = box.y + box.h / 2 - (lines.length - 1) * 9;
   lines.forEach((line, i) =>
-    context.fillText(fitted(context, line, box.w - 24), box.x + box.w / 2, top + 18 * i));
+    context.fillText(fitted(player, line, box.w - 24), box.x + box.w / 2, top + 18 * i));
   context.textAlign = "left";
 }
 
-function drawSky(context, box, theme) {
-  const sky = context.createLinearGradient(0, box.y, 0, box.y + box.h);
-  sky.addColorStop(0, theme.stageFar);
-  sky.addColorStop(1, theme.stage);
-  context.fillStyle = sky;
-  context.fillRect(box.x, box.y, box.w, box.h);
+/* What is behind all panels, and the lines between them: drawn once, and copied into every picture. */
+function backdrop(player, boxes) {
+  const { theme, ratio, width, height } = player;
+  const made = document.createElement("canvas");
+  made.width = player.canvas.width;
+  made.height = player.canvas.height;
+  const context = made.getContext("2d", { alpha: false });
+  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  context.fillStyle = theme.stage;
+  context.fillRect(0, 0, width, height);
+  for (const { x, y, w, h } of boxes) {
+    const sky = context.createLinearGradient(0, y, 0, y + h);
+    sky.addColorStop(0, theme.stageFar);
+    sky.addColorStop(1, theme.stage);
+    context.fillStyle = sky;
+    context.fillRect(x, y, w, h);
+    context.fillStyle = theme.line;
+    if (x > 0) context.fillRect(Math.round(x), y, 1, h);
+    if (y > 0) context.fillRect(x, Math.round(y), w, 1);
+  }
+  return made;
 }
 
 function drawStage(player) {
-  const { context, scene, theme, ratio, width, height } = player;
+  const { context, scene, ratio, width, height } = player;
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
   const plan = player.plan || (player.plan = layout(player));
-  context.fillStyle = theme.stage;
-  context.fillRect(0, 0, width, height);
+  context.drawImage(plan.backdrop, 0, 0, width, height);
   for (const figure of scene.shown) placeAt(figure, player.time, scene.frames);
   plan.boxes.forEach((box, i) => {
     const group = plan.groups[i];
@@ -275,7 +294,6 @@ function drawStage(player) {
     context.beginPath();
     context.rect(box.x, box.y, box.w, box.h);
     context.clip();
-    drawSky(context, box, theme);
     if (group[0].positions) drawPanel(player, plan, i);
     else drawMessage(player, box, group[0].message || `This figure is ${group[0].status}.`);
     drawTitles(player, box, group, plan.missing);
@@ -283,9 +301,4 @@ function drawStage(player) {
   });
   if (!plan.boxes.length) drawMessage(player, { x: 0, y: 0, w: width, h: height }, "No figure is chosen.");
   if (player.show.heat) drawHeatKey(player);
-  context.fillStyle = theme.line;
-  for (const { x, y, h, w } of plan.boxes) {
-    if (x > 0) context.fillRect(Math.round(x), y, 1, h);
-    if (y > 0) context.fillRect(x, Math.round(y), w, 1);
-  }
 }
