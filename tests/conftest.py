@@ -29,8 +29,11 @@ def real_data() -> Path:
 
 @pytest.fixture(scope="session", autouse=True)
 def _own_cache(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
-    """Parsed and generated data goes to a temporary folder, also in child processes."""
+    """Parsed and generated data goes to a temporary folder of all workers, also in child processes."""
+    folder = tmp_path_factory.getbasetemp()
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        folder = folder.parent
     patch = pytest.MonkeyPatch()
-    patch.setenv("RETARGET_BENCH_CACHE", str(tmp_path_factory.mktemp("cache")))
+    patch.setenv("RETARGET_BENCH_CACHE", str(folder / "cache"))
     yield
     patch.undo()
