@@ -170,9 +170,11 @@ def long(design: Design, frames: int, joints: int) -> None:
     seconds = time.process_time() - start
     peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 2**20
     each = seconds / frames / joints * 1e6
+    bare = products(design, [joints])  # of FRAMES frames; products grow with frames and nothing else
+    least = min(taken(bare) for _ in range(5)) * frames / FRAMES
     print(
         f"{frames:7d} frames {joints:4d} joints {seconds:9.2f} s {each:7.2f} us a joint and frame"
-        f" {peak:6.2f} GB"
+        f" {peak:6.2f} GB   of products {seconds / least:.2f}"
     )
 
 
