@@ -119,15 +119,24 @@ class Chapter:
     def labels(self) -> list[str]:
         return list(dict.fromkeys(label for split in self.splits for label in split.labels))
 
-    @cached_property
+    @property
     def bodies(self) -> Mapping[str, Character]:
         """The characters of the data set; none where it is not here."""
+        return self._found[0]
+
+    @property
+    def absent(self) -> str:
+        """Why the data set is not here; "" where it is."""
+        return self._found[1]
+
+    @cached_property
+    def _found(self) -> tuple[Mapping[str, Character], str]:
         if self.data is None:
-            return {}
+            return {}, "these results are too old to say what data they are of; run again"
         try:
-            return plan.dataset(registry.canonical("datasets", self.data)).characters()
-        except BenchError:
-            return {}
+            return plan.dataset(registry.canonical("datasets", self.data)).characters(), ""
+        except BenchError as error:
+            return {}, str(error)
 
 
 def chapters(

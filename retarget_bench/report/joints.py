@@ -84,23 +84,13 @@ def _known(split: Split, bodies: Mapping[str, Character]) -> list[Joints]:
     except BenchError:
         return []
     numbers = {part.part: part.numbers((VALUE, "")) for part in parts}
-    counts = Counter(split.groups["structure"])
+    structures = [bodies[i.target].structure if i.target in bodies else "" for i in split.panel.cases]
     found = []
-    for structure, _ in counts.most_common(STRUCTURES):
-        here = np.array([each == structure for each in split.groups["structure"]])
-        body = next(
-            (
-                bodies[i.target]
-                for i, h in zip(split.panel.cases, here, strict=True)
-                if h and i.target in bodies
-            ),
-            None,
-        )
-        if body is None:
-            continue
-        mine = {
-            name: np.where(here, numbers[name], np.nan) for name in body.skeleton.names if name in numbers
-        }
+    for structure, _ in Counter(each for each in structures if each).most_common(STRUCTURES):
+        here = np.array([each == structure for each in structures])
+        body = bodies[split.panel.cases[structures.index(structure)].target]
+        names = [name for name in body.skeleton.names if name in numbers]
+        mine = {name: np.where(here, numbers[name], np.nan) for name in names}
         if any((~np.isnan(each)).any() for each in mine.values()):
             found.append(Joints(split, body, mine, str(values[VALUE]["unit"])))
     return found

@@ -40,11 +40,15 @@ def motions(chapters: Sequence[Chapter], chosen: Sequence[Chosen], room: int = R
     found = Motions()
     used = 0
     for number, each in enumerate(tqdm(chosen, desc="packing motion", unit="case", leave=False)):
-        split = chapters[each[0]].splits[each[1]]
+        chapter = chapters[each[0]]
+        split = chapter.splits[each[1]]
         case = split.panel.cases[each[2]].id
+        if chapter.absent:
+            found.reasons[each] = chapter.absent
+            continue
         try:
             places = [row.place for row in split.panel.rows]
-            scene = scenes.of_case(places, case, dataset=chapters[each[0]].data)
+            scene = scenes.of_case(places, case, dataset=chapter.data)
             text = player.data(packed(scene))
         except BenchError as error:
             found.reasons[each] = str(error)
