@@ -73,7 +73,7 @@ class Window:
 
     # --------------------------------------------------------------------------------------- controls
     def _build(self, server: Any) -> None:
-        server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="large")
+        server.gui.configure_theme(show_logo=False, show_share_button=False, control_width="medium")
         server.scene.set_up_direction("+y")
         gui = server.gui
         self.case = gui.add_dropdown("case", (NOTHING_YET,))
