@@ -175,6 +175,7 @@ def _clip(output: Path, scene: Scene, look: Look, frames: Sequence[int], rate: f
     from retarget_bench.viewing import clips
     from retarget_bench.viewing.drawing import Picture
 
+    clips.check_length(output, look.size, len(frames))
     picture = Picture(scene, look, frames)
 
     def drawn() -> Iterator[Image]:

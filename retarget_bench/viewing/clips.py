@@ -9,6 +9,7 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from importlib.util import find_spec
+from itertools import chain, islice
 from pathlib import Path
 from typing import IO
 
@@ -17,6 +18,7 @@ from PIL import Image
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import atomic
+from retarget_bench.viewing.colours import CONTACT
 
 CLIPS = (".mp4", ".gif", ".webp")
 STILL = ".png"
@@ -27,8 +29,11 @@ NO_FFMPEG = (
 )
 QUALITY = 80
 """Of .webp, 0 to 100."""
-TAKEN = 6
-"""Pictures from which the colours of a .gif are taken."""
+BEGUN, TAKEN, SWATCH = 30, 6, 8
+"""So many of the first pictures of a .gif give it its colours; rows of pixels of what may light up."""
+MOST_BYTES = 2e9
+KEPT = {".gif": 1, ".webp": 3}
+"""Bytes of a pixel that are in memory until all pictures are there."""
 
 
 def ending(path: Path) -> str:
@@ -52,6 +57,16 @@ def ffmpeg() -> str:
     return found
 
 
+def check_length(path: Path, size: tuple[int, int], count: int) -> None:
+    """Raises BenchError where so many pictures do not fit in memory, as .gif and .webp need."""
+    needed = KEPT.get(path.suffix.lower(), 0) * size[0] * size[1] * count
+    if needed > MOST_BYTES:
+        raise BenchError(
+            f"{path}: {count} pictures of {size[0]} x {size[1]} pixels need {needed / 1e9:.1f} GB of memory "
+            f"as {path.suffix.lower()}; write .mp4, or give a smaller --size, --fps, or --start and --end"
+        )
+
+
 def write_still(path: Path, picture: Image.Image) -> None:
     """One picture as .png. Raises FileError when it cannot be written."""
     with atomic(path) as temporary:
@@ -65,7 +80,7 @@ def write_clip(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
         if path.suffix.lower() == ".mp4":
             _video(path, temporary, pictures, fps)
         elif path.suffix.lower() == ".gif":
-            _gif(temporary, list(pictures), fps)
+            _gif(temporary, pictures, fps)
         else:
             first, *others = pictures
             durations = _durations(1 + len(others), fps, 1)
@@ -86,16 +101,21 @@ def _durations(count: int, fps: float, step: int) -> list[int]:
     return [max(step, each) for each in np.diff(ends).tolist()]
 
 
-def _gif(temporary: Path, pictures: list[Image.Image], fps: float) -> None:
-    """With one set of colours for all pictures, so that nothing flickers."""
-    taken = pictures[:: max(1, len(pictures) // TAKEN)]
-    width, height = pictures[0].size
-    strip = Image.new("RGB", (width, height * len(taken)))
+def _gif(temporary: Path, pictures: Iterable[Image.Image], fps: float) -> None:
+    """With one set of colours for all pictures, so that nothing flickers: those of the first ones, and of
+    what may light up later."""
+    each = iter(pictures)
+    begun = list(islice(each, BEGUN))
+    taken = begun[:: max(1, len(begun) // TAKEN)]
+    width, height = begun[0].size
+    strip = Image.new("RGB", (width, height * len(taken) + SWATCH), CONTACT)
     for number, picture in enumerate(taken):
         strip.paste(picture, (0, number * height))
     colours = strip.quantize(256, method=Image.Quantize.MEDIANCUT)
-    first, *others = (each.quantize(palette=colours, dither=Image.Dither.NONE) for each in pictures)
-    durations = _durations(len(pictures), fps, 10)
+    first, *others = (
+        picture.quantize(palette=colours, dither=Image.Dither.NONE) for picture in chain(begun, each)
+    )
+    durations = _durations(1 + len(others), fps, 10)
     first.save(
         temporary, format="GIF", save_all=True, append_images=others, duration=durations, loop=0, disposal=1
     )

@@ -112,6 +112,17 @@ def test_without_ffmpeg_a_sentence_says_what_to_do(tmp_path, monkeypatch, capsys
     assert len(err.splitlines()) == 1
 
 
+def test_clips_that_do_not_fit_in_memory_are_refused(tmp_path):
+    clips.check_length(tmp_path / "a.mp4", (1920, 1080), 100_000)
+    clips.check_length(tmp_path / "a.gif", (1000, 1000), 2000)
+    with pytest.raises(
+        BenchError, match=r"2001 pictures of 1000 x 1000 pixels need 2\.0 GB .* write \.mp4"
+    ):
+        clips.check_length(tmp_path / "a.gif", (1000, 1000), 2001)
+    with pytest.raises(BenchError, match=r"as \.webp"):
+        clips.check_length(tmp_path / "a.webp", (1000, 1000), 667)
+
+
 # ----------------------------------------------------------------------------------------- what is shown
 def test_frames_are_chosen_in_seconds_and_at_a_rate(tmp_path):
     shown = scenes.of_files([bvh_file(tmp_path / "a.bvh", 121, fps=60)])
