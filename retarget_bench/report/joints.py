@@ -31,12 +31,14 @@ STRUCTURES = 3
 
 @dataclass(frozen=True)
 class Joints:
-    """Errors of one structure on one split. numbers: joint -> ``(methods, cases)`` of the value."""
+    """Errors of one structure on one split. numbers: joint -> ``(methods, cases)`` of the value, of this
+    unit and meaning."""
 
     split: Split
     body: Character
     numbers: Mapping[str, np.ndarray]
     unit: str
+    meaning: str
 
     def means(self, row: int) -> dict[str, float]:
         """Joint -> mean over clips, of one method; joints that it has no number for are left out."""
@@ -65,7 +67,7 @@ def joints(chapter: Chapter, looks: Looks) -> Picture | None:
     return Picture(
         "joints",
         "By joint",
-        "Mean distance of every joint from the reference, on a body of the target's structure in the "
+        f"{known[0].meaning[:1].upper()}{known[0].meaning[1:]}, on a body of the target's structure in the "
         "common reference pose (two-legged bodies from the front: their left is at the right). The larger "
         "and darker a joint, the farther off.",
         by_split(drawn),
@@ -92,7 +94,8 @@ def _known(split: Split, bodies: Mapping[str, Character]) -> list[Joints]:
         names = [name for name in body.skeleton.names if name in numbers]
         mine = {name: np.where(here, numbers[name], np.nan) for name in names}
         if any((~np.isnan(each)).any() for each in mine.values()):
-            found.append(Joints(split, body, mine, str(values[VALUE]["unit"])))
+            unit, meaning = str(values[VALUE]["unit"]), str(values[VALUE]["meaning"])
+            found.append(Joints(split, body, mine, unit, meaning))
     return found
 
 
