@@ -30,7 +30,7 @@ POLL = 2.0
 TICK = 1 / 60
 BESIDE = 0.75
 """Heights between figures side by side, beyond the farthest reach of each."""
-AWAY = 1.7
+AWAY = 1.2
 """How far the camera is at first, in radii of what is shown."""
 REACH = 6.0
 """Metres of a field of heights that are shown around the middle."""
