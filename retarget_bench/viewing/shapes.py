@@ -24,6 +24,8 @@ HEAD = 0.052
 """Radius of a head, in heights."""
 PLAIN = 0.14
 """Radius of a bone that has no role, in its own length."""
+THINNEST = 0.004
+"""No bone without a role is thinner than this, in heights: long chains of short bones would be hairs."""
 THICKEST = 0.42
 """No limb is thicker than this, in its own length: short bones would be balls."""
 
@@ -39,7 +41,7 @@ def radii(body: Character) -> np.ndarray:
         if role is None or is_tip(role):
             parent = body.skeleton.parents[joint]
             widest = found[parent, 1] or 0.03 * body.height
-            found[joint] = min(PLAIN * length, widest)
+            found[joint] = max(min(PLAIN * length, widest), THINNEST * body.height)
             continue
         found[joint] = np.multiply(_share(role), body.height)
         if body_part(role) not in ("trunk", "head"):

@@ -77,9 +77,12 @@ function projected(figure, view) {
   }
 }
 
+const DOT = 40; // millimetres: radius of a body that is one joint
+
 /* Bones and heads of a figure as things to be drawn: how far they are, and how. */
 function pieces(figure, thin, found) {
   const { parents, heads, radii } = figure.body;
+  if (parents.length === 1) found.push({ away: figure.screen[2], figure, from: 0, to: 0, a: DOT, b: DOT });
   for (let joint = 0; joint < parents.length; joint++) {
     const parent = parents[joint];
     if (parent < 0 || !radii[2 * joint]) continue;

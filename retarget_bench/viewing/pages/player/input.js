@@ -101,7 +101,8 @@ function keys(player) {
     if (event.altKey || event.ctrlKey || event.metaKey) return;
     const { tagName, type } = event.target;
     const key = event.key.toLowerCase();
-    if (tagName === "SELECT" || (key === " " && event.target !== player.canvas)) return;
+    const pressable = tagName === "BUTTON" || tagName === "SUMMARY" || type === "checkbox";
+    if (tagName === "SELECT" || (pressable && (key === " " || key === "enter"))) return;
     if (type === "range" && /^(arrow|home|end)/.test(key) && !event.shiftKey) return;
     if (/^[1-9]$/.test(key)) flip(player, Number(key) - 1);
     else if (Object.hasOwn(actions, key)) actions[key](event);

@@ -113,7 +113,7 @@ function heat(figure, joint) {
   const r = figure.reference.now, n = figure.now, at = 3 * joint;
   const off = Math.hypot(n[at] - r[at], n[at + 1] - r[at + 1], n[at + 2] - r[at + 2]);
   const share = (100 * off) / figure.body.height / HEAT_TOP;
-  return HEAT[Math.min(Math.floor(share * HEAT.length), HEAT.length - 1)];
+  return HEAT[Math.min(Math.floor(share * HEAT.length) || 0, HEAT.length - 1)];
 }
 
 /* Whether a bone lies on a foot that stands: it begins there, or ends there and is the last one. */
