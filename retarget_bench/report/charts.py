@@ -197,4 +197,4 @@ def shade(share: float) -> Markup:
 
 
 SHADES = 12
-"""Steps of the scale of errors: from pale to dark on light paper, the other way round on dark."""
+"""Steps of the scale of errors, from pale to dark."""

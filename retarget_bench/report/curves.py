@@ -38,7 +38,7 @@ def recall(chapter: Chapter, looks: Looks) -> Picture | None:
                 name,
                 f"{split.name}: {name}",
             )
-            panels.append(chart(split, value, lines, frame, looks))
+            panels.append(_chart(split, value, lines, frame, looks))
         found.append(("", panels))
     return Picture(
         "recall",
@@ -52,7 +52,7 @@ def recall(chapter: Chapter, looks: Looks) -> Picture | None:
 
 def growth(chapter: Chapter, looks: Looks) -> Picture | None:
     """The position error second by second."""
-    found = []
+    drawn = []
     for split in chapter.splits:
         lines = _lines(split, "growth.world")
         if not lines or max(len(points) for points in lines.values()) < 2:
@@ -67,13 +67,13 @@ def growth(chapter: Chapter, looks: Looks) -> Picture | None:
             "error, % of height",
             split.name,
         )
-        found.append(("", [chart(split, "growth.world", lines, frame, looks)]))
+        drawn.append(_chart(split, "growth.world", lines, frame, looks))
     return Picture(
         "growth",
         "Error over time",
         "Whether a method loses its way the longer a clip lasts. Fewer clips reach the later seconds, so "
         "lines may step where short clips end; lines that leave the chart at its top are far worse.",
-        by_split([("", [chart for _, charts in found for chart in charts])]),
+        by_split([("", drawn)]),
     )
 
 
@@ -87,7 +87,7 @@ def _lines(split: Split, value: str) -> dict[str, Points]:
     }
 
 
-def chart(split: Split, value: str, lines: Mapping[str, Points], frame: Frame, looks: Looks) -> Markup:
+def _chart(split: Split, value: str, lines: Mapping[str, Points], frame: Frame, looks: Looks) -> Markup:
     """Lines with bands where all of a line has intervals, and a mark at every point that leads to cases."""
     bands, strokes, marks = [], [], []
     for label, points in lines.items():

@@ -34,7 +34,6 @@ def page(chapters: Sequence[Chapter], shown: Motions, title: str | None = None) 
     tables = [table for chapter in chapters for table in chapter.tables]
     told = as_html.context(tables) | {
         "title": title or "Results of motion retargeting",
-        "own_title": title,
         "chapters": [_chapter(chapter, looked) for chapter in chapters],
         "facts": _facts(chapters, shown),
         "shown": shown,
