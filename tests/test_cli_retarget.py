@@ -144,6 +144,7 @@ def test_an_unreadable_file_is_one_line_and_the_others_are_examined(bench, figur
         ({"source": "missing.bvh"}, "missing.bvh: cannot be read"),
         ({"out": "small.bvh"}, "small.bvh would overwrite"),
         ({"out": "large.bvh"}, "large.bvh would overwrite"),
+        ({"method": "pan[weights=/no/such]"}, "bench: /no/such: there are no weights of this name; give"),
         ({"method": "reference"}, "reference gave no motion (unsupported)"),
         ({"method": "copy"}, "did you mean copy_rotations"),
         ({"unit": "parsec"}, "unit='parsec' is not known"),

@@ -96,7 +96,9 @@ def _retargeted(method: str, performer: Imported, body: Imported, seed: int) -> 
     source, target = performer.motion, body.motion.character
     names = (source.character.name, target.name)
     case = Case(CaseInfo("file", "retarget", "cross", *names, clip=names[0]), source, target)
-    outcome = predict(registry.create("methods", method), case, Context(seed=seed))
+    asked = registry.create("methods", method)
+    getattr(asked, "weights_hash", "")  # weights that are not there, or do not fit, are told as such
+    outcome = predict(asked, case, Context(seed=seed))
     if outcome.prediction is None:
         raise BenchError(f"{method} gave no motion ({outcome.status}): {outcome.message}")
     if isinstance(outcome.prediction, Motion):

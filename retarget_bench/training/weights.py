@@ -83,7 +83,11 @@ def locate(path: str | Path) -> Path:
     if not card.exists():
         if file.exists():
             raise FileError(file, f"lies without its card {card.name}")
-        raise FileError(path, "there are no weights of this name")
+        raise FileError(
+            path,
+            "there are no weights of this name; give a folder of bench train, or a card (.json) or a file of "
+            "tensors (.safetensors)",
+        )
     return card
 
 
