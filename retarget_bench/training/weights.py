@@ -85,7 +85,7 @@ def locate(path: str | Path) -> Path:
             raise FileError(file, f"lies without its card {card.name}")
         raise FileError(
             path,
-            "there are no weights of this name; give a folder of bench train, or a card (.json) or a file of "
+            "there are no weights of this name; give a folder of bench train, a card (.json) or a file of "
             "tensors (.safetensors)",
         )
     return card
