@@ -22,6 +22,8 @@ TOKENS = 1 << 16
 """Joints times frames that go through the networks at once."""
 RULE = "leg_length"
 """What the path of the hips is scaled by (A.6)."""
+LEGS = (0.5, 1.5)
+"""Metres: shorter and longer legs were never trained on; such bodies go through the networks this long."""
 Windows = Literal["overlapping", "whole"]
 
 
@@ -29,7 +31,8 @@ Windows = Literal["overlapping", "whole"]
 class Question:
     """A source at 30 frames per second, Z up, and the body that it is asked for.
 
-    places: ``(frames, joints, 3)`` metres.
+    places: ``(frames, joints, 3)`` metres. shown, told: factors by which the actor and the body are sized
+    before they go through the networks; 1 but for very small and very large ones.
     """
 
     source: Motion | Positions
@@ -37,16 +40,24 @@ class Question:
     places: np.ndarray
     actor: Body
     body: Body
+    shown: float
+    told: float
 
     @classmethod
     def of(cls, source: Motion | Positions, target: Character) -> Question:
-        shown = rates.at_thirty(source)
         actor = body(source.character)
-        return cls(source, target, actor.see(shown), actor, body(target))
+        places = actor.see(rates.at_thirty(source))
+        sizes = _sized(source.character), _sized(target)
+        return cls(source, target, places, actor, body(target), *sizes)
 
     @property
     def frames(self) -> int:
         return len(self.places)
+
+
+def _sized(character: Character) -> float:
+    legs = character.measures.leg_length
+    return float(np.clip(legs, *LEGS) / legs)
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,7 +109,8 @@ def _groups(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
 
 
 def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> list[np.ndarray]:
-    """Each ``(frames, joints of the target, 3)`` metres, Z up, about the piece's centre."""
+    """Each ``(frames, joints of the target, 3)`` metres, Z up, about the piece's centre: hips that go as
+    far as the source's do, and around them a body as large as the target."""
     frames = max(piece.stop - piece.start for piece in group)
     mask = np.zeros((len(group), frames), bool)
     given = _side([len(piece.question.actor.joints) for piece in group], frames)
@@ -107,9 +119,9 @@ def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> lis
         question, length = piece.question, piece.stop - piece.start
         mask[row, :length] = True
         seen = question.places[piece.start : piece.stop] - piece.centre
-        given["places"][row, :length, : seen.shape[1]] = seen
-        given["template"][row, : len(question.actor.template)] = question.actor.template
-        asked["template"][row, : len(question.body.template)] = question.body.template
+        given["places"][row, :length, : seen.shape[1]] = question.shown * seen
+        given["template"][row, : len(question.actor.template)] = question.shown * question.actor.template
+        asked["template"][row, : len(question.body.template)] = question.told * question.body.template
     angles = np.zeros(len(group))
     if facing:
         angles = headings(given["places"], given["template"], given["joints"], mask)
@@ -122,9 +134,14 @@ def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> lis
         answer = network(*sides, torch.from_numpy(mask).to(device)).cpu().double().numpy()
     answer = turned(answer, angles)
     return [
-        answer[row, : piece.stop - piece.start, : len(piece.question.body.joints)]
+        _at_size(answer[row, : piece.stop - piece.start, : len(piece.question.body.joints)], piece.question)
         for row, piece in enumerate(group)
     ]
+
+
+def _at_size(answer: np.ndarray, question: Question) -> np.ndarray:
+    hips = answer[:, :1]
+    return hips / question.shown + (answer - hips) / question.told
 
 
 def _side(joints: Sequence[int], frames: int) -> dict[str, np.ndarray]:
