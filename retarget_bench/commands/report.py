@@ -33,6 +33,7 @@ TASKS = ("retarget", "reconstruct", "denoise", "upsample")
 )
 @click.option("--case", "cases", multiple=True, metavar="ID", help="This case in motion, too.")
 @click.option("--no-player", is_flag=True, help="Leave the motion out: tables and charts alone.")
+@click.option("--skins", is_flag=True, help="Skinned meshes in motion, where bodies have one; larger.")
 @click.option("-m", "--methods", multiple=True, metavar="METHOD", help="Only this method; may be repeated.")
 @click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
 @click.option("--task", type=click.Choice(TASKS), help="Only results of this task.")
@@ -45,6 +46,7 @@ def command(
     clips: int,
     cases: tuple[str, ...],
     no_player: bool,
+    skins: bool,
     methods: tuple[str, ...],
     dataset: str | None,
     task: str | None,
@@ -63,7 +65,7 @@ def command(
         raise BenchError(f"{output}: a report is a page; end its name in .html")
     found = chapters.chapters(roots or (Path("runs"),), task, dataset, methods, root)
     chosen = [] if no_player else choosing.chosen(found, clips, cases)
-    shown = motions.motions(found, chosen)
+    shown = motions.motions(found, chosen, skins=skins)
     files.write_text(output, page.page(found, shown, title))
     told = f", with {len(shown.scenes)} cases in motion" if shown.scenes else ""
     click.echo(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB{told})")

@@ -59,7 +59,7 @@ class Mesh:
                 f"a mesh on {self.weights.shape[1]} joints cannot follow {motion.character.name}, "
                 f"which has {len(skeleton)}"
             )
-        places, turned = self._bound(skeleton)
+        places, turned = self.bound(skeleton)
         found = np.empty((motion.frames, *self.vertices.shape))
         for first in range(0, motion.frames, _BLOCK):
             block = slice(first, first + _BLOCK)
@@ -73,7 +73,7 @@ class Mesh:
             found[block] = np.einsum("fvab,vb->fva", blended[..., :3], self.vertices) + blended[..., 3]
         return found
 
-    def _bound(self, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
+    def bound(self, skeleton: Skeleton) -> tuple[np.ndarray, np.ndarray]:
         """Places ``(joints, 3)`` and orientations ``(joints, 4)`` of the joints in the mesh's own pose."""
         pose = rotation.identity(len(skeleton)) if self.pose is None else self.pose
         return kinematics.forward(skeleton, pose, skeleton.offsets[0])

@@ -35,8 +35,13 @@ class Motions:
     notes: list[str] = field(default_factory=list)
 
 
-def motions(chapters: Sequence[Chapter], chosen: Sequence[Chosen], room: int = ROOM) -> Motions:
-    """The scenes of these cases, in this order until the room is used up; a bar shows how far it is."""
+def motions(
+    chapters: Sequence[Chapter], chosen: Sequence[Chosen], room: int = ROOM, skins: bool = False
+) -> Motions:
+    """The scenes of these cases, in this order until the room is used up; a bar shows how far it is.
+
+    skins: with meshes of bodies that have one.
+    """
     found = Motions()
     used = 0
     for number, each in enumerate(tqdm(chosen, desc="packing motion", unit="case", leave=False)):
@@ -49,7 +54,7 @@ def motions(chapters: Sequence[Chapter], chosen: Sequence[Chosen], room: int = R
         try:
             places = [row.place for row in split.panel.rows]
             scene = scenes.of_case(places, case, dataset=chapter.data)
-            text = player.data(packed(scene))
+            text = player.data(packed(scene, skins))
         except BenchError as error:
             found.reasons[each] = str(error)
             continue

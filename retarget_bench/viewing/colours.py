@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from functools import lru_cache
+from itertools import count
 
 from retarget_bench import palette
 from retarget_bench.viewing.scene import Scene
@@ -25,16 +26,16 @@ LEFT, RIGHT = 0.42, 0.62
 """How much white the left of a body has in it, and how bright its right is."""
 
 
+def names(scene: Scene) -> list[str]:
+    """``#rrggbb`` for every figure: the palette's, for predictions and files in their order."""
+    told = {"source": palette.SOURCE, "reference": palette.REFERENCE}
+    rest = (palette.colour(place) for place in count())
+    return [told[figure.part] if figure.part in told else next(rest) for figure in scene.figures]
+
+
 def colours(scene: Scene) -> list[Colour]:
-    """A colour for every figure: the palette's, for predictions and files in their order."""
-    found, place = [], 0
-    for figure in scene.figures:
-        if figure.part in ("source", "reference"):
-            found.append(rgb(palette.SOURCE if figure.part == "source" else palette.REFERENCE))
-        else:
-            found.append(rgb(palette.colour(place)))
-            place += 1
-    return found
+    """The same as numbers."""
+    return [rgb(each) for each in names(scene)]
 
 
 def rgb(text: str) -> Colour:

@@ -1,9 +1,10 @@
 """Scenes made small for pages: numbers as whole steps, changes in place of values, deflated.
 
 A scene is one JSON object. What people read (labels, messages, values) is in it as text; all series are in
-``data``: whole numbers, the second differences over frames of every coordinate, joint by joint, as integers
-of variable length (seven bits a byte, low bits first, the sign in the lowest bit), all deflated together and
-in base64. ``pages/player/packed.js`` is the reader.
+``data``: whole numbers, the second differences over frames of every coordinate, joint by joint, as
+integers of variable length (seven bits a byte, low bits first, the sign in the lowest bit), all deflated
+together and in base64. ``pages/player/packed.js`` is the reader. Skins, where they are asked for, come
+last; ``pages/player/skins.js`` reads them.
 """
 
 from __future__ import annotations
@@ -16,12 +17,13 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench import palette
 from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.viewing import shapes
+from retarget_bench.viewing.colours import names
 from retarget_bench.viewing.scene import Figure, Scene
+from retarget_bench.viewing.skins import Skin
 
 SCHEMA = 1
 STEP = 5e-4
@@ -30,21 +32,29 @@ ERROR_STEP = 0.01
 """Of errors, in % of height."""
 FARTHEST = 1e6
 """Metres: what is farther from the origin is shown here."""
+SKIN_STEP, TURN_STEP = 2.5e-4, 2.0**-11
+"""Of skins, metres; of the quaternions that they are turned by."""
 _BITS = 7
 
 
-def packed(scene: Scene) -> dict[str, Any]:
+def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
     """A scene as one object of plain values, for ``json.dumps`` and the player.
 
     Bodies that figures share are told once. Colours are those of the palette: source, reference, then the
-    others in their order. Raises BenchError where positions are not finite.
+    others in their order. skins: with meshes of bodies that have one, for figures with known rotations.
+    Raises BenchError where positions or skins are not finite.
     """
     bodies: list[Character] = []
     figures: list[dict[str, Any]] = []
-    for figure, colour in zip(scene.figures, _colours(scene), strict=True):
+    for figure, colour in zip(scene.figures, names(scene), strict=True):
         head = _head(figure, scene.values.get(figure.label, {}))
         figures.append(head | {"body": _index(bodies, figure.character), "colour": colour})
-    series = b"".join(_integers(each) for each in _series(scene))
+    worn = _worn(scene, bodies, figures) if skins else {}
+    for told in figures:
+        told["skin"] = told["skin"] and told["body"] in worn
+    kept = [worn.get(told["body"]) if told["skin"] else None for told in figures]
+    series = b"".join(_integers(each) for each in _series(scene, kept))
+    series += b"".join(_integers(each) for place in worn for each in _skin(bodies[place], worn[place]))
     return {
         "schema": SCHEMA,
         "title": scene.title,
@@ -55,21 +65,26 @@ def packed(scene: Scene) -> dict[str, Any]:
         "frames": scene.frames,
         "step": STEP,
         "errorStep": ERROR_STEP,
+        "skinStep": SKIN_STEP,
+        "turnStep": TURN_STEP,
         "ground": _ground(scene.ground),
-        "bodies": [_body(each) for each in bodies],
+        "bodies": [_body(each, worn.get(place)) for place, each in enumerate(bodies)],
         "figures": figures,
         "data": base64.b64encode(zlib.compress(series, 9)).decode("ascii"),
     }
 
 
-def _colours(scene: Scene) -> Iterator[str]:
-    place = 0
-    for figure in scene.figures:
-        if figure.part in ("source", "reference"):
-            yield palette.SOURCE if figure.part == "source" else palette.REFERENCE
-        else:
-            yield palette.colour(place)
-            place += 1
+def _worn(scene: Scene, bodies: list[Character], figures: list[dict[str, Any]]) -> dict[int, Skin]:
+    """Place of a body -> its skin, of those that have one and that somebody moves in."""
+    moved = sorted({told["body"] for told in figures if told["skin"]})
+    known = {place: bodies[place].mesh for place in moved}
+    meshes = {place: mesh for place, mesh in known.items() if mesh is not None and len(mesh.faces)}
+    for place, mesh in meshes.items():
+        if not np.isfinite(mesh.vertices).all() or not np.isfinite(mesh.weights).all():
+            raise BenchError(
+                f"{scene.title}: the skin of {bodies[place].name} has values that are not finite"
+            )
+    return {place: Skin.of(mesh) for place, mesh in meshes.items()}
 
 
 def _index(bodies: list[Character], body: Character) -> int:
@@ -81,8 +96,8 @@ def _index(bodies: list[Character], body: Character) -> int:
     return len(bodies) - 1
 
 
-def _body(body: Character) -> dict[str, Any]:
-    return {
+def _body(body: Character, skin: Skin | None) -> dict[str, Any]:
+    told: dict[str, Any] = {
         "name": body.name,
         "height": round(float(body.height), 4),
         "joints": list(body.skeleton.names),
@@ -92,6 +107,10 @@ def _body(body: Character) -> dict[str, Any]:
         "sides": shapes.sides(body),
         "ends": shapes.ends(body),
     }
+    if skin is not None:
+        vertices, faces = len(skin.mesh.vertices), len(skin.mesh.faces)
+        told["skin"] = {"vertices": vertices, "faces": faces, "joints": skin.joints.tolist()}
+    return told
 
 
 def _head(figure: Figure, values: dict[str, float]) -> dict[str, Any]:
@@ -105,6 +124,7 @@ def _head(figure: Figure, values: dict[str, float]) -> dict[str, Any]:
         "shown": shown,
         "contacts": list(figure.joints) if shown and figure.joints and figure.planted is not None else None,
         "error": shown and figure.error is not None,
+        "skin": shown and figure.motion is not None and len(figure.motion.skeleton) == len(figure.parents),
         "values": {name: float(value) for name, value in values.items() if math.isfinite(value)},
     }
 
@@ -122,9 +142,20 @@ def _ground(ground: Ground) -> dict[str, Any]:
     return told
 
 
-def _series(scene: Scene) -> Iterator[np.ndarray]:
-    """Whole numbers, per figure ``(joints * 3, frames)``, contacts and error; last the floor's rows."""
-    for figure in scene.figures:
+def _skin(body: Character, skin: Skin) -> Iterator[np.ndarray]:
+    """Corners and joints of the mesh's own pose, faces, joints by falling share, and all shares but the
+    first of each corner."""
+    places, _ = skin.mesh.bound(body.skeleton)
+    yield _changes(_steps(skin.mesh.vertices, SKIN_STEP).T)
+    yield _changes(_steps(places[skin.joints], SKIN_STEP).T)
+    yield skin.back()
+    yield skin.followed.T
+    yield skin.shares[:, 1:].T
+
+
+def _series(scene: Scene, skins: list[Skin | None]) -> Iterator[np.ndarray]:
+    """Whole numbers, per figure ``(joints * 3, frames)``, contacts, error, turns; last the floor's rows."""
+    for figure, skin in zip(scene.figures, skins, strict=True):
         if figure.positions is None:
             continue
         if not np.isfinite(figure.positions).all():
@@ -135,6 +166,8 @@ def _series(scene: Scene) -> Iterator[np.ndarray]:
         if figure.error is not None:
             error = np.where(np.isfinite(figure.error), figure.error, -ERROR_STEP)
             yield _changes(_steps(error, ERROR_STEP)[None])
+        if skin is not None and figure.motion is not None:
+            yield _changes(_steps(skin.turns(figure.motion), TURN_STEP).reshape(scene.frames, -1).T)
     if scene.ground.heights is not None:
         yield _changes(_steps(scene.ground.heights, STEP))
 

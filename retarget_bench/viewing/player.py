@@ -9,7 +9,10 @@ from pathlib import Path
 from typing import Any
 
 PAGES = Path(__file__).parent / "pages"
-PARTS = ("packed", "camera", "bodies", "floor", "faults", "stage", "timeline", "controls", "input", "mount")
+PARTS = (
+    "packed", "camera", "bodies", "skins", "floor", "faults",
+    "stage", "timeline", "controls", "input", "mount",
+)  # fmt: skip
 """The files of the script, in the order in which they stand in one."""
 
 
@@ -21,11 +24,13 @@ def script() -> str:
     ``{ready, seek(frame), select(labels), destroy()}``; ``ready`` is a promise of the first picture.
     Options, all optional: ``frame`` (from 0), ``labels`` (the figures to show), ``colours`` (label ->
     ``#rrggbb``), ``overlay`` and ``autoplay`` (never where people asked for less motion).
-    ``decode(packedScene)`` and ``floorAt(ground, x, z)`` are what it reads scenes with.
+    ``decode(packedScene)``, ``floorAt(ground, x, z)`` and, for figures with skins, ``surfaceAt(figure,
+    frame, frames)`` are what it reads scenes with.
     """
     parts = [(PAGES / "player" / f"{name}.js").read_text(encoding="utf-8") for name in PARTS]
     body = "\n".join(parts)
-    return f'var RetargetPlayer = (() => {{\n"use strict";\n{body}\nreturn {{ mount, decode, floorAt }};\n}})();\n'
+    told = "return { mount, decode, floorAt, surfaceAt };"
+    return f'var RetargetPlayer = (() => {{\n"use strict";\n{body}\n{told}\n}})();\n'
 
 
 @cache

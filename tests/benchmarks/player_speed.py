@@ -62,6 +62,7 @@ def scenes() -> list[Scene]:
 
 def sizes(made: list[Scene]) -> None:
     held = [len(player.data(packed(scene))) for scene in made]
+    clad = [packed(scene, skins=True) for scene in made]
     figures = sum(len(scene.figures) * scene.frames for scene in made)
     code = len(player.script()) + len(player.style())
     total = (sum(held) + code) / 1e6
@@ -70,6 +71,13 @@ def sizes(made: list[Scene]) -> None:
         f"{len(made)} clips x {len(METHODS)} methods, {figures} frames of figures, longest clip {longest}: "
         f"{total:.2f} MB of {LIMIT_MB:.0f} ({total / LIMIT_MB:.1%}); {sum(held) / figures:.1f} bytes per "
         f"figure and frame, {code / 1000:.0f} kB of script and style"
+    )
+    more = sum(len(player.data(each)) for each in clad) - sum(held)
+    faces = [body["skin"]["faces"] for each in clad for body in each["bodies"] if "skin" in body]
+    worn = sum(figure["skin"] for each in clad for figure in each["figures"])
+    print(
+        f"with skins: {len(faces)} of up to {max(faces)} triangles, worn by {worn} figures: "
+        f"{(sum(held) + code + more) / 1e6:.2f} MB ({(sum(held) + code + more) / 1e6 / LIMIT_MB:.1%})"
     )
 
 

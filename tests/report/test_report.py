@@ -13,6 +13,8 @@ import pytest
 
 from retarget_bench import records
 from retarget_bench.errors import BenchError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.mesh import Mesh
 from retarget_bench.rendering.words import printable
 from retarget_bench.report import chapters, motions
 from retarget_bench.report.page import page
@@ -171,6 +173,23 @@ def test_a_case_can_be_asked_for(results, tmp_path):
     assert scene["case"] == wanted
     with pytest.raises(BenchError, match="no case 'odd'"):
         report(results, "-o", tmp_path / "none.html", "--case", "odd")
+
+
+def test_skins_are_there_when_asked_for_and_only_then(results, tmp_path, monkeypatch):
+    def triangle(body: Character) -> Mesh:
+        weights = np.eye(len(body.skeleton))[[0, 0, 0]]
+        return Mesh(np.eye(3), np.array([[0, 1, 2]]), weights)
+
+    monkeypatch.setattr(Character, "mesh", property(triangle))
+    for asked in ([], ["--skins"]):
+        report(results, "-o", tmp_path / "r.html", "--clips", 1, *asked)
+        (scene,) = (
+            json.loads(text)
+            for name, text in Tags((tmp_path / "r.html").read_text(encoding="utf-8")).scripts.items()
+            if name.startswith("scene-")
+        )
+        assert any("skin" in body for body in scene["bodies"]) is bool(asked)
+        assert any(figure["skin"] for figure in scene["figures"]) is bool(asked)
 
 
 def test_what_does_not_fit_is_left_out_and_told(results):

@@ -3,13 +3,15 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 from viewing_toys.toy_moves import DOG, PERSON, body
 
 from retarget_bench.api import Ground
-from retarget_bench.motion import rotation
+from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.viewing import player
@@ -71,6 +73,39 @@ def scene(frames: int = FRAMES, ground: Ground | None = None, four_legged: bool 
     return Scene("a walk", figures, 30.0, "toys/S>T/walk", ground=ground or Ground())
 
 
+def clad(character: Character, seed: int = 3, triangles: int = 400) -> Character:
+    """With a skin: small triangles around the joints, whose corners follow these and up to three above."""
+    chance = np.random.default_rng(seed)
+    joints = chance.integers(0, len(character.skeleton), triangles)
+    pose = rotation.from_rotation_vector(0.3 * chance.normal(size=(len(character.skeleton), 3)))
+    places, _ = kinematics.forward(character.skeleton, pose, character.skeleton.offsets[0])
+    corners = places[joints, None] + chance.normal(size=(triangles, 3, 3)) * 0.06
+    parents = np.maximum(character.skeleton.parents, 0)
+    weights = np.zeros((3 * triangles, len(character.skeleton)))
+    for row, joint in zip(weights, joints.repeat(3), strict=True):
+        for share in chance.dirichlet((4, 2, 1, 0.3)):
+            row[joint] += share
+            joint = parents[joint]
+    faces = np.arange(3 * triangles).reshape(-1, 3)
+    skin = Mesh(corners.reshape(-1, 3), faces, weights, pose)
+    return replace(character, skin=lambda: skin)
+
+
+def clad_scene() -> Scene:
+    """Two with skins, one of whom is known by positions only, and one body that has no skin."""
+    person = clad(body("T", PERSON, 1.2))
+    moved = acted(person)
+    return Scene(
+        "skins",
+        (
+            figure("clad", "motion", moved),
+            replace(figure("places", "motion", moved), motion=None),
+            figure("bare", "motion", acted(body("S"))),
+        ),
+        30.0,
+    )
+
+
 def hostile() -> Scene:
     """Every name that there is could end an element or start one."""
     evil = Character.of(EVIL, Skeleton((EVIL,), np.array([-1]), np.zeros((1, 3))))
@@ -96,10 +131,10 @@ def many_joints(joints: int = 200, frames: int = 10) -> Scene:
     return Scene("a snake", (Figure("snake", "motion", Character.of("snake", skeleton), places),), 30.0)
 
 
-def page(*scenes: Scene, options: dict | None = None) -> str:
+def page(*scenes: Scene, options: dict | None = None, skins: bool = False) -> str:
     """A page with the scenes in it and a player of the first; ``show(number)`` mounts another."""
     held = "".join(
-        f'<script type="application/json" id="scene-{number}">{player.data(packed(each))}</script>'
+        f'<script type="application/json" id="scene-{number}">{player.data(packed(each, skins))}</script>'
         for number, each in enumerate(scenes)
     )
     policy = "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'"

@@ -10,11 +10,11 @@ from retarget_bench.viewing.scene import Scene
 
 @pytest.fixture
 def mounted(open_page, tmp_path):
-    """``mounted(scene…, options=…, **of the page)``: a page whose player of the first scene is ready."""
+    """``mounted(scene…, options=…, skins=…, **of the page)``: a page whose player of the first is ready."""
 
-    def made(*scenes: Scene, options: dict | None = None, **context):
+    def made(*scenes: Scene, options: dict | None = None, skins: bool = False, **context):
         file = tmp_path / "a page.html"
-        file.write_text(page(*(scenes or (scene(),)), options=options), encoding="utf-8")
+        file.write_text(page(*(scenes or (scene(),)), options=options, skins=skins), encoding="utf-8")
         opened = open_page(file, **context)
         opened.evaluate("view.ready")
         return opened

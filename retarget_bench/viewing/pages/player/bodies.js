@@ -31,14 +31,18 @@ function readable(hex, paper, contrast) {
   return towards;
 }
 
+/* A colour in a light of 1, or darker or brighter. */
+function lit(hex, bright) {
+  return bright <= 1 ? mixed("#000000", hex, bright) : mixed(hex, "#ffffff", Math.min((bright - 1) * 1.6, 0.6));
+}
+
 /* Across a round bone, from one edge to the other, where the light falls from a (sideways) and b (front). */
 function shading(context, hex, a, b) {
   const gradient = context.createLinearGradient(0, -1, 0, 1);
   for (let stop = 0; stop <= 6; stop++) {
     const y = stop / 3 - 1, front = Math.sqrt(Math.max(1 - y * y, 0));
     const bright = (AMBIENT + DIFFUSE * Math.max(y * a + front * b, 0)) * (0.72 + 0.28 * front);
-    gradient.addColorStop(stop / 6, bright <= 1
-      ? mixed("#000000", hex, bright) : mixed(hex, "#ffffff", Math.min((bright - 1) * 1.6, 0.6)));
+    gradient.addColorStop(stop / 6, lit(hex, bright));
   }
   return gradient;
 }
@@ -77,6 +81,7 @@ function projected(figure, view) {
   }
 }
 
+const PLACE = {}; // of the piece that is drawn
 const DOT = 40; // millimetres: radius of a body that is one joint
 
 /* Bones and heads of a figure as things to be drawn: how far they are, and how. */
@@ -125,23 +130,30 @@ function placed(piece, out) {
   return out;
 }
 
-/* Bodies of one panel, far pieces first. Draws in pixels of the canvas, whose scale is ratio. */
-function drawBodies(context, ratio, list, paint, thin) {
-  const all = [], place = {};
-  for (const figure of list) pieces(figure, thin, all);
-  all.sort((one, other) => other.away - one.away);
-  for (const piece of all) {
-    const { a, b, x, y, length, cos, sin, tilt } = placed(piece, place);
-    const thick = Math.max(a, b);
-    const level = Math.sqrt(Math.max(1 - tilt * tilt, 0));
-    const sideways = -sin * LIGHT[0] - cos * LIGHT[1]; // the screen's y points down
-    const front = level * LIGHT[2] - tilt * (cos * LIGHT[0] - sin * LIGHT[1]);
-    const scale = ratio * thick;
-    context.setTransform(cos * scale, sin * scale, -sin * scale, cos * scale, x * ratio, y * ratio);
-    context.fillStyle = paint(piece, sideways, front);
-    context.beginPath();
-    tapered(context, length / thick, a / thick, b / thick);
-    context.fill();
+/* One bone. Draws in pixels of the canvas, whose scale is ratio, and leaves the bone's frame behind. */
+function drawPiece(context, ratio, piece, paint) {
+  const { a, b, x, y, length, cos, sin, tilt } = placed(piece, PLACE);
+  const thick = Math.max(a, b);
+  const level = Math.sqrt(Math.max(1 - tilt * tilt, 0));
+  const sideways = -sin * LIGHT[0] - cos * LIGHT[1]; // the screen's y points down
+  const front = level * LIGHT[2] - tilt * (cos * LIGHT[0] - sin * LIGHT[1]);
+  const scale = ratio * thick;
+  context.setTransform(cos * scale, sin * scale, -sin * scale, cos * scale, x * ratio, y * ratio);
+  context.fillStyle = paint(piece, sideways, front);
+  context.beginPath();
+  tapered(context, length / thick, a / thick, b / thick);
+  context.fill();
+}
+
+/* Bodies of one panel, far pieces first; views: of each figure, where some wear their skins. */
+function drawBodies(player, list, views, thin) {
+  const { context, ratio, paint } = player;
+  const all = [];
+  for (const figure of list) if (!wears(player, figure)) pieces(figure, thin, all);
+  if (list.some((figure) => wears(player, figure))) drawSkins(player, list, views, all);
+  else {
+    all.sort((one, other) => other.away - one.away);
+    for (const piece of all) drawPiece(context, ratio, piece, paint);
   }
   context.setTransform(ratio, 0, 0, ratio, 0, 0);
 }

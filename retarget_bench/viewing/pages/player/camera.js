@@ -60,8 +60,10 @@ function panels(count, width, height, across, up) {
     const scale = Math.min(width / columns / across, height / rows / up);
     if (scale > best.scale * 1.001) best = { scale, columns, rows };
   }
-  const w = width / best.columns, h = height / best.rows;
-  return Array.from({ length: count }, (_, i) => ({
-    x: (i % best.columns) * w, y: Math.floor(i / best.columns) * h, w, h,
-  }));
+  const edge = (i, whole, parts) => Math.round((whole * i) / parts); // clipping between pixels is slow
+  return Array.from({ length: count }, (_, i) => {
+    const column = i % best.columns, row = Math.floor(i / best.columns);
+    const x = edge(column, width, best.columns), y = edge(row, height, best.rows);
+    return { x, y, w: edge(column + 1, width, best.columns) - x, h: edge(row + 1, height, best.rows) - y };
+  });
 }

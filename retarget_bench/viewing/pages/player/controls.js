@@ -20,6 +20,7 @@ const TOGGLES = [
   ["size", "True size", "Z", "bodies as large as they are; else each fills its panel"],
   ["follow", "Follow", "F", "the view goes with the figures"],
 ];
+const SKINS = ["skins", "Skins", "K", "the surface of bodies that have one, in place of bones"];
 const KEYS = [
   ["Space", "play or pause"],
   ["← →", "one frame; with Shift, ten"],
@@ -30,9 +31,13 @@ const KEYS = [
   ["+ −", "zoom"],
   ["0", "the view as it was"],
   ["1 – 9", "show or hide a figure"],
-  ...TOGGLES.map(([, name, key, what]) => [key, `${name}: ${what}`]),
   ["?", "this help"],
 ];
+
+/* What can be switched in a scene. */
+function togglesOf({ figures }) {
+  return figures.some((each) => each.turns) ? [...TOGGLES, SKINS] : TOGGLES;
+}
 
 function node(name, attributes, ...children) {
   const made = document.createElement(name);
@@ -118,7 +123,7 @@ function figureChips(player) {
 
 function toggles(player) {
   player.toggles = {};
-  const buttons = TOGGLES.map(([key, name, letter, what]) => {
+  const buttons = togglesOf(player.scene).map(([key, name, letter, what]) => {
     const button = node("button", { type: "button", class: "rp-toggle", title: `${what} (${letter})`,
       "aria-pressed": String(player.show[key]) }, name);
     button.addEventListener("click", () => toggle(player, key));
@@ -138,7 +143,8 @@ function toggles(player) {
 }
 
 function help(player) {
-  const rows = KEYS.flatMap(([key, what]) => [node("dt", {}, node("kbd", {}, key)), node("dd", {}, what)]);
+  const shown = togglesOf(player.scene).map(([, name, key, what]) => [key, `${name}: ${what}`]);
+  const rows = [...KEYS, ...shown].flatMap(([key, what]) => [node("dt", {}, node("kbd", {}, key)), node("dd", {}, what)]);
   player.help = node("details", { class: "rp-help" }, node("summary", {}, "Keys and marks"),
     node("p", {}, "Drag to turn, drag with Shift or the right button to move, use the wheel to zoom once the "
       + "picture has the focus. By touch: swipe sideways to turn, pinch to zoom, two fingers to move. The right "

@@ -1,7 +1,7 @@
 /* The player itself: what it knows, how that changes, and when it is drawn. */
 
 const SHOWN = { overlay: false, align: false, ghost: false, heat: false, trails: false, contacts: true, marks: true,
-  size: false, follow: true };
+  size: false, follow: true, skins: false };
 
 function listen(player, target, name, action, passive) {
   const options = { signal: player.stop.signal, passive: passive !== false && name.startsWith("touch") };
@@ -111,6 +111,7 @@ function start(player) {
   build(player);
   player.shade = shades(player.context);
   player.paint = painter(player);
+  player.flat = flats();
   pointers(player);
   keys(player);
   const watched = new ResizeObserver(() => resized(player));

@@ -38,13 +38,15 @@ async function inflated(text) {
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
 
-/* A scene with typed arrays: positions [frame][joint][xyz] metres, planted [frame][contact], error [frame]. */
+/* A scene with typed arrays: positions [frame][joint][xyz] metres, planted [frame][contact], error [frame],
+   and where there are skins turns [frame][joint of the skin][wxyz]. */
 async function decode(packed) {
   if (packed.schema !== 1) throw new Error("This scene was packed by another version of the program.");
   const next = integers(await inflated(packed.data));
   const frames = packed.frames;
+  const bodies = packed.bodies.map((told) => ({ ...told }));
   const figures = packed.figures.map((told) => {
-    const figure = { ...told, body: packed.bodies[told.body], positions: null, planted: null, error: null };
+    const figure = { ...told, body: bodies[told.body], positions: null, planted: null, error: null, turns: null };
     if (!told.shown) return figure;
     const rows = figure.body.parents.length * 3;
     figure.positions = series(next, rows, frames, packed.step, new Float32Array(rows * frames));
@@ -53,6 +55,10 @@ async function decode(packed) {
       figure.planted = series(next, count, frames, 1, new Uint8Array(count * frames));
     }
     if (told.error) figure.error = series(next, 1, frames, packed.errorStep, new Float32Array(frames));
+    if (told.skin) {
+      const turned = figure.body.skin.joints.length * 4;
+      figure.turns = series(next, turned, frames, packed.turnStep, new Float32Array(turned * frames));
+    }
     return figure;
   });
   const ground = { ...packed.ground };
@@ -60,7 +66,8 @@ async function decode(packed) {
     const { rows, columns } = ground;
     ground.heights = series(next, rows, columns, packed.step, new Float32Array(rows * columns));
   }
-  return { ...packed, data: null, figures, ground };
+  for (const body of bodies) if (body.skin) body.skin = readSkin(next, body.skin, packed.skinStep);
+  return { ...packed, data: null, bodies, figures, ground };
 }
 
 /* Metres: the floor under a place; a height field is read bilinearly and goes on beyond its edge. */

@@ -72,10 +72,11 @@ function layout(player) {
     const seen = group.filter((figure) => figure.positions);
     return seen.length && !(together && show.align && show.follow) ? spread(player, seen) : 0;
   }));
-  const room = needed(scene.reach, apart);
+  const room = needed(reachOf(player, list, scene.reach), apart);
   const boxes = panels(groups.length, width, height, room.across, room.up * (1 + (2 * TITLE) / height));
   const rooms = groups.map(([figure]) =>
-    together || show.size || !figure.positions ? room : needed(figure.body.reach, apart));
+    together || show.size || !figure.positions ? room
+      : needed(reachOf(player, [figure], figure.body.reach), apart));
   const scales = rooms.map((each) => Math.min(boxes[0].w / each.across, (boxes[0].h - TITLE) / each.up));
   return { groups, boxes, rooms, scales, together, backdrop: backdrop(player, boxes), fitted: new Map(),
     missing: together ? list.filter((each) => !each.positions) : [] };
@@ -99,14 +100,16 @@ function viewOf(player, plan, i, figures, frame) {
 }
 
 /* The colour of a piece: its figure's, or how far its joint is off the reference. */
+function toneOf(player, figure, from, to) {
+  const { show } = player;
+  if (show.heat && figure.reference) return heat(figure, to);
+  if (show.contacts && rests(player, figure, from, to)) return player.theme.contact;
+  return player.colours[figure.id][figure.body.sides[to] === "r" ? 2 : 1];
+}
+
 function painter(player) {
-  const { show, shade } = player;
-  return ({ figure, from, to }, sideways, front) => {
-    let colour = player.colours[figure.id][figure.body.sides[to] === "r" ? 2 : 1];
-    if (show.heat && figure.reference) colour = heat(figure, to);
-    else if (show.contacts && rests(player, figure, from, to)) colour = player.theme.contact;
-    return shade(colour, sideways, front);
-  };
+  return ({ figure, from, to }, sideways, front) =>
+    player.shade(toneOf(player, figure, from, to), sideways, front);
 }
 
 function heat(figure, joint) {
@@ -158,7 +161,7 @@ function drawPanel(player, plan, place) {
     drawGhost(context, ratio, reference, theme.ghost);
   }
   group.forEach((figure, i) => projected(figure, views[i]));
-  drawBodies(context, ratio, group, player.paint, plan.together && group.length > 1 ? 0.55 : 1);
+  drawBodies(player, group, views, plan.together && group.length > 1 ? 0.55 : 1);
   if (show.trails) group.forEach((figure, i) => drawTrails(player, views[i], figure, frame, back));
 }
 

@@ -1,0 +1,112 @@
+"""Skins made small for pages: few triangles, few joints for each corner, whole numbers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from retarget_bench.motion import rotation
+from retarget_bench.motion.mesh import Mesh
+from retarget_bench.motion.motion import Motion
+
+MOST = 3000
+"""Triangles of a skin: of those with more, corners that are close to each other are put together."""
+FOLLOWED = 4
+"""Joints that a corner follows, those with the largest shares."""
+WHOLE = 1023
+"""What the shares of a corner sum to: ten bits; with eight, corners would be up to 2 mm off."""
+_TRIES = 14
+
+
+@dataclass(frozen=True, eq=False)
+class Skin:
+    """A mesh as pages have it, its corners in the order in which its faces ask for them.
+
+    mesh:   of at most ``MOST`` triangles, which are all that its corners are for.
+    joints: ``(used,)`` those that are followed. followed: ``(vertices, FOLLOWED)`` places among them, the
+            largest share first. shares: ``(vertices, FOLLOWED)`` whole numbers that sum to ``WHOLE``.
+    """
+
+    mesh: Mesh
+    joints: np.ndarray
+    followed: np.ndarray
+    shares: np.ndarray
+
+    @classmethod
+    def of(cls, mesh: Mesh) -> Skin:
+        """Where shares are left out, the others grow by as much."""
+        small = _in_order(thinned(mesh, MOST))
+        order = np.argsort(-small.weights, axis=1, kind="stable")[:, :FOLLOWED]
+        weights = np.take_along_axis(small.weights, order, axis=1)
+        shares = _whole(weights / weights.sum(axis=1, keepdims=True))
+        order = np.where(shares > 0, order, order[:, :1])  # a share of nothing needs no joint
+        if order.shape[1] < FOLLOWED:
+            pad = FOLLOWED - order.shape[1]
+            order = np.pad(order, ((0, 0), (0, pad)), mode="edge")
+            shares = np.pad(shares, ((0, 0), (0, pad)))
+        joints, followed = np.unique(order, return_inverse=True)
+        return cls(small, joints, followed.reshape(order.shape), shares)
+
+    def back(self) -> np.ndarray:
+        """``(faces * 3,)``: how far every corner is behind the first number that no face has had yet."""
+        corners = self.mesh.faces.ravel()
+        had = np.maximum.accumulate(np.concatenate([[-1], corners[:-1]]))
+        return had + 1 - corners
+
+    def turns(self, motion: Motion) -> np.ndarray:
+        """``(frames, used, 4)``: what turns the mesh's own pose into that of the motion, without jumps."""
+        _, turned = self.mesh.bound(motion.skeleton)
+        found = rotation.multiply(motion.global_rotations, rotation.conjugate(turned))
+        return rotation.continuous(found[:, self.joints])
+
+
+def thinned(mesh: Mesh, most: int) -> Mesh:
+    """A mesh of at most so many triangles: corners in the same cell of a grid that follow the same joint
+    most become one in their middle (vertex clustering, Rossignac and Borrel 1993); the cells are as small
+    as they can be.
+    """
+    if len(mesh.faces) <= most:
+        return mesh
+    high = float(np.ptp(mesh.vertices, axis=0).max()) or 1.0
+    low, best = high / 1000.0, _clustered(mesh, high)
+    for _ in range(_TRIES):
+        tried = _clustered(mesh, middle := (low * high) ** 0.5)
+        if len(tried.faces) > most:
+            low = middle
+        else:
+            high, best = middle, tried
+    return best
+
+
+def _clustered(mesh: Mesh, step: float) -> Mesh:
+    cells = np.floor(mesh.vertices / step).astype(np.int64)
+    keys = np.column_stack([cells, mesh.weights.argmax(axis=1)])
+    _, place, held = np.unique(keys, axis=0, return_inverse=True, return_counts=True)
+    place = place.reshape(-1)
+    faces = place[mesh.faces]
+    whole = (faces != np.roll(faces, 1, axis=1)).all(axis=1)
+
+    def middles(values: np.ndarray) -> np.ndarray:
+        sums = np.zeros((len(held), values.shape[1]))
+        np.add.at(sums, place, values)
+        return sums / held[:, None]
+
+    return Mesh(middles(mesh.vertices), faces[whole], middles(mesh.weights), mesh.pose)
+
+
+def _in_order(mesh: Mesh) -> Mesh:
+    """The same surface; its vertices are numbered as its faces come to them, the rest are gone."""
+    used, first, place = np.unique(mesh.faces, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    number = np.empty(len(order), dtype=np.int64)
+    number[order] = np.arange(len(order))
+    faces = number[place].reshape(mesh.faces.shape)
+    return Mesh(mesh.vertices[used[order]], faces, mesh.weights[used[order]], mesh.pose)
+
+
+def _whole(weights: np.ndarray) -> np.ndarray:
+    """``WHOLE`` times the weights, rounded; the largest, which is the first, takes up the difference."""
+    shares = np.rint(WHOLE * weights).astype(np.int64)
+    shares[:, 0] += WHOLE - shares.sum(axis=1)
+    return shares

@@ -1,0 +1,123 @@
+"""Skins in pages: where Python's are, to two millimetres, and only where they were asked for."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from acted import acted, clad, clad_scene, figure, scene
+from playing import button, frame, picture
+from viewing_toys.toy_moves import body
+
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.mesh import Mesh
+from retarget_bench.viewing import player
+from retarget_bench.viewing.packing import packed
+from retarget_bench.viewing.scene import Scene
+from retarget_bench.viewing.skins import FOLLOWED, WHOLE, Skin, thinned
+
+SURFACE = """async (frames) => {
+    const { figures, frames: all } = await RetargetPlayer.decode(packed(0));
+    const { faces } = figures[0].body.skin;
+    const surface = (frame) => [...RetargetPlayer.surfaceAt(figures[0], frame, all)];
+    return { faces: [...faces], places: frames.map(surface) };
+}"""
+
+
+def ball(rings: int, joints: int = 1) -> Mesh:
+    """A sphere of radius 1 around the origin; its halves left and right follow the joints 0 and 1."""
+    up, around = np.meshgrid(
+        np.linspace(0, np.pi, rings), np.linspace(0, 2 * np.pi, 2 * rings), indexing="ij"
+    )
+    places = np.stack([np.sin(up) * np.cos(around), np.cos(up), np.sin(up) * np.sin(around)], axis=-1)
+    number = np.arange(2 * rings * rings).reshape(rings, -1)
+    a, b, c, d = number[:-1, :-1], number[:-1, 1:], number[1:, 1:], number[1:, :-1]
+    faces = np.concatenate([np.stack(each, -1).reshape(-1, 3) for each in ((a, b, c), (a, c, d))])
+    vertices = places.reshape(-1, 3)
+    weights = np.zeros((len(vertices), joints))
+    weights[np.arange(len(vertices)), (vertices[:, 0] > 0) % joints] = 1.0
+    return Mesh(vertices, faces, weights)
+
+
+def test_skins_are_where_those_of_python_are(mounted):
+    made = clad_scene()
+    moved = made.figures[0].motion
+    told = mounted(made, skins=True).evaluate(SURFACE, [0, 7, made.frames - 1])
+    mesh = moved.character.mesh
+    wanted = mesh.skinned(moved)[:, mesh.faces.ravel()]
+    for at, places in zip((0, 7, made.frames - 1), told["places"], strict=True):
+        seen = np.array(places).reshape(-1, 3)[told["faces"]]
+        assert np.linalg.norm(seen - wanted[at], axis=-1).max() < 2e-3
+        assert np.linalg.norm(seen - wanted[(at + 5) % made.frames], axis=-1).max() > 2e-2
+
+
+def test_they_are_shown_in_place_of_bones_where_a_scene_has_any(mounted):
+    opened = mounted(clad_scene(), scene(), skins=True)
+    bones = picture(opened)
+    button(opened, "Skins").click()
+    skins = picture(opened)
+    assert skins != bones
+    for name in ("Heat", "Overlay", "Ghost", "Trails"):
+        button(opened, name).click()
+        frame(opened)
+    opened.locator(".rp-canvas").focus()
+    for key in ("o", "h", "g", "t", "k"):
+        opened.keyboard.press(key)
+    assert picture(opened) == bones
+    for label, differs in (("clad", True), ("places", False), ("bare", False)):
+        opened.evaluate("(label) => view.select([label])", label)
+        before = picture(opened)
+        opened.keyboard.press("k")
+        assert (picture(opened) != before) is differs, label
+        opened.keyboard.press("k")
+    opened.evaluate("show(1).ready")
+    assert button(opened, "Skins").count() == 0, "no body of this scene has a skin"
+
+
+def test_nobody_pays_for_skins_without_asking():
+    made, plain = clad_scene(), scene()
+    told = packed(made)
+    assert packed(plain, skins=True) == packed(plain)
+    assert not any("skin" in each for each in told["bodies"])
+    assert not any(each["skin"] for each in told["figures"])
+    worn = packed(made, skins=True)
+    assert [each["skin"] for each in worn["figures"]] == [True, False, False]
+    assert ["skin" in each for each in worn["bodies"]] == [True, False]
+    faces = worn["bodies"][0]["skin"]["faces"]
+    assert len(player.data(worn)) - len(player.data(told)) < 60 * faces + 60 * 18 * made.frames
+
+
+def test_corners_follow_the_joints_with_the_largest_shares():
+    person = clad(body("T"))
+    chance = np.random.default_rng(0)
+    mesh = replace(person.mesh, weights=chance.dirichlet(np.ones(18), len(person.mesh.vertices)))
+    skin = Skin.of(mesh)
+    assert (skin.shares.sum(axis=1) == WHOLE).all()
+    assert (skin.shares >= 0).all()
+    largest = np.sort(skin.mesh.weights, axis=1)[:, : -FOLLOWED - 1 : -1]
+    kept = np.take_along_axis(skin.mesh.weights, skin.joints[skin.followed], axis=1)
+    assert np.array_equal(kept, largest)
+    assert np.abs(skin.shares / WHOLE - largest / largest.sum(axis=1, keepdims=True)).max() < 1.6 / WHOLE
+
+
+@pytest.mark.parametrize("most", [3000, 700, 60])
+def test_fewer_triangles_are_nearly_the_same_surface(most):
+    mesh = ball(48, 2)
+    small = thinned(mesh, most)
+    assert 0.4 * most < len(small.faces) <= most < len(mesh.faces)
+    radii = np.linalg.norm(small.vertices, axis=1)
+    step = np.sqrt(4 * np.pi / most)  # between corners that are spread evenly over the sphere
+    assert radii.max() <= 1.0
+    assert radii.min() > 1.0 - step
+    assert np.array_equal(small.weights[:, 1] > 0.5, small.vertices[:, 0] > 0), "halves stay apart"
+    assert np.allclose(small.weights.sum(axis=1), 1.0)
+    assert thinned(small, most) is small
+
+
+def test_skins_that_are_not_finite_are_told():
+    person = clad(body("T"))
+    broken = replace(person.mesh, vertices=np.full_like(person.mesh.vertices, np.inf))
+    moved = acted(replace(person, skin=lambda: broken), 2)
+    with pytest.raises(BenchError, match="bad: the skin of T has values that are not finite"):
+        packed(Scene("bad", (figure("a", "motion", moved),), 30.0), skins=True)
