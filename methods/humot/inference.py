@@ -22,7 +22,7 @@ TOKENS = 1 << 16
 """Joints times frames that go through the networks at once."""
 RULE = "leg_length"
 """What the path of the hips is scaled by (A.6)."""
-LEGS = (0.5, 1.5)
+LEGS = (0.34, 1.25)
 """Metres: shorter and longer legs were never trained on; such bodies go through the networks this long."""
 Windows = Literal["overlapping", "whole"]
 
