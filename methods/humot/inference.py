@@ -22,8 +22,9 @@ TOKENS = 1 << 16
 """Joints times frames that go through the networks at once."""
 RULE = "leg_length"
 """What the path of the hips is scaled by (A.6)."""
-LEGS = (0.34, 1.25)
-"""Metres: shorter and longer legs were never trained on; such bodies go through the networks this long."""
+LEGS, USUAL = (0.34, 1.25), 0.8
+"""Metres: bodies with shorter or longer legs were never trained on; they go through the networks with the
+usual ones."""
 Windows = Literal["overlapping", "whole"]
 
 
@@ -57,7 +58,7 @@ class Question:
 
 def _sized(character: Character) -> float:
     legs = character.measures.leg_length
-    return float(np.clip(legs, *LEGS) / legs)
+    return 1.0 if LEGS[0] <= legs <= LEGS[1] else USUAL / legs
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ from retarget_bench.api import Context
 from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.body import MAJOR, body
-from retarget_bench.methods.humot.inference import HOP, LEGS, WINDOW, Question, _fade, _pieces
+from retarget_bench.methods.humot.inference import HOP, LEGS, USUAL, WINDOW, Question, _fade, _pieces
 from retarget_bench.motion import rates
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
@@ -156,7 +156,7 @@ def test_a_part_of_a_body_is_read_and_not_written(method):
     np.testing.assert_allclose(body(part).template, body(whole).template[places], atol=1e-9)
 
 
-def test_very_small_and_very_large_bodies_are_asked_about_at_a_size_that_was_trained_on(method):
+def test_very_small_and_very_large_bodies_are_asked_about_at_the_usual_size(method):
     """As sources and as targets; a size that is near those of training is left as it is."""
     source = dance("one", 40)
     one = source.character
@@ -167,9 +167,9 @@ def test_very_small_and_very_large_bodies_are_asked_about_at_a_size_that_was_tra
         body = Character.of(f"x{factor}", smaller, roles=one.roles)
         return body.motion(source.rotations, source.root * factor, source.fps)
 
-    for limit, beyond in zip(LEGS, (0.2, 5.0), strict=True):
-        edge = limit / one.measures.leg_length
-        small, smaller = sized(edge), sized(edge * beyond)
+    usual_size = USUAL / one.measures.leg_length
+    for beyond in (0.5 * LEGS[0] / USUAL, 2.0 * LEGS[1] / USUAL):
+        small, smaller = sized(usual_size), sized(usual_size * beyond)
         found, wanted = (carried(method, each, one).positions for each in (smaller, small))
         np.testing.assert_allclose(found, wanted, atol=1e-4)
         found, wanted = (carried(method, source, each.character).positions for each in (smaller, small))
