@@ -99,7 +99,6 @@ class HuMoT(Learned):
             paper="Mourot, Hoyet, Le Clerc, Hellier: HuMoT: Human Motion Representation using "
             "Topology-Agnostic Transformers for Character Animation Retargeting, 2023",
             accepts=("motion", "positions"),
-            default=False,
             parameters={
                 "variant": "small, text (the appendix by the letter) or paper_count (2,475,511 parameters)",
                 "subsampling": "false: without stochastic joint subsampling (no SJS)",
