@@ -1,30 +1,22 @@
 /* The floor: its grid, shadows, and what is marked on it. */
 
 const MESHES = [0.1, 0.25, 0.5, 1]; // metres between lines; the smallest is for small dogs
+const FADES = 8; // shades of its lines
+const FLOOR_INK = 0.55; // how much of the colour the nearest have
 
-/* Lines of the floor around a place as points [x, y, z], NaN between lines: chords of a circle, without the
-   points in their middle where the floor is straight. */
+/* Lines of the floor around a place as points [x, y, z], NaN between lines: chords of a circle in steps. */
 function meshAround(ground, x0, z0, reach, mesh) {
-  const found = [];
+  const found = [], step = ground.heights ? Math.max(ground.spacing, mesh / 4) : mesh;
   for (let along = -reach; along <= reach + 1e-6; along += mesh) {
     const half = Math.sqrt(Math.max(reach * reach - along * along, 0));
-    const steps = ground.heights ? Math.max(Math.ceil((2 * half) / Math.max(ground.spacing, mesh / 4)), 1) : 1;
+    const steps = Math.max(Math.ceil((2 * half) / step), 1);
     for (const turned of [false, true]) {
-      const point = (i) => {
+      found.push(NaN);
+      for (let i = 0; i <= steps; i++) {
         const across = -half + (2 * half * i) / steps;
         const x = x0 + (turned ? across : along), z = z0 + (turned ? along : across);
-        return [x, floorAt(ground, x, z), z];
-      };
-      let before = point(0), here = before;
-      found.push(NaN, ...here);
-      for (let i = 1; i <= steps; i++) {
-        const next = point(i);
-        const bent = Math.abs(next[1] - 2 * here[1] + before[1]) > 1e-3;
-        if (bent && i > 1) found.push(...here);
-        before = here;
-        here = next;
+        found.push(x, floorAt(ground, x, z), z);
       }
-      found.push(...here);
     }
   }
   return Float32Array.from(found);
@@ -41,40 +33,41 @@ function keptMesh(ground, x0, z0, reach, mesh) {
   return kept.get(key);
 }
 
-/* Lines that fade out away from the middle of a panel. */
-function drawFloor(context, view, ground, size, theme) {
+/* Lines that fade out away from the middle of a panel: each step of them is of one shade, as hairlines of one
+   colour are drawn several times faster than lines with a gradient along them. */
+function drawFloor(context, view, ground, size, theme, ratio) {
   const { box, target } = view;
   const mesh = MESHES.find((each) => each > 0.2 * size) || MESHES[3];
   const widest = Math.min(2 * size, box.w / view.scale);
   const reach = Math.max(Math.ceil(widest / mesh), 3) * mesh;
   const lines = keptMesh(
     ground, Math.round(target[0] / mesh) * mesh, Math.round(target[2] / mesh) * mesh, reach, mesh);
-  const out = [0, 0, 0, 0];
-  context.beginPath();
+  const shades = Array.from({ length: FADES + 1 }, () => new Path2D());
+  const here = [0, 0, 0, 0], before = [0, 0, 0, 0];
   for (let i = 0, starts = false; i < lines.length;) {
     if (Number.isNaN(lines[i])) {
       starts = true;
       i++;
       continue;
     }
-    view.project(lines[i], lines[i + 1], lines[i + 2], out, 0);
-    if (starts) context.moveTo(out[0], out[1]);
-    else context.lineTo(out[0], out[1]);
+    view.project(lines[i], lines[i + 1], lines[i + 2], here, 0);
+    if (!starts) {
+      const far = Math.hypot((lines[i] + lines[i - 3]) / 2 - target[0], (lines[i + 2] + lines[i - 1]) / 2 - target[2]);
+      const path = shades[Math.ceil(FADES * Math.min(Math.max((1 - far / reach) / 0.65, 0), 1))];
+      path.moveTo(before[0], before[1]);
+      path.lineTo(here[0], here[1]);
+    }
+    [before[0], before[1]] = here;
     starts = false;
     i += 3;
   }
-  view.project(target[0], floorAt(ground, target[0], target[2]), target[2], out, 0);
-  const fade = context.createRadialGradient(0, 0, 0, 0, 0, reach * view.scale);
-  fade.addColorStop(0, theme.grid);
-  fade.addColorStop(0.35, theme.grid);
-  fade.addColorStop(1, theme.gridFar);
-  context.save();
-  context.translate(out[0], out[1]);
-  context.scale(1, Math.max(Math.abs(view.sp), 0.2)); // the circle of light lies on the floor
-  context.strokeStyle = fade;
-  context.lineWidth = 1.2;
-  context.stroke();
-  context.restore();
+  context.strokeStyle = theme.grid;
+  context.lineWidth = 1 / ratio;
+  for (let shade = 1; shade <= FADES; shade++) {
+    context.globalAlpha = FLOOR_INK * (shade / FADES);
+    context.stroke(shades[shade]);
+  }
+  context.globalAlpha = 1;
 }
 
 /* The shadow of a figure under a high sun, one shape so that limbs do not darken each other. */

@@ -25,11 +25,11 @@ function readSkin(next, told, step) {
       shares[FOLLOWED * v] -= shares[FOLLOWED * v + k];
     }
   }
-  return { joints, corners, rest, faces: found, followed, shares, over: Math.max(top(corners) - top(rest), 0) };
+  return { joints, corners, rest, faces: found, followed, shares, over: Math.max(highest(corners) - highest(rest), 0) };
 }
 
 /* The largest y of [place][xyz]. */
-function top(places) {
+function highest(places) {
   return places.reduce((most, value, i) => (i % 3 === 1 ? Math.max(most, value) : most), -Infinity);
 }
 

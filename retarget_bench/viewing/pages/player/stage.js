@@ -5,7 +5,7 @@ const TITLE = 40; // pixels above a figure, for its name and numbers
 /* Colours of the picture, from the style sheet, so that they follow the scheme of the page. */
 function themeOf(root) {
   const style = getComputedStyle(root);
-  const names = ["stage", "stage-far", "ink", "faint", "grid", "grid-far", "shadow", "contact", "contact-edge",
+  const names = ["stage", "stage-far", "ink", "faint", "grid", "shadow", "contact", "contact-edge",
     "slide", "sunk", "line", "ghost"];
   const theme = {};
   for (const name of names) {
@@ -149,7 +149,7 @@ function drawPanel(player, plan, place) {
   const view = viewOf(player, plan, place, group, frame);
   const views = group.map((figure) =>
     plan.together && show.align ? viewOf(player, plan, place, [figure], frame) : view);
-  drawFloor(context, view, scene.ground, plan.rooms[place].size, theme);
+  drawFloor(context, view, scene.ground, plan.rooms[place].size, theme, ratio);
   group.forEach((figure, i) => drawShadow(context, views[i], figure, scene.ground, theme));
   group.forEach((figure, i) => {
     if (show.marks) drawFaults(context, views[i], figure, frame, back, scene.ground, theme);
