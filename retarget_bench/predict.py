@@ -296,7 +296,7 @@ def write_prediction(path: Path, prediction: Prediction, key: str) -> None:
 def stored_key(path: Path) -> str | None:
     """The key that a prediction file was written under; None where it is missing or damaged."""
     try:
-        with np.load(path) as file:
+        with path.open("rb") as opened, np.load(opened) as file:
             return str(file["key"])
     except (OSError, ValueError, KeyError, EOFError, BadZipFile):
         return None
@@ -312,7 +312,7 @@ def read_prediction(path: Path, target: Character, fps: float) -> Prediction:
     if path.suffix.lower() == ".bvh":
         return _from_bvh(path, target)
     try:
-        with np.load(path) as file:
+        with path.open("rb") as opened, np.load(opened) as file:
             data = {name: file[name] for name in file.files}
     except (OSError, ValueError, EOFError, BadZipFile) as error:
         raise FileError(path, f"is not a readable .npz file ({error})") from error

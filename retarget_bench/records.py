@@ -33,7 +33,7 @@ STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
 ROW_FIELDS = ("case", "value_id", "index", "value")
 CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
-HEADER_FIELDS = ("schema", "keys", "method", "dataset", "values", "counts", "problems")
+HEADER_FIELDS = ("schema", "keys", "method", "dataset", "metrics", "values", "counts", "problems")
 ARRAY_INDICES = ("joint", "frame")
 """Values with one of these indices are stored in the ``.npz``, not in rows."""
 

@@ -82,7 +82,7 @@ def _prediction(path: Path, bodies: Sequence[Character]) -> Prediction:
 def _named(path: Path) -> tuple[list[str], float]:
     """The joints that a prediction file names, none where it does not, and its rate."""
     try:
-        with np.load(path) as file:
+        with path.open("rb") as opened, np.load(opened) as file:
             joints = [str(name) for name in np.atleast_1d(file["joints"])] if "joints" in file else []
             return joints, float(file["fps"]) if "fps" in file else 30.0
     except (OSError, ValueError, TypeError, EOFError, BadZipFile) as error:
