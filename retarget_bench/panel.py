@@ -99,6 +99,19 @@ class Panel:
         cases = tuple(info for info, keep in zip(self.cases, some, strict=True) if keep)
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
+    def narrowed(self, value: str) -> Panel:
+        """The panel with one value and nothing else."""
+        rows = tuple(
+            replace(
+                row,
+                draws=tuple(
+                    {key: each for key, each in draw.items() if key[0] == value} for draw in row.draws
+                ),
+            )
+            for row in self.rows
+        )
+        return replace(self, rows=rows, values={value: self.values[value]} if value in self.values else {})
+
 
 def panels(places: Iterable[Place]) -> list[Panel]:
     """The results at these places, by data set and split (self, intra, cross).

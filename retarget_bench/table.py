@@ -33,11 +33,14 @@ WHERE_KNOWN = frozenset(["touch_gap"])
 Values = Mapping[str, Mapping[str, Any]]
 
 
-def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT, by: str = "") -> list[Table]:
+def tables(
+    found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT, by: str = "", *, with_sets: bool = False
+) -> list[Table]:
     """One table per data set. ``columns`` are value ids, or ``fps``.
 
     by: what ``found`` is broken down by; then there is a group per split and column, and where no columns
         are asked for only the first that there is (where none of the usual ones is there: all).
+    with_sets: also every value of whole sets that there is, asked for or not.
     Raises BenchError for no column at all, for one that no result declares, listing those there are, and
     for one that is a curve.
     """
@@ -48,7 +51,9 @@ def tables(found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT, by: s
     if columns is not FIRST_SIGHT:
         _check_columns(columns, declared, by, set_groups.declared(found))
     methods = {score.label: score.header for section in found for score in section.scores}
-    return [_table(title, each, columns, declared, methods, by) for title, each in by_dataset.items()]
+    return [
+        _table(title, each, columns, declared, methods, by, with_sets) for title, each in by_dataset.items()
+    ]
 
 
 def all_columns(found: Sequence[Section]) -> list[str]:
@@ -95,22 +100,24 @@ def _table(
     declared: Values,
     methods: Mapping[str, Mapping[str, Any]],
     by: str,
+    with_sets: bool,
 ) -> Table:
     known = versions.newest([score.header for section in found for score in section.scores])
     of_sets = set_groups.declared(found)
     decimals = {key: _decimals(_numbers(found, key)) for key in (*declared, FPS, *of_sets)}
     making = Making(known, {**declared, **of_sets}, decimals, methods)
+    sets = [key for key in of_sets if with_sets or key in wanted]
     keys = _broken_down(found, wanted, declared) if by else []
     if by:
         groups = [
             by_part(each, key, by, making) for each in _splits(found) for key in keys if _has(each, key)
         ]
     else:
-        groups = _groups(found, wanted, declared, making)
+        groups = _groups(found, wanted, sets, declared, making)
     return Table(
         title=title,
         groups=tuple(groups),
-        notes=(*_set_notes(found, [key for key in wanted if key in of_sets], of_sets), *_notes(found)),
+        notes=(*_set_notes(found, sets, of_sets), *_notes(found)),
         footnotes=tuple(making.footnotes.sentences),
         problems=tuple(_problems(found)),
         origins=origins.origins(found),
@@ -120,11 +127,10 @@ def _table(
 
 
 def _groups(
-    found: Sequence[Section], wanted: Sequence[str], declared: Values, making: Making
+    found: Sequence[Section], wanted: Sequence[str], sets: Sequence[str], declared: Values, making: Making
 ) -> list[Group]:
     """Per split: the values of cases, then those of sets, structure by structure."""
     of_sets = set_groups.declared(found)
-    sets = [key for key in wanted if key in of_sets]
     cases = [key for key in wanted if key not in of_sets]
     groups = []
     for section in found:

@@ -63,11 +63,15 @@ def page_options(function: F) -> F:
     return function
 
 
-def page(width: str, no_title: bool) -> Page:
-    """What ``--width`` and ``--no-title`` ask for."""
+def page(width: str, no_title: bool, roots: Sequence[Path]) -> Page:
+    """What ``--width`` and ``--no-title`` ask for, with colours by rank among all results in RESULTS."""
+    from retarget_bench import placing, records
+    from retarget_bench.api import TASKS
     from retarget_bench.plotting import canvas
 
-    return canvas.Page(canvas.WIDTHS[width], not no_title)
+    roots = roots or (Path("runs"),)
+    found = [place for root in roots for task in TASKS for place in records.find_results(root, task)]
+    return canvas.Page(canvas.WIDTHS[width], not no_title, placing.ranked(found))
 
 
 def places(
@@ -82,12 +86,13 @@ def places(
 
     roots = roots or (Path("runs"),)
     maker = "bench run" if task == "retarget" else f"bench task {task}"
-    found = [place for root in roots for place in records.find_results(root, task) if place.split in splits]
-    asked = [place for place in found if dataset in (None, place.dataset)]
-    known = ", ".join(sorted({place.dataset for place in found}))
+    found = [place for root in roots for place in records.find_results(root, task)]
+    asked = [place for place in found if dataset in (None, place.dataset) and place.split in splits]
+    known = ", ".join(sorted({place.dataset for place in asked or found}))
     if not asked:
         where = ", ".join(map(str, roots))
-        hint = f"; there are results of {known}" if known else f"; {maker} makes some"
+        there = sorted({f"{place.dataset} ({place.split})" for place in found})
+        hint = f"; there are results of {', '.join(there)}" if there else f"; {maker} makes some"
         raise BenchError(f"no results of {dataset or ', '.join(splits)} in {where}{hint}")
     if len({place.dataset for place in asked}) > 1:
         raise BenchError(f"these are results of several data sets: choose one by -d out of {known}")

@@ -42,7 +42,7 @@ def _command(name: str, value: str, told: str) -> click.Command:
         canvas.ending(output)
         picture: Any = importlib.import_module(f"retarget_bench.plotting.{name}")
         found = panels(plot_options.places(roots, dataset, methods, splits))
-        picture.draw(output, found, value, plot_options.page(width, no_title))
+        picture.draw(output, found, value, plot_options.page(width, no_title, roots))
         click.echo(f"wrote {output}")
 
     return drawing
@@ -112,7 +112,7 @@ def joints(
     places = plot_options.places(roots, dataset, methods, (split,))
     (found,) = panels(places)
     bodies = None if dots else _bodies(places[0], root)
-    picture.draw(output, found, value, bodies, structure, plot_options.page(width, no_title))
+    picture.draw(output, found, value, bodies, structure, plot_options.page(width, no_title, roots))
     click.echo(f"wrote {output}")
 
 

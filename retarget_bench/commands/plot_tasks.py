@@ -32,7 +32,7 @@ def denoise(
     canvas.ending(output)
     places = plot_options.task_places(roots, dataset, methods, "denoise")
     sections, apart = summary.sections(places, "level"), halves.halves(places, "level")
-    picture.draw(output, sections, apart, plot_options.page(width, no_title))
+    picture.draw(output, sections, apart, plot_options.page(width, no_title, roots))
     click.echo(f"wrote {output}")
 
 
@@ -59,5 +59,5 @@ def upsample(
     places = plot_options.task_places(roots, dataset, methods, "upsample")
     sections, apart = summary.sections(places, "level"), halves.halves(places, "level")
     major = picture.major_share(places)
-    picture.draw(output, sections, major, apart, plot_options.page(width, no_title))
+    picture.draw(output, sections, major, apart, plot_options.page(width, no_title, roots))
     click.echo(f"wrote {output}")

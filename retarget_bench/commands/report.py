@@ -33,6 +33,11 @@ TASKS = ("retarget", "reconstruct", "denoise", "upsample")
 )
 @click.option("--case", "cases", multiple=True, metavar="ID", help="This case in motion, too.")
 @click.option("--no-player", is_flag=True, help="Leave the motion out: tables and charts alone.")
+@click.option(
+    "--columns",
+    metavar="ID,ID",
+    help="Values in the tables (bench info METRIC lists them). [default: usual ones, and those of sets]",
+)
 @click.option("--skins", is_flag=True, help="Skinned meshes in motion, where bodies have one; larger.")
 @click.option("-m", "--methods", multiple=True, metavar="METHOD", help="Only this method; may be repeated.")
 @click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
@@ -47,6 +52,7 @@ def command(
     cases: tuple[str, ...],
     no_player: bool,
     skins: bool,
+    columns: str | None,
     methods: tuple[str, ...],
     dataset: str | None,
     task: str | None,
@@ -58,16 +64,19 @@ def command(
     RESULTS: folders written by `bench run` and `bench task`. [default: runs]
     """
     del plugins  # known through the registry from here on
-    from retarget_bench import files
+    from retarget_bench import files, placing
+    from retarget_bench.cells import count
     from retarget_bench.report import chapters, choosing, motions, page
 
     if output.suffix.lower() not in (".html", ".htm"):
         raise BenchError(f"{output}: a report is a page; end its name in .html")
-    found = chapters.chapters(roots or (Path("runs"),), task, dataset, methods, root)
+    roots = roots or (Path("runs"),)
+    asked = [each.strip() for each in (columns or "").split(",") if each.strip()]
+    found = chapters.chapters(roots, task, dataset, methods, root, asked)
     chosen = [] if no_player else choosing.chosen(found, clips, cases)
     shown = motions.motions(found, chosen, skins=skins)
-    files.write_text(output, page.page(found, shown, title))
-    told = f", with {len(shown.scenes)} cases in motion" if shown.scenes else ""
+    files.write_text(output, page.page(found, shown, placing.ranked(chapters.results(roots)), title))
+    told = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
     click.echo(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB{told})")
     for note in shown.notes:
         click.echo(f"- {note}")

@@ -8,7 +8,7 @@ import textwrap
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,10 +41,15 @@ LOOK: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class Page:
-    """What a picture is for. width: in inches. titled: whether it says what it is of, like a caption."""
+    """What a picture is for. width: in inches. titled: whether it says what it is of, like a caption.
+
+    ranked: label -> a header, of all methods that there are results of, in the order of ``placing.ranked``:
+    a method keeps its colour, whichever of them a picture shows.
+    """
 
     width: float = WIDTHS["page"]
     titled: bool = True
+    ranked: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def across(self, wanted: float) -> int:
         """How many panels of so many inches stand side by side: one at least."""
@@ -101,15 +106,16 @@ def wrapped(text: str, width: float) -> str:
     return "\n".join(textwrap.wrap(text, max(1, int(width / LETTER))))
 
 
-def looks(headers: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]:
+def looks(headers: Mapping[str, Mapping[str, Any]], page: Page = PAGE) -> dict[str, dict[str, Any]]:
     """Label -> colour, line and mark, the same in every panel: controls grey and dashed, methods that see
     more than others dotted, all others in full lines.
 
-    headers: label -> the header of its results.
+    headers: label -> the header of its results. Colours are by rank where the page knows it, else in the
+    order of the headers.
     """
     found: dict[str, dict[str, Any]] = {}
     plain, controls = 0, 0
-    for label, header in headers.items():
+    for label, header in {**page.ranked, **headers}.items():
         if header["method"]["control"]:
             found[label] = {"color": palette.control(controls), "linestyle": "--"}
             controls += 1
@@ -118,7 +124,7 @@ def looks(headers: Mapping[str, Mapping[str, Any]]) -> dict[str, dict[str, Any]]
             found[label] = {"color": palette.colour(plain), "linestyle": line}
             plain += 1
         found[label] |= {"marker": MARKS[len(found) % len(MARKS)], "markersize": 3.5, "linewidth": 1.2}
-    return found
+    return {label: found[label] for label in headers}
 
 
 def legend(figure: Figure, panels: Sequence[Any]) -> None:

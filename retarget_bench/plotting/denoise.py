@@ -45,7 +45,7 @@ def draw(
     with canvas.drawn(path, page.width, 0.3 + 0.75 * min(page.width, 4.2)) as figure:
         panel = figure.subplots()
         panel.plot([0, most], [0, most], color="0.6", linewidth=0.8, linestyle=(0, (1, 2)), zorder=1)
-        for line in lines(shown, halves, AFTER):
+        for line in lines(shown, halves, AFTER, page):
             banded(panel, line.name, line.points(AFTER, own.get(line.half, given)), line.look)
         panel.set(
             xlim=(-0.02 * most, 1.02 * most),

@@ -18,8 +18,8 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     """
     canvas.ending(path)
     what = values.shown(panels, value, "second")
-    look = canvas.looks(values.headers(panels))
-    sections = [section(values.narrowed(panel, value)) for panel in panels if value in panel.values]
+    look = canvas.looks(values.headers(panels), page)
+    sections = [section(panel.narrowed(value)) for panel in panels if value in panel.values]
     across = min(len(sections), page.across(1.9))
     down = -(-len(sections) // across)
     from matplotlib.ticker import MaxNLocator

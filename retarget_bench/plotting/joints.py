@@ -89,6 +89,8 @@ def draw(
     errors = found(panel, value, structure)
     of = f"{errors.split}, targets of {canvas.told(errors.structure)}, {errors.clips} clips"
     title = f"{canvas.told(panel.dataset)}: {of}"
+    if not any(map(any, errors.means.values())):
+        raise BenchError(f"no method has {value} on {of}; bench table says why")
     body = next((bodies[name] for name in errors.targets if name in bodies), None) if bodies else None
     if bodies is not None and body is None:
         raise BenchError(
@@ -96,7 +98,7 @@ def draw(
             "--dots draws errors without one"
         )
     if body is None:
-        _dots(path, errors, what, canvas.looks(values.headers([panel])), title, page)
+        _dots(path, errors, what, canvas.looks(values.headers([panel]), page), title, page)
     else:
         _skeletons(path, errors, what, body, title, page)
 

@@ -27,7 +27,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     """
     canvas.ending(path)
     what = values.shown(panels, value)
-    look = canvas.looks(values.headers(panels))
+    look = canvas.looks(values.headers(panels), page)
     found = [(panel.split, by_kind(panel, value)) for panel in panels if value in panel.values]
     across = min(len(found), page.across(2.2))
     rows = [found[first : first + across] for first in range(0, len(found), across)]
@@ -46,7 +46,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
 
 def by_kind(panel: Panel, value: str) -> dict[str, dict[str, Mean]]:
     """Kind -> label -> mean, of the kinds that any method has; the hardest first."""
-    parts = [section(part) for part in broken_down(values.narrowed(panel, value), "kind")]
+    parts = [section(part) for part in broken_down(panel.narrowed(value), "kind")]
     found = {
         part.part: {score.label: score.means[value] for score in part.scores if value in score.means}
         for part in parts

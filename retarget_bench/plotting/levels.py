@@ -41,10 +41,11 @@ class Line:
         return sorted(found, key=lambda point: point[0])
 
 
-def lines(sections: Sequence[Section], halves: Sequence[Half], value: str) -> list[Line]:
+def lines(sections: Sequence[Section], halves: Sequence[Half], value: str, page: canvas.Page) -> list[Line]:
     """A line per method that has the value anywhere, in order; two of one colour, full for structures that
     training had and dashed for others, of methods that have halves."""
-    look = canvas.looks({score.label: score.header for section in sections for score in section.scores})
+    headers = {score.label: score.header for section in sections for score in section.scores}
+    look = canvas.looks(headers, page)
     found = []
     for label, each in look.items():
         mine = [half for half in halves if half.label == label]

@@ -36,7 +36,8 @@ def draw(path: Path, sections: Sequence[Section], by_height: bool, page: canvas.
             f"these results have no pan_recall{suffix}, which the metric pan_contact gives; bench run with "
             "-m pan_contact, or without -m, computes it from the predictions that there are"
         )
-    look = canvas.looks({score.label: score.header for section in shown for score in section.scores})
+    headers = {score.label: score.header for section in shown for score in section.scores}
+    look = canvas.looks(headers, page)
     upright = page.across(1.9) < len(shown)
     rows, columns = (len(shown), len(KINDS)) if upright else (len(KINDS), len(shown))
     with canvas.drawn(path, page.width, 0.5 + 1.9 * rows) as figure:

@@ -27,8 +27,8 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     """
     canvas.ending(path)
     what = values.shown(panels, value)
-    look = canvas.looks(values.headers(panels))
-    sections = [section(values.narrowed(panel, value)) for panel in panels]
+    look = canvas.looks(values.headers(panels), page)
+    sections = [section(panel.narrowed(value)) for panel in panels]
     timed = [[score for score in each.scores if score.fps and value in score.means] for each in sections]
     if not any(timed):
         raise BenchError(

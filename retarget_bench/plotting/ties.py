@@ -24,8 +24,8 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     """
     canvas.ending(path)
     what = values.shown(panels, value)
-    look = canvas.looks(values.headers(panels))
-    found = [(panel, section(values.narrowed(panel, value))) for panel in panels]
+    look = canvas.looks(values.headers(panels), page)
+    found = [(panel, section(panel.narrowed(value))) for panel in panels]
     found = [(panel, each) for panel, each in found if value in each.rankings]
     if not found:
         raise BenchError(f"nobody is ranked by {value} in these results, so there are no ties to show")

@@ -45,7 +45,7 @@ def draw(
     apart = {MAJOR: major} if major is not None else {}
     known = [
         line
-        for line in lines(sections, halves, next(iter(PANELS)))
+        for line in lines(sections, halves, next(iter(PANELS)), page)
         if line.points(next(iter(PANELS)), at | apart)
     ]
     if not known:

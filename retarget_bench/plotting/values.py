@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 from retarget_bench.errors import BenchError
@@ -36,28 +36,18 @@ class Shown:
 def shown(panels: Sequence[Panel], value: str, index: str = "") -> Shown:
     """The value that is asked for, which has to be one number per case, or a curve over ``index``.
 
-    Raises BenchError where no result has it; the sentence names those that there are.
+    Raises BenchError where no result has it (the sentence names those that there are), or none on any case.
     """
     there = {key: each for panel in panels for key, each in panel.values.items() if each["index"] == index}
     if value in there:
+        if not any(key[0] == value for panel in panels for key in panel.keys):
+            raise BenchError(f"no method of these results has {value} on any case; bench table says why")
         return Shown(value, there[value])
     kind = f"per {index}" if index else "as one number per case"
     if not there:
         raise BenchError(f"these results know nothing {kind}; bench score computes what metrics give")
     near = difflib.get_close_matches(value, there, 3, 0.5) or list(there)[:6]
     raise BenchError(f"no result has {value} {kind}; choose by --value, for instance {', '.join(near)}")
-
-
-def narrowed(panel: Panel, value: str) -> Panel:
-    """The panel with one value and nothing else."""
-    rows = tuple(
-        replace(
-            row,
-            draws=tuple({key: each for key, each in draw.items() if key[0] == value} for draw in row.draws),
-        )
-        for row in panel.rows
-    )
-    return replace(panel, rows=rows, values={value: panel.values[value]} if value in panel.values else {})
 
 
 def mean_of(section: Section, label: str, value: str) -> Mean | None:

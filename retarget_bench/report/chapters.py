@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -10,7 +10,17 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench import marks, panel, plan, records, registry, statistics, summary, table, versus
+from retarget_bench import (
+    marks,
+    panel,
+    placing,
+    plan,
+    records,
+    registry,
+    statistics,
+    summary,
+    versus,
+)
 from retarget_bench.api import TASKS
 from retarget_bench.breakdown import UNKNOWN
 from retarget_bench.cells import Cell, Column, Group, Table
@@ -19,10 +29,10 @@ from retarget_bench.grouping import FPS
 from retarget_bench.motion.character import Character
 from retarget_bench.panel import Panel
 from retarget_bench.records import Place
+from retarget_bench.report import layout
 from retarget_bench.spec import Spec
 from retarget_bench.summary import Section
-from retarget_bench.tasks import DERIVED, levels
-from retarget_bench.tasks.tables import task_tables
+from retarget_bench.tasks import levels
 
 
 @dataclass(frozen=True)
@@ -145,18 +155,15 @@ def chapters(
     dataset: str | None = None,
     methods: Sequence[str] = (),
     data: str | None = None,
+    columns: Sequence[str] = (),
 ) -> list[Chapter]:
     """A chapter per task and data set, retargeting first.
 
     task, dataset (the name of its folder), methods: only of these. data: the folder where the data lie.
+    columns: of the tables, where a chapter has them, instead of the usual ones.
     Raises BenchError where a root has no results, and where nothing is left.
     """
-    found: list[Place] = []
-    for root in roots:
-        here = [place for each in TASKS for place in records.find_results(root, each)]
-        if not here:
-            raise BenchError(f"no results in {root}; bench run --out {root} makes some")
-        found += here
+    found = results(roots)
     chosen = [place for place in found if task is None or place.task.split("-")[0] == task]
     chosen = [place for place in chosen if dataset in (None, place.dataset)]
     if not chosen:
@@ -164,8 +171,21 @@ def chapters(
         raise BenchError(f"no such results here; there are those of {', '.join(there)}")
     if methods:
         chosen = _of_methods(chosen, methods)
-    made = (_chapter(places, data) for places in _apart(chosen))
+    groups = placing.apart(chosen)
+    layout.check(groups, columns)
+    made = (_chapter(places, data, columns) for places in groups)
     return [chapter for chapter in made if chapter is not None]
+
+
+def results(roots: Sequence[Path]) -> list[Place]:
+    """All that there are, of all tasks. Raises BenchError where a root has none."""
+    found: list[Place] = []
+    for root in roots:
+        here = [place for each in TASKS for place in records.find_results(root, each)]
+        if not here:
+            raise BenchError(f"no results in {root}; bench run --out {root} makes some")
+        found += here
+    return found
 
 
 def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
@@ -179,25 +199,16 @@ def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
     return [place for place in places if labels[place] in wanted]
 
 
-def _apart(places: Iterable[Place]) -> list[list[Place]]:
-    """Places by task and what tables call the data set."""
-    groups: dict[tuple[int, str, str], list[Place]] = {}
-    for place in places:
-        label = str(records.read_header(place.header)["dataset"]["label"])
-        rank = TASKS.index(place.task.split("-")[0])
-        groups.setdefault((rank, place.task, label), []).append(place)
-    return [groups[key] for key in sorted(groups)]
-
-
-def _chapter(places: Sequence[Place], data: str | None) -> Chapter | None:
-    """None where no case has a number at all."""
-    task = places[0].task.split("-")[0]
+def _chapter(places: Sequence[Place], data: str | None, columns: Sequence[str]) -> Chapter | None:
+    """None where no result declares a number per case, so that there is nothing to show."""
     sections = summary.sections(places)
-    made = task_tables(places, task) if task in DERIVED else table.tables(sections)
+    made = layout.tables(places, sections, columns)
     found = {section.split: section for section in sections}
     panels = panel.panels(places)
-    shown = {each.split: columns for each in panels if (columns := _columns(made, each))}
-    order = _order(sections, {split: columns[0].id for split, columns in shown.items()})
+    shown = {each.split: known for each in panels if (known := _columns(made, each))}
+    if usual := _usual(made, shown):
+        shown |= {each.split: [usual] for each in panels if each.split not in shown and each.own.any()}
+    order = placing.order(sections, {split: columns[0].id for split, columns in shown.items()})
     splits = tuple(
         Split(
             _ordered(each, order),
@@ -235,6 +246,13 @@ def _columns(tables: Sequence[Table], split: Panel) -> list[Column]:
     return [column for column in found.values() if (column.id, "") in split.keys]
 
 
+def _usual(tables: Sequence[Table], shown: Mapping[str, Sequence[Column]]) -> Column | None:
+    """What a split is read by that no method has any number on: what others are, or the first column."""
+    mains = [columns[0] for columns in shown.values()]
+    declared = [each for table in tables for each in table.explained]
+    return next((each for each in (*mains, *declared) if each.id != FPS), None)
+
+
 def _decimals(tables: Sequence[Table]) -> dict[str, int]:
     found: dict[str, int] = {}
     for each in tables:
@@ -251,18 +269,6 @@ def _cells(group: Group) -> list[tuple[str, Cell]]:
         for row in group.rows
         for column, cell in zip(group.columns, row.cells, strict=True)
     ]
-
-
-def _order(sections: Sequence[Section], main: Mapping[str, str]) -> list[str]:
-    """Labels by their mean place over splits, then those that are not ranked."""
-    places: dict[str, list[float]] = {}
-    for section in sections:
-        ranking = section.rankings.get(main.get(section.split, ""))
-        for score in section.scores:
-            known = ranking is not None and score.label in ranking.order
-            at = ranking.order.index(score.label) if ranking is not None and known else 1e6
-            places.setdefault(score.label, []).append(float(at))
-    return sorted(places, key=lambda label: (sum(places[label]) / len(places[label]), label))
 
 
 def _ordered(whole: Panel, order: Sequence[str]) -> Panel:

@@ -193,7 +193,7 @@ def _grid(x1: float, y1: float, x2: float, y2: float) -> Markup:
 # -------------------------------------------------------------------------------------------- colouring
 def shade(share: float) -> Markup:
     """The class of a place on the scale of errors, from 0 (none) to 1 (as bad as it is drawn)."""
-    return Markup(f"s{min(SHADES - 1, max(0, int(share * SHADES)))}")
+    return Markup(f"s{int(min(1.0, max(0.0, share)) * (SHADES - 1e-9))}")
 
 
 SHADES = 12

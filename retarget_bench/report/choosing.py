@@ -55,8 +55,11 @@ def chosen(chapters: Sequence[Chapter], most: int, asked: Sequence[str] = ()) ->
 
 
 def order(split: Split) -> list[int]:
-    """The cases of a split that any method answered, in the order in which they are chosen."""
+    """The cases of a split that any method answered, in the order in which they are chosen; all, as they
+    come, where none was answered: their sources can be seen, and why there is no answer."""
     badness = _badness(split)
+    if np.isnan(badness).all():
+        return list(range(len(badness)))
     by_badness = [int(case) for case in np.argsort(badness, kind="stable") if not np.isnan(badness[case])]
     last = max(1, len(by_badness) - 1)
     left = {case: place / last for place, case in enumerate(by_badness)}

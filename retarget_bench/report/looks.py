@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from retarget_bench import palette
 from retarget_bench.report.chapters import Chapter
@@ -16,19 +17,21 @@ LIFT = 0.45
 """How far colours are moved towards white on dark paper."""
 
 
-def looks(chapters: Sequence[Chapter]) -> dict[str, Look]:
-    """Label -> its look, the same on the whole page; controls are grey."""
+def looks(chapters: Sequence[Chapter], ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, Look]:
+    """Label -> its look, the same on the whole page; controls are grey.
+
+    ranked: label -> a header, of all methods that there are results of, in the order of ``placing.ranked``,
+    so that a method has its colour on every page and picture of these results.
+    """
     found: dict[str, Look] = {}
     controls = 0
-    rows = [row for chapter in chapters for split in chapter.splits for row in split.panel.rows]
-    by_label = {row.label: row for row in reversed(rows)}
-    for label in dict.fromkeys(label for chapter in chapters for label in chapter.labels):
-        if by_label[label].header["method"]["control"]:
+    for label, header in ranked.items():
+        if header["method"]["control"]:
             found[label] = look(0, controls)
             controls += 1
         else:
             found[label] = look(len(found) - controls)
-    return found
+    return {label: found[label] for chapter in chapters for label in chapter.labels}
 
 
 def colours(shown: Mapping[str, Look]) -> dict[str, str]:

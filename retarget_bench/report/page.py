@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from datetime import UTC, datetime
 from functools import cache
 from pathlib import Path
@@ -28,9 +28,16 @@ if TYPE_CHECKING:
 PAGES = Path(__file__).parent / "pages"
 
 
-def page(chapters: Sequence[Chapter], shown: Motions, title: str | None = None) -> str:
-    """The whole document. title: its heading, where the usual one does not do."""
-    looked = looks(chapters)
+def page(
+    chapters: Sequence[Chapter],
+    shown: Motions,
+    ranked: Mapping[str, Mapping[str, Any]],
+    title: str | None = None,
+) -> str:
+    """The whole document. ranked: of ``placing``, for colours. title: its heading, where the usual one
+    does not do."""
+    looked = looks(chapters, ranked)
+    listed = index(chapters, looked, shown)
     tables = [table for chapter in chapters for table in chapter.tables]
     told = as_html.context(tables) | {
         "title": title or "Results of motion retargeting",
@@ -38,7 +45,8 @@ def page(chapters: Sequence[Chapter], shown: Motions, title: str | None = None) 
         "facts": _facts(chapters, shown),
         "shown": shown,
         "scenes": [Markup(text) for text in shown.scenes],
-        "data": Markup(player.data(index(chapters, looked, shown))),
+        "data": Markup(player.data(listed.data)),
+        "thinned": listed.thinned,
         "style": Markup(_file("report.css") + style(looked) + (player.style() if shown.scenes else "")),
         "script": Markup(_file("report.js")),
         "player": Markup(player.script()) if shown.scenes else "",

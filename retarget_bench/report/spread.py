@@ -37,7 +37,7 @@ def clips(chapter: Chapter, looks: Looks) -> Picture | None:
         "Every dot is a source clip, its cases averaged. Boxes hold the middle half of the clips, the line "
         "in them is the median, whiskers reach from 5 to 95 %. Arrowheads at the edge are clips far beyond "
         "it.",
-        by_split([("", drawn)]),
+        by_split([("", [each for each in drawn if each])]),
     )
 
 

@@ -41,7 +41,10 @@ def ran(root: Path) -> list[Place]:
 
 def report(*arguments: object) -> str:
     """``bench report`` with these arguments; what it says. Raises what it raises."""
-    done = CliRunner().invoke(
-        group, ["report", *map(str, arguments)], catch_exceptions=False, standalone_mode=False
-    )
+    return bench("report", *arguments)
+
+
+def bench(*arguments: object) -> str:
+    """Any command, likewise."""
+    done = CliRunner().invoke(group, [*map(str, arguments)], catch_exceptions=False, standalone_mode=False)
     return done.output

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import records
+from retarget_bench import placing, records
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.mesh import Mesh
@@ -199,7 +199,7 @@ def test_what_does_not_fit_is_left_out_and_told(results):
     shown = motions.motions(found, cases, room=len(first.encode()))
     assert len(shown.scenes) == 1
     assert "2 more cases" in shown.notes[0]
-    assert shown.notes[0] in Tags(page(found, shown)).text
+    assert shown.notes[0] in Tags(page(found, shown, placing.ranked(found[0].places))).text
 
 
 def test_predictions_that_are_gone_are_told(results, tmp_path):

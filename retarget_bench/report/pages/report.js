@@ -1,6 +1,13 @@
 "use strict";
 (() => {
   const data = JSON.parse(document.getElementById("report-data").textContent);
+  /* Where only some cases are listed, the others are holes. */
+  for (const split of data.chapters.flatMap((chapter) => chapter.splits)) {
+    if (!split.kept) continue;
+    const spread = (row) => Object.assign([], Object.fromEntries(row.map((each, k) => [split.kept[k], each])));
+    split.cases = spread(split.cases);
+    for (const [id, rows] of Object.entries(split.numbers)) split.numbers[id] = rows.map(spread);
+  }
   const at = (id) => document.getElementById(id);
   const GROUPS = ["kind", "pair", "clip", "level", "structure"];
   const MOST = 150;
@@ -24,7 +31,7 @@
   /* [case, number or null], worst first; without a number last. */
   function listed() {
     const split = splitNow();
-    if (asked.list) return asked.list.filter(([each]) => matches(split.cases[each]));
+    if (asked.list) return asked.list.filter(([each]) => split.cases[each] && matches(split.cases[each]));
     const value = valueNow();
     const numbers = split.numbers[value.id][asked.method];
     const found = split.cases.map((each, k) => [k, numbers[k]]).filter(([k]) => {

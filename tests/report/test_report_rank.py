@@ -1,0 +1,104 @@
+"""Colours and columns of reports: the same as in pictures, and as asked for."""
+
+from __future__ import annotations
+
+import json
+import re
+
+import pytest
+
+from retarget_bench import placing
+from retarget_bench.errors import BenchError
+from retarget_bench.palette import COLOURS
+from retarget_bench.plotting import canvas
+from retarget_bench.report import chapters, index
+from retarget_bench.sets import SetValue, files
+from tests.engine import stored
+from tests.report.odd_runs import bench, report
+from tests.report.test_report import Tags
+
+ERRORS = {"alpha": 9.0, "beta": 1.0, "gamma": 5.0}
+"""Alphabetical order is not that of ranks."""
+
+
+@pytest.fixture(scope="module")
+def runs(tmp_path_factory):
+    root = tmp_path_factory.mktemp("ranked")
+    for method, error in ERRORS.items():
+        for split in ("intra", "cross"):
+            rows = [
+                ("a>b", f"c{k}", {"mpjpe_h.world": error + 0.1 * k, "ratio": 20 - error}) for k in range(12)
+            ]
+            stored.store(root, split, method, rows)
+    return root
+
+
+def data_of(file) -> dict:
+    return json.loads(Tags(file.read_text(encoding="utf-8")).scripts["report-data"])
+
+
+def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_it(
+    runs, tmp_path, monkeypatch
+):
+    seen = {}
+    looks = canvas.looks
+    monkeypatch.setattr(canvas, "looks", lambda *each: seen.update(looks(*each)) or looks(*each))
+    report(runs, "-o", tmp_path / "all.html", "--no-player")
+    colours = data_of(tmp_path / "all.html")["colours"]
+    assert colours == dict(zip(("beta", "gamma", "alpha"), COLOURS, strict=False))
+    report(runs, "-o", tmp_path / "one.html", "--no-player", "-m", "alpha")
+    assert data_of(tmp_path / "one.html")["colours"] == {"alpha": COLOURS[2]}
+    bench("plot", "ties", runs, "-m", "alpha", "-m", "gamma", "-s", "cross", "-o", tmp_path / "t.svg")
+    assert {label: look["color"] for label, look in seen.items()} == {
+        "alpha": colours["alpha"],
+        "gamma": colours["gamma"],
+    }
+
+
+def test_methods_of_later_tables_come_after_those_of_the_first(runs):
+    places = chapters.results([runs])
+    assert list(placing.ranked(places)) == ["beta", "gamma", "alpha"]
+    assert list(placing.ranked([place for place in places if place.method != "beta"])) == ["gamma", "alpha"]
+
+
+def test_columns_are_those_asked_for_and_the_first_one_ranks(runs, tmp_path):
+    report(runs, "-o", tmp_path / "c.html", "--no-player", "--columns", "ratio")
+    split = data_of(tmp_path / "c.html")["chapters"][0]["splits"][0]
+    assert [value["id"] for value in split["values"]] == ["ratio"]
+    with pytest.raises(BenchError, match=re.escape("called 'rato'; there are ratio")):
+        report(runs, "-o", tmp_path / "d.html", "--columns", "rato")
+    assert not (tmp_path / "d.html").exists()
+
+
+def test_values_of_sets_stand_in_the_tables_asked_for_or_not(tmp_path):
+    declared = stored.VALUES["mpjpe_h.world"] | {"label": "FID", "metric": "fid", "needs": []}
+    for method, value in (("near", 12.5), ("far", 40.0)):
+        place = stored.store(tmp_path / "runs", "cross", method, [("a>b", "c1", {"mpjpe_h.world": 1.0})])
+        files.write(place, [SetValue("fid", "body22", 300, 30, value, 10.0, 50.0, 8.25, "real", "net")])
+        stored.changed(place, metrics={"fid": "1+aa"}, date="2026-01-01", set_values={"fid": declared})
+    for more in ([], ["--columns", "fid"]):
+        report(tmp_path / "runs", "-o", tmp_path / "s.html", "--no-player", *more)
+        text = Tags((tmp_path / "s.html").read_text(encoding="utf-8")).text
+        assert "all answers on bodies of structure body22 as one set: 300 windows of 30 clips" in text
+        for number in ("12.5", "40.0"):
+            assert number in text
+        assert "Not shown here: values of all answers" not in text
+        split = data_of(tmp_path / "s.html")["chapters"][0]["splits"][0]
+        assert [value["id"] for value in split["values"]] == ["mpjpe_h.world"]
+
+
+def test_very_many_cases_are_listed_as_far_as_there_is_room(runs, tmp_path, monkeypatch, open_page):
+    monkeypatch.setattr(index, "PAGE", 0)
+    monkeypatch.setattr(index, "LEAST", 3600)
+    file = tmp_path / "thin.html"
+    report(runs, "-o", file, "--no-player")
+    tags = Tags(file.read_text(encoding="utf-8"))
+    assert len(tags.scripts["report-data"]) <= 3600
+    assert "Only the 5 worst cases of every method are listed" in tags.text
+    split = data_of(file)["chapters"][0]["splits"][0]
+    assert sorted(case["clip"] for case in split["cases"]) == ["c10", "c11", "c7", "c8", "c9"]
+    page = open_page(file)
+    numbers = [float(each) for each in page.locator("#cases td:last-child").all_inner_texts()]
+    assert numbers == pytest.approx([ERRORS["beta"] + 0.1 * k for k in (11, 10, 9, 8, 7)])
+    page.locator("svg.chart .pick").first.press("Enter")
+    assert "case" in page.inner_text("#what")
