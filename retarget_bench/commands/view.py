@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench.commands.options import plugin_names, plugin_option
+from retarget_bench.commands.options import plugin_names, plugin_option, root_option
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
@@ -40,6 +40,7 @@ PORT = 8080
 @click.option(
     "--data", metavar="DATASET", help="The data set, where a run that has just begun cannot tell it."
 )
+@root_option
 @click.option("--task", default="retarget", show_default=True, help="Results of this task.")
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0: any that is free."
@@ -52,6 +53,7 @@ def command(
     methods: tuple[str, ...],
     dataset: str | None,
     data: str | None,
+    root: str | None,
     task: str,
     port: int,
     no_open: bool,
@@ -71,7 +73,7 @@ def command(
     from retarget_bench.viewing import live
 
     live.viser()
-    shelf, case = _shelf(sources, results, methods, dataset, data, task)
+    shelf, case = _shelf(sources, results, methods, dataset, data, task, root)
     _free(port)
     window = live.Window(shelf, port, case)
     click.echo(f"{window.url} shows it; Ctrl-C stops")
@@ -92,6 +94,7 @@ def _shelf(
     dataset: str | None,
     data: str | None,
     task: str,
+    root: str | None = None,
 ) -> tuple[Shelf, str | None]:
     """What the words describe, and the case to begin with. Raises BenchError where there is nothing."""
     from retarget_bench.spec import Spec
@@ -100,28 +103,28 @@ def _shelf(
 
     folders = [Path(source) for source in sources if Path(source).is_dir()]
     if sources and not folders and finding.are_files(sources):
-        return _of_files([Path(source) for source in sources])
+        return _of_files([Path(source) for source in sources], root)
     names = [source for source in sources if not Path(source).is_dir()]
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
     roots = folders or list(results) or [Path("runs")]
-    shelf = Shelf(roots, task, dataset, methods, None if data is None else Spec.parse(data))
+    shelf = Shelf(roots, task, dataset, methods, None if data is None else Spec.parse(data), root)
     there = shelf.look()
     if shelf.problem and not there:
         raise BenchError(shelf.problem)
-    if not there and not any(root.is_dir() for root in roots):
+    if not there and not any(folder.is_dir() for folder in roots):
         raise BenchError(f"there is no folder {', '.join(map(str, roots))}; bench run makes one")
     return shelf, finding.matching(there, names[0]) if names else None
 
 
-def _of_files(files: Sequence[Path]) -> tuple[Shelf, str | None]:
+def _of_files(files: Sequence[Path], root: str | None) -> tuple[Shelf, str | None]:
     """Files as they are; a stored prediction with its case."""
     from retarget_bench.viewing import finding
     from retarget_bench.viewing.shelf import Shelf
 
     if len(files) == 1 and (stored := finding.place_of(files[0])) is not None:
         place, case = stored
-        return Shelf([place.root], place.task, place.dataset), case
+        return Shelf([place.root], place.task, place.dataset, root=root), case
     shelf = Shelf(files=files)
     shelf.scene("")  # says now what is wrong with them
     return shelf, None

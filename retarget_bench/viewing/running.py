@@ -23,10 +23,11 @@ def going_on(root: Path, task: str = "retarget") -> list[Place]:
     return found
 
 
-def told_so_far(place: Place, dataset: Spec | None = None) -> Told:
+def told_so_far(place: Place, dataset: Spec | None = None, root: str | None = None) -> Told:
     """What is known of results that are being made; their values are those of finished cases.
 
-    dataset: None: the one that finished results beside them name, or the usual one.
+    dataset: None: the one that finished results beside them name, or the usual one. root: where its files
+    lie, if not as usual.
     Raises BenchError where nobody can tell which data set it is, FileError for a journal that is none.
     """
     keys, entries = _journal(place.journal)
@@ -36,7 +37,8 @@ def told_so_far(place: Place, dataset: Spec | None = None) -> Told:
             f"{place.journal}: nothing of this run is finished yet, so nobody can tell its data set; say "
             "it by --data"
         )
-    data = plan.dataset(registry.canonical("datasets", spec), place.task)
+    here = spec if root is None else spec.with_parameters(root=root)
+    data = plan.dataset(registry.canonical("datasets", here), place.task)
     infos = data.cases(Spec.parse(place.task).name, place.split)
     return Told(
         place=place,

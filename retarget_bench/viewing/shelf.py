@@ -21,7 +21,7 @@ class Shelf:
     """Cases to choose from.
 
     roots: of results. dataset: a folder name under them. data: the data set itself, where results do not
-    tell it. files: shown in place of results.
+    tell it. root: where its files lie, if not as usual. files: shown in place of results.
     """
 
     roots: Sequence[Path] = ()
@@ -29,6 +29,7 @@ class Shelf:
     dataset: str | None = None
     methods: Sequence[str] = ()
     data: Spec | None = None
+    root: str | None = None
     files: Sequence[Path] = ()
     _told: list[Told] = field(default_factory=list)
     problem: str = ""
@@ -56,7 +57,10 @@ class Shelf:
         same = [
             each for each in having if (each.place.dataset, each.place.task) == (first.dataset, first.task)
         ]
-        return scenes.of_told(same, case, self.data)
+        spec = self.data or having[0].dataset
+        return scenes.of_told(
+            same, case, spec if self.root is None else spec.with_parameters(root=self.root)
+        )
 
     def _places(self) -> list[Place]:
         """Finished results, then those that are being made."""
@@ -72,7 +76,7 @@ class Shelf:
 
     def _read(self, place: Place) -> Told | None:
         try:
-            return told(place) if place.header.exists() else told_so_far(place, self.data)
+            return told(place) if place.header.exists() else told_so_far(place, self.data, self.root)
         except BenchError as error:
             self.problem = str(error)
             return None

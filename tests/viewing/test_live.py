@@ -55,6 +55,18 @@ def test_a_shelf_has_the_cases_of_finished_results(tmp_path):
     assert [figure.status for figure in only.scene(CASE).figures] == ["ok", "ok", "failed"]
 
 
+def test_data_may_lie_elsewhere_than_usual(tmp_path, monkeypatch):
+    ran(tmp_path, "copy")
+    asked = []
+    monkeypatch.setattr(
+        "retarget_bench.viewing.scenes.of_told", lambda told, case, data: asked.append(data)
+    )
+    shelf = Shelf([tmp_path], root="elsewhere")
+    shelf.look()
+    shelf.scene(CASE)
+    assert str(asked[0]) == "toy_moves[root=elsewhere]"
+
+
 def test_new_cases_of_a_running_run_appear(tmp_path):
     done, running = ran(tmp_path, "copy", "positions")
     as_if_running(running, [OTHER])
