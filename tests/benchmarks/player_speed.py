@@ -40,6 +40,7 @@ MODES = {
     "side by side": (),
     "overlaid": ("Overlay",),
     "with ghosts, heat and trails": ("Ghost", "Heat", "Trails"),
+    "with skins": ("Skins",),
 }
 COUNTED = """
 const asked = window.requestAnimationFrame.bind(window);
@@ -89,7 +90,7 @@ def speed(scene: Scene) -> None:
 
     with TemporaryDirectory() as folder, sync_playwright() as running:
         file = Path(folder) / "page.html"
-        file.write_text(page(scene), encoding="utf-8")
+        file.write_text(page(scene, skins=True), encoding="utf-8")
         chromium = running.chromium.launch(executable_path=found(), args=["--no-sandbox"])
         joints = sum(len(figure.character.skeleton) for figure in scene.figures)
         print(f"{len(scene.figures)} figures, {joints} joints; budget {BUDGET:.1f} ms")
