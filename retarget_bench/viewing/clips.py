@@ -62,8 +62,9 @@ def check_length(path: Path, size: tuple[int, int], count: int) -> None:
     needed = KEPT.get(path.suffix.lower(), 0) * size[0] * size[1] * count
     if needed > MOST_BYTES:
         raise BenchError(
-            f"{path}: {count} pictures of {size[0]} x {size[1]} pixels need {needed / 1e9:.1f} GB of memory "
-            f"as {path.suffix.lower()}; write .mp4, or give a smaller --size, --fps, or --start and --end"
+            f"{path}: {count} pictures of {size[0]} x {size[1]} pixels need {needed / 1e9:.1f} GB of "
+            f"memory as {path.suffix.lower()}; write .mp4, or give a smaller --size, --fps, or --start and "
+            "--end"
         )
 
 
