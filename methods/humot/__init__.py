@@ -48,6 +48,8 @@ class HuMoT(Learned):
     turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
     split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
         split, whose validation they are; ``clip`` trains on all of them.
+    root_rule: what the path of the hips is scaled by, one of ``root_rules.SCALING_RULES``. The paper's is
+        ``leg_length``; ``hip_height`` is nearer to the answer on puppets and on Mixamo.
     windows: ``overlapping`` by half, as long as those of training, faded into each other; or ``whole``.
     """
 
@@ -80,6 +82,7 @@ class HuMoT(Learned):
         mirrored: bool = True,
         hop: int = 6,
         split: Literal["clip", "chunk"] = "clip",
+        root_rule: root_rules.ScalingRule = "leg_length",
         windows: Literal["overlapping", "whole"] = "overlapping",
         weights: str = "puppets",
     ) -> None:
@@ -89,6 +92,7 @@ class HuMoT(Learned):
         if hop < 1:
             raise BenchError("humot: hop is a number of frames, one or more")
         self.variant, self.windows = variant, windows
+        self.root_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
         self.subsampling, self.consistency = subsampling, consistency
         self.facing, self.turned, self.mirrored = facing, turned, mirrored
         self.hop, self.split = hop, split
@@ -108,6 +112,7 @@ class HuMoT(Learned):
                 "mirrored": "every other training window is mirrored",
                 "hop": "frames between the starts of training windows",
                 "split": "chunk: a tenth of every training clip's windows is kept aside, as in the paper",
+                "root_rule": "length whose ratio scales the path of the hips",
                 "windows": "overlapping windows of 30 frames, or whole clips",
                 "weights": "name of shipped weights, or a path to others",
             },
@@ -139,7 +144,8 @@ class HuMoT(Learned):
         from .learner import Choices, Learner
 
         def trained(tensors: Mapping[str, Tensor]) -> Method:
-            return type(self)(windows=self.windows, **self.facts()).using(tensors)  # type: ignore[arg-type]
+            options = {"windows": self.windows, "root_rule": self.root_rule, **self.facts()}
+            return type(self)(**options).using(tensors)  # type: ignore[arg-type]
 
         bodies = {name: body(material.characters[name]) for name in material.clips}
         aside = self.split == "chunk"
@@ -159,7 +165,7 @@ class HuMoT(Learned):
         if self.untrained:
             return self.untrained
         why = self.unfit(source, read=True) or self.unfit(target)
-        return why or root_rules.reason("leg_length", source, target)
+        return why or root_rules.reason(self.root_rule, source, target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
         return self.retarget_batch([source], [target], contexts=[context])[0]
@@ -172,7 +178,8 @@ class HuMoT(Learned):
 
         if not sources:
             return []
-        questions = [Question.of(*pair) for pair in zip(sources, targets, strict=True)]
+        pairs = zip(sources, targets, strict=True)
+        questions = [Question.of(*pair, self.root_rule) for pair in pairs]
         return retargeted(self._network.to(contexts[0].device), questions, self.windows, self.facing)
 
     @cached_property

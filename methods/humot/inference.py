@@ -20,8 +20,6 @@ from .learner import Autoencoder
 WINDOW, HOP = 30, 15
 TOKENS = 1 << 16
 """Joints times frames that go through the networks at once."""
-RULE = "leg_length"
-"""What the path of the hips is scaled by (A.6)."""
 LEGS, USUAL = (0.34, 1.25), 0.8
 """Metres: bodies with shorter or longer legs were never trained on; they go through the networks with the
 usual ones."""
@@ -33,7 +31,8 @@ class Question:
     """A source at 30 frames per second, Z up, and the body that it is asked for.
 
     places: ``(frames, joints, 3)`` metres. shown, told: factors by which the actor and the body are sized
-    before they go through the networks; 1 but for very small and very large ones.
+    before they go through the networks; 1 but for very small and very large ones. ratio: what the path of
+    the hips is scaled by.
     """
 
     source: Motion | Positions
@@ -43,13 +42,15 @@ class Question:
     body: Body
     shown: float
     told: float
+    ratio: float
 
     @classmethod
-    def of(cls, source: Motion | Positions, target: Character) -> Question:
+    def of(cls, source: Motion | Positions, target: Character, rule: str) -> Question:
         actor = body(source.character)
         places = actor.see(rates.at_thirty(source))
         sizes = _sized(source.character), _sized(target)
-        return cls(source, target, places, actor, body(target), *sizes)
+        ratio = root_rules.ratio(rule, source.character, target)
+        return cls(source, target, places, actor, body(target), *sizes, ratio)
 
     @property
     def frames(self) -> int:
@@ -155,7 +156,7 @@ def _side(joints: Sequence[int], frames: int) -> dict[str, np.ndarray]:
 
 
 def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> Positions:
-    """The pieces faded into each other; then the path of the hips scaled by the legs (A.6)."""
+    """The pieces faded into each other; then the path of the hips scaled (A.6)."""
     joints = len(question.body.joints)
     total, weight = np.zeros((question.frames, joints, 3)), np.zeros((question.frames, 1, 1))
     for piece, answer in answers:
@@ -163,8 +164,7 @@ def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> 
         total[piece.start : piece.stop] += share * (answer + piece.centre)
         weight[piece.start : piece.stop] += share
     places = total / weight
-    ratio = root_rules.ratio(RULE, question.source.character, question.target)
-    places += (ratio - 1.0) * places[:, :1]
+    places += (question.ratio - 1.0) * places[:, :1]
     whole = question.body.positions(places, rates.FPS)
     found = rates.at(whole, question.source.frames, question.source.fps)
     assert isinstance(found, Positions)

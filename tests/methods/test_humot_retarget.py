@@ -56,7 +56,7 @@ def test_any_length_and_rate(method, frames, fps, windows):
 
 def test_windows_cover_a_clip_and_fade_into_each_other(method):
     for frames in (5, 30, 31, 44, 45, 46, 100):
-        question = Question.of(dance("one", frames), BODIES["one"])
+        question = Question.of(dance("one", frames), BODIES["one"], "leg_length")
         pieces = list(_pieces(question, "overlapping"))
         weight = np.zeros(frames)
         for piece in pieces:
@@ -99,14 +99,16 @@ def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
         np.testing.assert_allclose(found.positions, source.positions, atol=1e-5)
 
 
-def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch):
+@pytest.mark.parametrize("rule", ["leg_length", "hip_height"])
+def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch, rule):
+    monkeypatch.setattr(method, "root_rule", rule)
     monkeypatch.setattr(
         "retarget_bench.methods.humot.learner.Autoencoder.forward",
         lambda self, given, asked, frames: given["places"],
     )
     source, tall = dance("one", 50), BODIES["tall"]
     found = carried(method, source, tall).positions
-    ratio = tall.measures.leg_length / source.character.measures.leg_length
+    ratio = getattr(tall.measures, rule) / getattr(source.character.measures, rule)
     np.testing.assert_allclose(found[:, 0], ratio * source.positions[:, 0], atol=1e-5)
     seen = list(body(tall).joints)
     poses = found[:, seen] - found[:, :1]
@@ -177,7 +179,5 @@ def test_very_small_and_very_large_bodies_are_asked_about_at_the_usual_size(meth
         found = carried(method, smaller, smaller.character).positions
         wanted = carried(method, small, small.character).positions
         np.testing.assert_allclose(found / beyond, wanted, atol=1e-4)
-    assert (Question.of(source, BODIES["tall"]).shown, Question.of(source, BODIES["tall"]).told) == (
-        1.0,
-        1.0,
-    )
+    usual = Question.of(source, BODIES["tall"], "leg_length")
+    assert (usual.shown, usual.told) == (1.0, 1.0)
