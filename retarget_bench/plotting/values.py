@@ -9,6 +9,7 @@ from typing import Any
 
 from retarget_bench.errors import BenchError
 from retarget_bench.panel import Panel
+from retarget_bench.records import ARRAY_INDICES
 from retarget_bench.summary import Mean, Section
 
 ARROWS = {"lower": " ↓", "higher": " ↑", "none": ""}
@@ -40,7 +41,8 @@ def shown(panels: Sequence[Panel], value: str, index: str = "") -> Shown:
     """
     there = {key: each for panel in panels for key, each in panel.values.items() if each["index"] == index}
     if value in there:
-        if not any(key[0] == value for panel in panels for key in panel.keys):
+        in_rows = index not in ARRAY_INDICES
+        if in_rows and not any(key[0] == value for panel in panels for key in panel.keys):
             raise BenchError(f"no method of these results has {value} on any case; bench table says why")
         return Shown(value, there[value])
     kind = f"per {index}" if index else "as one number per case"

@@ -35,6 +35,7 @@ def store(
         "networks": {},
         "four_legged": ["dog"],
         "counts": {"asked": 0} | dict.fromkeys(records.STATUSES, 0),
+        "metrics": {},
         "problems": [],
     }  # fmt: skip
     for key, change in changes.items():

@@ -73,12 +73,12 @@ def test_as_many_parameters_as_said(design, count):
     assert found == count
 
 
-def test_small_has_sixty_four_channels_and_four_blocks():
+def test_small_has_a_block_on_either_side_and_1_385_799_parameters():
     encoder, decoder = Encoder(SMALL), Decoder(SMALL)
-    assert encoder.code.in_features == 64
-    assert (len(encoder.blocks), len(decoder.blocks)) == (2, 2)
+    assert sum(each.numel() for net in (encoder, decoder) for each in net.parameters()) == 1_385_799
+    assert (len(encoder.blocks), len(decoder.blocks)) == (1, 1)
     code, places = through(encoder, decoder, batch([5, 3], [4, 4]))
-    assert (code.shape, places.shape) == ((2, 4, 64), (2, 4, 5, 3))
+    assert (code.shape, places.shape) == ((2, 4, 128), (2, 4, 5, 3))
 
 
 @every_design
