@@ -19,7 +19,7 @@ class Half:
     """One method alone, on the cases whose targets are of structures that its weights know, or not.
 
     seen:       whether its training manifest has the structures.
-    structures: which these are, in alphabetical order.
+    structures: which these are, in alphabetical order; those of which it answered no case are left out.
     sections:   one per group of the breakdown, each of this method alone.
     """
 
@@ -30,8 +30,8 @@ class Half:
 
 
 def halves(places: Iterable[Place], by: By) -> list[Half]:
-    """Two halves of every method that was trained on some of the structures that it was asked about and not
-    on others, the seen one first; nothing of all other methods.
+    """Two halves of every method that was trained on some of the structures that it answered for and not on
+    others, the seen one first; nothing of all other methods.
 
     by: what every half is broken down by. Raises BenchError where the results of a trained method do not
     say of what structure bodies are, or do not know what they are to be broken down by.
@@ -48,13 +48,22 @@ def _of_panel(panel: Panel, by: By) -> list[Half]:
     found = []
     for row in panel.rows:
         had = np.isin(structures, sorted(known[row.label]))
-        if not known[row.label] or had.all() or not had.any():
-            continue
         alone = replace(panel, rows=(row,))
+        answered = _answered(alone)
+        if not known[row.label] or not (had & answered).any() or not (~had & answered).any():
+            continue
         for seen, mine in ((True, had), (False, ~had)):
             parts = broken_down(alone.restricted(mine, ""), by)
-            names = tuple(sorted(set(structures[mine].tolist())))
+            names = tuple(sorted(set(structures[mine & answered].tolist())))
             found.append(Half(row.label, seen, names, tuple(section(part) for part in parts)))
+    return found
+
+
+def _answered(alone: Panel) -> np.ndarray:
+    """``(cases,)`` bool: where a panel's only method has any number."""
+    found = np.zeros(len(alone.cases), dtype=bool)
+    for key in alone.keys:
+        found |= ~np.isnan(alone.numbers(key)[0])
     return found
 
 

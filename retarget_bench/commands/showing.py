@@ -17,6 +17,17 @@ if TYPE_CHECKING:
 
 F = TypeVar("F", bound=Callable[..., Any])
 
+methods_option = click.option(
+    "-m",
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="METHOD",
+    shell_complete=plugin_names("methods"),
+    help="Only these methods, in this order; may be repeated. [default: all that there are]",
+)
+task_option = click.option("--task", default="retarget", show_default=True, help="Results of this task.")
+
 
 def source_options(command: F) -> F:
     """Which results and methods are shown: ``results``, ``methods``, ``dataset``, ``root``, ``task``,
@@ -30,7 +41,7 @@ def source_options(command: F) -> F:
             type=click.Choice(["source", "reference"]),
             help="Leave the source or the reference out.",
         ),
-        click.option("--task", default="retarget", show_default=True, help="Results of this task."),
+        task_option,
         click.option(
             "--ask",
             is_flag=True,
@@ -48,15 +59,7 @@ def source_options(command: F) -> F:
             metavar="DATASET",
             help="Only results of this data set (a folder name under RESULTS); with --ask, the data set.",
         ),
-        click.option(
-            "-m",
-            "--method",
-            "methods",
-            multiple=True,
-            metavar="METHOD",
-            shell_complete=plugin_names("methods"),
-            help="Only these methods, in this order; may be repeated. [default: all that there are]",
-        ),
+        methods_option,
         click.option(
             "-r",
             "--results",

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench.commands.options import plugin_names, plugin_option, root_option
+from retarget_bench.commands.options import plugin_option, root_option
+from retarget_bench.commands.showing import methods_option, task_option
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
@@ -27,21 +28,13 @@ PORT = 8080
     type=click.Path(path_type=Path),
     help="Folders of results, where SOURCE is a case. [default: runs]",
 )
-@click.option(
-    "-m",
-    "--method",
-    "methods",
-    multiple=True,
-    metavar="METHOD",
-    shell_complete=plugin_names("methods"),
-    help="Only these methods, in this order; may be repeated. [default: all that there are]",
-)
+@methods_option
 @click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
 @click.option(
     "--data", metavar="DATASET", help="The data set, where a run that has just begun cannot tell it."
 )
 @root_option
-@click.option("--task", default="retarget", show_default=True, help="Results of this task.")
+@task_option
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0: any that is free."
 )

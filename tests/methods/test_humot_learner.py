@@ -128,8 +128,8 @@ def test_one_batch_is_learnt_by_heart():
     )
     batch = humot_material.batch(learner)
     before = losses(learner, batch)["reconstruction"].item()
-    steps(learner, 60, rate=4e-3, batch=batch)
-    assert losses(learner, batch)["reconstruction"].item() < 0.1 * before
+    steps(learner, 150, batch=batch)
+    assert losses(learner, batch)["reconstruction"].item() < 0.02 * before
 
 
 def test_training_is_the_same_under_one_seed():
