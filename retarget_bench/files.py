@@ -6,8 +6,9 @@ import hashlib
 import os
 import re
 import secrets
-from collections.abc import Iterator
+from collections.abc import Container, Iterator
 from contextlib import contextmanager
+from itertools import count
 from pathlib import Path
 
 from retarget_bench.errors import FileError
@@ -62,6 +63,12 @@ def slug(name: str) -> str:
     if plain == name and len(name) <= _LONGEST:
         return name
     return f"{plain[: _LONGEST - 9]}-{digest(name)}"
+
+
+def free_name(name: str, taken: Container[str]) -> str:
+    """``name``, or ``name-2`` and so on where that is taken."""
+    numbered = (f"{name}-{number}" for number in count(2))
+    return name if name not in taken else next(each for each in numbered if each not in taken)
 
 
 def digest(text: str, digits: int = 8) -> str:

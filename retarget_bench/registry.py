@@ -235,7 +235,8 @@ def canonical(kind: Kind, spec: Spec | str) -> Spec:
     raises BenchError, also where what is no method is given some."""
     spec = Spec.parse(spec)
     if spec.posts and kind != "methods":
-        raise BenchError(f"{spec}: post-processes follow a method, and this is a {SINGULAR[kind]}")
+        several = "; several at once are for bench train alone" if kind == "datasets" else ""
+        raise BenchError(f"{spec}: post-processes follow a method, and this is a {SINGULAR[kind]}{several}")
     fitted = parameters.fit(spec.alone, load(kind, spec.name))
     return Spec(fitted.name, fitted.parameters, tuple(canonical("posts", post) for post in spec.posts))
 

@@ -17,6 +17,7 @@ from retarget_bench.motion.motion import Motion, resampled_frames
 from retarget_bench.motion.roles import load_overrides
 
 from .bodies import LAYOUTS, ROUNDING, Found, existing, find
+from .parts import Clips, Part, Protocol, part_of
 
 _KEPT = 64
 """So many motions a process keeps."""
@@ -42,6 +43,11 @@ class Folder:
             "fps": "frames per second of the cases; 0 keeps each file's own",
             "unit": "unit of the files (m, cm, ...), or auto",
             "up": "up axis of the files, or auto",
+            "protocol": (
+                "all (every clip is a case and none is trained on), split (by the clips' names: about a "
+                "fifth is tested, a tenth validates, the rest is trained on) or train (all are trained on)"
+            ),
+            "part": "of protocol=split: test, or validation",
             "roles": 'a TOML file of "joint" = "role" for joints that are not recognised',
         },
     )
@@ -55,11 +61,16 @@ class Folder:
         unit: str = "auto",
         up: str = "auto",
         roles: str = "",
+        protocol: Protocol = "all",
+        part: Part = "test",
     ) -> None:
         if fps and not 1.0 <= fps <= 1000.0:
             raise BenchError(f"folder: fps={fps:g} is not a frame rate (0 keeps each file's own)")
         self._root, self._target, self._pairs, self._fps = root, target, pairs, fps
         self._unit, self._up, self._roles = unit, up, roles
+        if part != "test" and protocol != "split":
+            raise BenchError("folder: part=validation means something with protocol=split alone")
+        self._protocol, self._part = protocol, part
         self._read = lru_cache(maxsize=_KEPT)(self._import)
         self._character = lru_cache(maxsize=None)(self._model)
 
@@ -72,16 +83,33 @@ class Folder:
         }
         files = fingerprint({name: self._found.entries[path] for name, path in named.items()})
         roles = digest(repr(sorted(self._overrides.items()))) if self._overrides else "found"
-        return (
-            f"{files} ({self._fps:g} fps, unit {self._unit}, up {self._up}, roles {roles}, {self._pairs})"
-        )
+        protocol = "" if self._protocol == "all" else f", protocol {self._protocol}, {self._part}"
+        how = f"{self._fps:g} fps, unit {self._unit}, up {self._up}, roles {roles}, {self._pairs}"
+        return f"{files} ({how}{protocol})"
 
     @property
     def label(self) -> str:
-        return f"folder {Path(self._root).name}" + (f" to {self._found.targets[0]}" if self._target else "")
+        aim = f" to {self._found.targets[0]}" if self._target else ""
+        protocol = "" if self._protocol == "all" else f", {self._protocol}"
+        part = ", validation" if self._part == "validation" else ""
+        return f"folder {Path(self._root).name}{aim}{protocol}{part}"
 
     @cached_property
     def notes(self) -> Sequence[str]:
+        found = [*self._without_cases(), *self.training_notes]
+        paired = sum(self._paired(info.source, info.target, info.clip) for info in self._infos)
+        if paired < len(self._infos):
+            without = len(self._infos) - paired
+            found.append(
+                f"{without} of {len(self._infos)} cases have no reference: reference-free metrics only"
+            )
+        if self._unequal:
+            found.append(f"clips of the same name but of unequal length: {some(self._unequal, 5)}")
+        return tuple(found)
+
+    @cached_property
+    def training_notes(self) -> Sequence[str]:
+        """On files and bodies that nothing is done with."""
         found = []
         broken = {path: entry.problem for path, entry in self._found.entries.items() if entry.problem}
         if broken:
@@ -94,18 +122,12 @@ class Folder:
             found.append(
                 f"{len(told)} bod{'y' if len(told) == 1 else 'ies'} cannot be used: {some(told, 5)}"
             )
-        paired = sum(self._paired(info.source, info.target, info.clip) for info in self._infos)
-        if paired < len(self._infos):
-            without = len(self._infos) - paired
-            found.append(
-                f"{without} of {len(self._infos)} cases have no reference: reference-free metrics only"
-            )
-        if self._unequal:
-            found.append(f"clips of the same name but of unequal length: {some(self._unequal, 5)}")
         return tuple(found)
 
     def characters(self) -> Mapping[str, Character]:
+        """Those of the cases and, unless every clip is a case, those that are trained on."""
         names = {name for info in self._infos for name in (info.source, info.target)}
+        names |= {name for mine in self.training().values() for name in mine}
         return {name: self._character(name) for name in sorted(names)}
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
@@ -126,6 +148,48 @@ class Folder:
             raise BenchError(f"{self._root} holds no clip {clip!r} of {body!r}")
         return self._read(body, path)
 
+    # ------------------------------------------------------------------------------- to train on
+    def training(self) -> Mapping[str, Mapping[str, Clips]]:
+        """Structure -> body -> those of its clips that the protocol keeps for training."""
+        found: dict[str, dict[str, Clips]] = {}
+        if self._protocol != "all":
+            for body in filter(self._models[0].__contains__, self._found.sources):
+                if mine := self._clips(body, "train"):
+                    clips = Clips(self.motion, body, mine)
+                    found.setdefault(self._character(body).structure, {})[body] = clips
+        return found
+
+    def validation(self) -> Folder | None:
+        """The clips that protocol=split keeps to steer by; None where there are none."""
+        if not any(self._clips(body, "validation") for body in self._found.sources):
+            return None
+        same = (self._root, self._target, self._pairs, self._fps, self._unit, self._up, self._roles)
+        return Folder(*same, self._protocol, "validation")
+
+    def training_manifest(self) -> Mapping[str, Sequence[str]]:
+        """Bodies, structures and clips that training and its validation have: what weights carry."""
+        cast = self.training()
+        clips = {clip for mine in cast.values() for each in mine.values() for clip in each.names}
+        aside = {clip for body in self._found.sources for clip in self._clips(body, "validation")}
+        return {
+            "characters": sorted(name for mine in cast.values() for name in mine),
+            "structures": sorted(cast),
+            "clips": sorted(clips | aside),
+        }
+
+    def _clips(self, body: str, part: str) -> tuple[str, ...]:
+        """Those of a body's clips that are of a part."""
+        return tuple(clip for clip in self._found.sources[body] if part_of(clip, self._protocol) == part)
+
+    def _without_cases(self) -> tuple[str, ...]:
+        """Why there is no case, where the protocol leaves none."""
+        if self._protocol == "train":
+            return ("every clip is trained on (protocol=train), and none is a case",)
+        if not any(self._clips(body, self._part) for body in self._found.sources):
+            clips = {clip for own in self._found.sources.values() for clip in own}
+            return (f"of {len(clips)} clips, protocol=split makes none a case of {self._part}",)
+        return ()
+
     # ------------------------------------------------------------------------------- what there is
     @cached_property
     def _found(self) -> Found:
@@ -136,7 +200,8 @@ class Folder:
         infos = []
         usable = self._models[0]
         for source in filter(usable.__contains__, self._found.sources):
-            for clip, path in self._found.sources[source].items():
+            for clip in self._clips(source, self._part):
+                path = self._found.sources[source][clip]
                 for target in filter(usable.__contains__, self._found.targets):
                     case = f"{self.card.name}/{source}>{target}/{clip}"
                     split = self._split(source, target)

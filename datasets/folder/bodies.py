@@ -10,6 +10,7 @@ import numpy as np
 
 from retarget_bench.catalogue import Entry, bvh_files, catalogue, contents, some, subfolders
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.files import free_name
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh_document import Hierarchy
 
@@ -62,7 +63,7 @@ def find(root: str, target: str) -> Found:
     for name, own in sources.items():
         if files <= {path.resolve() for path in own.values()}:
             return Found(sources, (name,), sources, entries)
-    name = _free(Path(target).stem, sources)
+    name = free_name(Path(target).stem, sources)
     return Found(sources, (name,), {**sources, name: clips}, entries)
 
 
@@ -105,7 +106,7 @@ def _group(loose: Mapping[str, Path], entries: Mapping[Path, Entry], bodies: Bod
         if text not in known:
             own = bvh.parse_header(path).hierarchy
             twin = next((name for name, other in known.values() if _same_bones(own, other)), None)
-            known[text] = (twin or _free(clip, bodies), own)
+            known[text] = (twin or free_name(clip, bodies), own)
         bodies.setdefault(known[text][0], {})[clip] = path
 
 
@@ -121,9 +122,3 @@ def _same_bones(one: Hierarchy, other: Hierarchy) -> bool:
     bones, others = one.offsets[free:], other.offsets[free:]
     size = np.linalg.norm(bones, axis=1).max(initial=0.0)
     return bool(np.abs(bones - others).max(initial=0.0) <= ROUNDING * size)
-
-
-def _free(name: str, taken: Mapping[str, object]) -> str:
-    """``name``, or ``name-2`` and so on where that is taken."""
-    numbered = (f"{name}-{number}" for number in range(2, len(taken) + 3))
-    return next(each for each in (name, *numbered) if each not in taken)

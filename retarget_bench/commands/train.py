@@ -26,9 +26,11 @@ if TYPE_CHECKING:
 @click.option(
     "-d",
     "--dataset",
+    "datasets",
+    multiple=True,
     metavar="DATASET",
     shell_complete=options.plugin_names("datasets"),
-    help="What to train on, with its options in brackets.",
+    help="What to train on, with its options in brackets; may be repeated, to train on several at once.",
 )
 @options.root_option
 @click.option("--preset", metavar="NAME", help="The recipe: paper, default or quick. [default: default]")
@@ -56,7 +58,7 @@ if TYPE_CHECKING:
 @options.plugin_option
 def command(
     method: str | None,
-    dataset: str | None,
+    datasets: tuple[str, ...],
     root: str | None,
     preset: str | None,
     budget: str | None,
@@ -69,13 +71,14 @@ def command(
     jobs: int,
     plugins: tuple[str, ...],
 ) -> int:
-    """Train METHOD on the training motion of a data set, and keep the weights that validate best.
+    """Train METHOD on the training motion of data sets, and keep the weights that validate best.
 
     The folder gets run.json, a checkpoint about every minute, log.csv, loss.png, and the weights with their
     card. A run that was interrupted, even killed, goes on with --resume as if it had not been.
 
     \b
     bench train nkn -d 'puppets[size=default]' --budget 2h
+    bench train nkn -d 'puppets[size=default]' -d 'folder[root=DIR,protocol=train]'
     bench train --resume --out runs/train/nkn
     torchrun --standalone --nproc-per-node 4 -m retarget_bench train nkn -d 'puppets[size=default]'
     """
@@ -85,7 +88,7 @@ def command(
     from retarget_bench.training import parallel
     from retarget_bench.training.train import Asked, train
 
-    data = options.dataset_spec(dataset, root) if dataset else None
+    data = _data(datasets, root)
     asked = Asked(
         *(Spec.parse(method) if method else None, data, preset, budget, seed, init, out, resume, jobs),
         device=device,
@@ -106,6 +109,24 @@ def command(
     if _first():
         click.echo(_ending(done))
     return 0
+
+
+def _data(datasets: tuple[str, ...], root: str | None) -> Spec | None:
+    """The data set that ``-d`` and ``--root`` name, or several of them as one."""
+    from retarget_bench.training.together import spec_of
+
+    if not datasets:
+        if root is not None:
+            raise click.UsageError("--root says where a data set lies; say by -d which one")
+        return None
+    spec = spec_of([Spec.parse(each) for each in datasets])
+    if not spec.posts:
+        return options.dataset_spec(str(spec), root)
+    if root is not None:
+        raise click.UsageError(
+            "--root is of one data set; with several, each says where it lies: -d 'NAME[root=DIR]'"
+        )
+    return spec
 
 
 def _first() -> bool:
@@ -219,13 +240,16 @@ def _again(asked: Asked) -> str:
 
 def _ending(done: Trained) -> str:
     from retarget_bench.training.request import without_places
+    from retarget_bench.training.together import tested
 
     method = Spec.parse(done.asked.method).with_parameters(weights=str(done.folder))
-    root = Spec.parse(done.asked.dataset).parameters.get("root")
+    data = tested(Spec.parse(done.asked.dataset))
+    root = data.parameters.get("root") if data else None
     where = f" --root {shlex.quote(str(root))}" if root else ""
+    on = f"'{without_places(str(data))}'{where}" if data else "DATASET"
     best = done.at.best
     found = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
     return (
         f"{done.asked.method}: {done.at.step} steps in {_time(done.at.seconds)}; {found}.\n"
-        f"Use them: bench run '{method}' -d '{without_places(done.asked.dataset)}'{where}"
+        f"Use them: bench run '{method}' -d {on}"
     )

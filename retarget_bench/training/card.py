@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import platform
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -13,8 +13,10 @@ from retarget_bench.api import Dataset
 from retarget_bench.spec import Spec
 from retarget_bench.training import curve, parallel
 from retarget_bench.training.checkpoint import Checkpoint
+from retarget_bench.training.clips import Cast
 from retarget_bench.training.material import Material
 from retarget_bench.training.request import Request, without_places
+from retarget_bench.training.together import Together
 
 POINTS = 40
 """Of the loss curve on a card."""
@@ -64,15 +66,31 @@ def card(
 
 
 def manifest(data: Dataset, material: Material) -> dict[str, list[str]]:
-    """What training and its validation have seen, as the data set tells it, without the characters and
-    structures that this method left out; what it was trained on where the data set tells nothing."""
+    """What training and its validation have seen, as the data set tells it, without the characters,
+    structures and clips that were left out; what was trained on where the data set tells nothing."""
+    if not isinstance(data, Together):
+        return _manifest(data, {name: name for name in material.clips}, material)
+    found: dict[str, list[str]] = {}
+    for member in data.members:
+        kept = {own: name for own, name in member.names.items() if name in material.clips}
+        found = joined(found, _manifest(member.data, kept, material))
+    return found
+
+
+def _manifest(data: Dataset, kept: Mapping[str, str], material: Material) -> dict[str, list[str]]:
+    """The same of one data set. kept: those of its characters that were trained on -> as the material calls
+    them."""
     told: Mapping[str, Sequence[str]] = getattr(data, "training_manifest", dict)()
     if not told:
-        return {"characters": sorted(material.clips), "structures": list(material.structures)}
-    offered: Mapping[str, Collection[str]] = data.training()  # type: ignore[attr-defined]
-    out = {name for mine in offered.values() for name in mine} - set(material.clips)
+        structures = {material.characters[name].structure for name in kept.values()}
+        return {"characters": sorted(kept), "structures": sorted(structures)}
+    offered: Cast = data.training()  # type: ignore[attr-defined]
+    out = {name for mine in offered.values() for name in mine} - set(kept)
     out |= {structure for structure, mine in offered.items() if out.issuperset(mine)}
-    return {key: [str(name) for name in names if name not in out] for key, names in told.items()}
+    listed = {clip for mine in offered.values() for clips in mine.values() for clip in clips.names}
+    unused = listed - {clip.name for name in kept.values() for clip in material.clips[name]}
+    without = {key: unused if key == "clips" else out for key in told}
+    return {key: [str(name) for name in names if name not in without[key]] for key, names in told.items()}
 
 
 def joined(before: Mapping[str, Sequence[str]], now: Mapping[str, Sequence[str]]) -> dict[str, list[str]]:

@@ -7,9 +7,14 @@ from collections.abc import Iterator, Sequence
 from copy import copy
 from typing import Generic, Self, TypeVar, overload
 
+from retarget_bench.errors import BenchError
 from retarget_bench.motion.motion import Motion
 
 Listed = TypeVar("Listed")
+
+
+class Unusable(BenchError):
+    """What making a clip raises where nothing can be learnt from it: why. Training goes on without it."""
 
 
 class LazyClips(Sequence[Motion], ABC, Generic[Listed]):

@@ -11,11 +11,14 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import Dataset
+from retarget_bench.catalogue import some
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
-from retarget_bench.plan import dataset, method
+from retarget_bench.plan import method
 from retarget_bench.spec import Spec
 from retarget_bench.training.clips import Progress, by_character, training_clips
+from retarget_bench.training.lazy import Unusable
+from retarget_bench.training.together import dataset
 from retarget_bench.work import know
 
 Arrays = Mapping[str, np.ndarray]
@@ -182,30 +185,40 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
     fit = [name for name in sorted(cast) if name not in unfit]
     common = {"dataset": data, "method": trainee, "fps": fps}
     found = by_character("retarget_bench.training.material:clips_of", fit, common, jobs, progress)
-    kept = {name: clips for name, (clips, _) in found.items() if clips}
+    kept = {name: clips for name, (clips, *_) in found.items() if clips}
     if not kept:
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
     notes = [f"not trained on {name}: {why}" for name, why in unfit.items()]
+    notes += getattr(dataset(data), "training_notes", ())
     notes += [
         f"not trained on {number} clip{'s' * (number > 1)} of {name}, in which the body is another one"
-        for name, (_, number) in found.items()
+        for name, (_, number, _) in found.items()
         if number
+    ]
+    notes += [
+        f"not trained on {len(unusable)} clip{'s' * (len(unusable) > 1)} of {name}: {some(unusable, 10)}"
+        for name, (*_, unusable) in found.items()
+        if unusable
     ]
     return Material({name: bodies[name] for name in kept}, kept, tuple(notes))
 
 
-def clips_of(job: Mapping[str, Any]) -> tuple[list[Clip], int]:
-    """The clips of one character as arrays, and the number of those left out since their body is another
-    one; what a worker process does."""
+def clips_of(job: Mapping[str, Any]) -> tuple[list[Clip], int, list[str]]:
+    """The clips of one character as arrays, the number of those left out since their body is another one,
+    and those that cannot be used, each with the reason; what a worker process does."""
     know(job["plugins"])
     name, asked, data = job["character"], method(job["method"]), dataset(job["dataset"])
     (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
     body = _bodies(data, {name: clips})[name]
     found: list[Clip] = []
-    others = 0
+    others, unusable = 0, []
     for number in range(len(clips)):
-        motion = clips[number].resample(job["fps"])
+        try:
+            motion = clips[number].resample(job["fps"])
+        except Unusable as error:
+            unusable.append(f"{clips.names[number]} ({error})")
+            continue
         if not _alike(body, motion.character):
             others += 1
         elif motion.frames > 1:
@@ -213,7 +226,7 @@ def clips_of(job: Mapping[str, Any]) -> tuple[list[Clip], int]:
             found.append(
                 Clip(name, clips.names[number], {k: np.asarray(a, np.float32) for k, a in arrays.items()})
             )
-    return found, others
+    return found, others, unusable
 
 
 def _alike(body: Character, other: Character) -> bool:

@@ -15,6 +15,7 @@ from retarget_bench.plan import without_location
 from retarget_bench.spec import Spec
 from retarget_bench.training.budget import Budget
 from retarget_bench.training.recipe import Precision, Recipe
+from retarget_bench.training.together import apart, spec_of
 
 SCHEMA = 1
 NAME = "run.json"
@@ -66,8 +67,10 @@ class Request:
     @property
     def command(self) -> str:
         """The command that asks for this, without places of files."""
-        data = without_places(self.dataset)
-        parts = ["bench train", _quoted(self.method), "-d", _quoted(data), "--preset", self.preset]
+        data = apart(Spec.parse(without_places(self.dataset)))
+        parts = ["bench train", _quoted(self.method)]
+        parts += [word for each in data for word in ("-d", _quoted(str(each)))]
+        parts += ["--preset", self.preset]
         parts += ["--budget", self.budget] if self.budget else []
         parts += ["--precision", self.precision] if self.precision != Recipe.precision else []
         parts += ["--init", "WEIGHTS"] if self.init else []
@@ -75,9 +78,8 @@ class Request:
 
 
 def without_places(dataset: str) -> str:
-    """A data set's spec without where its files lie."""
-    spec = Spec.parse(dataset)
-    return str(Spec(spec.name, without_location(spec)))
+    """The spec of a data set, or of several, without where their files lie."""
+    return str(spec_of([Spec(each.name, without_location(each)) for each in apart(Spec.parse(dataset))]))
 
 
 def _quoted(text: str) -> str:

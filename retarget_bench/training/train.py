@@ -15,7 +15,7 @@ from retarget_bench import plan, registry
 from retarget_bench.errors import BenchError
 from retarget_bench.header import versions
 from retarget_bench.spec import Spec
-from retarget_bench.training import checkpoint, curve, parallel, request, weights
+from retarget_bench.training import checkpoint, curve, parallel, request, together, weights
 from retarget_bench.training.budget import Budget
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
@@ -35,7 +35,7 @@ DRAWN = 120.0
 
 @dataclass(frozen=True)
 class Asked:
-    """The options as they were given; None: not given."""
+    """The options as they were given; None: not given. dataset: one, or several (``together.py``)."""
 
     method: Spec | None
     dataset: Spec | None
@@ -108,7 +108,7 @@ def _begun(asked: Asked, held: ExitStack) -> tuple[Path, Request]:
 
 def _train(folder: Path, wanted: Request, asked: Asked, voice: Voice, device: torch.device) -> Trained:
     spec, data_spec = Spec.parse(wanted.method), Spec.parse(wanted.dataset)
-    data, recipe = plan.dataset(data_spec), wanted.recipe
+    data, recipe = together.dataset(data_spec), wanted.recipe
     material = parallel.in_turn(
         lambda: gather(data_spec, spec, recipe.fps, asked.jobs, _first_only(voice.gathering))
     )
@@ -193,7 +193,7 @@ def _same(kept: Request, asked: Asked, method: Spec | None) -> Request:
     given = {"method": method and str(method), "preset": asked.preset, "seed": asked.seed}
     request.contradicted(kept, {**given, "budget": asked.budget, "precision": asked.precision})
     if asked.dataset is not None:
-        data = str(registry.canonical("datasets", asked.dataset))
+        data = str(together.canonical(asked.dataset))
         if request.without_places(data) != request.without_places(kept.dataset):
             request.contradicted(kept, {"dataset": data})
         kept = replace(kept, dataset=data)
@@ -201,7 +201,7 @@ def _same(kept: Request, asked: Asked, method: Spec | None) -> Request:
     trainee.same(kept)
     if asked.init is not None:
         request.contradicted(kept, {"init": trainee.weights(asked.init).hash})
-    if plan.dataset(Spec.parse(kept.dataset)).content != kept.content:
+    if together.dataset(Spec.parse(kept.dataset)).content != kept.content:
         raise BenchError(_OTHER_DATA.format(kept.dataset))
     return kept
 
@@ -216,7 +216,7 @@ def _with_motion(wanted: Request, material: Material) -> Request:
 def _new(asked: Asked, method: Spec) -> Request:
     if asked.dataset is None:
         raise BenchError("say what to train on: -d DATASET")
-    data = registry.canonical("datasets", asked.dataset)
+    data = together.canonical(asked.dataset)
     trainee = _Trainee(method)
     name = asked.preset or request.PRESET
     recipe = request.preset(method.name, trainee.presets, name)
@@ -234,8 +234,8 @@ def _new(asked: Asked, method: Spec) -> Request:
         recipe=recipe,
         version=trainee.version,
         facts=trainee.facts,
-        label=plan.dataset(data).label,
-        content=plan.dataset(data).content,
+        label=together.dataset(data).label,
+        content=together.dataset(data).content,
         init=str(before.get("hash", "")),
         init_path=asked.init or "",
         seen=seen,
@@ -299,7 +299,7 @@ class _Keeper:
 
     def __init__(self, folder: Path, asked: Request, material: Material, device: torch.device) -> None:
         self._folder, self._asked, self._material, self._device = folder, asked, material, device
-        self._data = plan.dataset(Spec.parse(asked.dataset))
+        self._data = together.dataset(Spec.parse(asked.dataset))
         self._drawn = time.perf_counter()
 
     def __call__(self, at: Checkpoint, better: bool) -> None:

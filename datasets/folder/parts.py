@@ -1,0 +1,68 @@
+"""Which clips are tested, which steer training and which are trained on."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Literal
+
+import numpy as np
+
+from retarget_bench.errors import BenchError
+from retarget_bench.files import digest
+from retarget_bench.motion import kinematics
+from retarget_bench.motion.motion import Motion
+from retarget_bench.training.lazy import LazyClips, Unusable
+
+Protocol = Literal["all", "split", "train"]
+Part = Literal["test", "validation"]
+
+TENTHS = ("test", "test", "validation", *["train"] * 7)
+"""What protocol=split does with each tenth of the names of clips."""
+STILL = 1e-4
+"""Share of a body's height within which something counts as not moving at all."""
+
+
+def part_of(clip: str, protocol: Protocol) -> str:
+    """``test``, ``validation`` or ``train``: by the clip's name alone, so that clips of one name stay
+    together and others stay where they are when files are added."""
+    if protocol == "split":
+        return TENTHS[int(digest(clip), 16) % len(TENTHS)]
+    return "test" if protocol == "all" else "train"
+
+
+class Clips(LazyClips[str]):
+    """Clips of one body, each read when it is asked for."""
+
+    def __init__(self, read: Callable[[str, str], Motion], body: str, listed: Sequence[str]) -> None:
+        super().__init__(listed)
+        self._read, self._body = read, body
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.listed
+
+    def made(self, each: str) -> Motion:
+        """Raises Unusable where the file cannot be read, or holds no motion of a whole body."""
+        try:
+            motion = self._read(self._body, each)
+        except BenchError as error:
+            raise Unusable(str(error)) from error
+        if why := unusable(motion):
+            raise Unusable(why)
+        return motion
+
+
+def unusable(motion: Motion) -> str:
+    """What shows that a file lost its motion, or a part of it; "" where nothing does.
+
+    Hips that keep their height to a ten-thousandth of the body's while limbs move are no motion of
+    anybody: some converters drop the vertical path of the root.
+    """
+    places, _ = kinematics.forward(motion.skeleton, motion.rotations, motion.root)
+    within = STILL * motion.character.height
+    if np.ptp(places, axis=0).max(initial=0.0) <= within:
+        return "nothing moves in it"
+    hips = places[:, motion.character.joint_of.get("hips", 0)]
+    if np.ptp(hips[:, 1]) <= within:
+        return "its hips never change their height"
+    return ""
