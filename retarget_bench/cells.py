@@ -83,7 +83,8 @@ class Cell:
         """The interval as text; "" where there is none."""
         if self.interval is None:
             return ""
-        low, high = (f"{end:.{self.decimals}f}" for end in (self.interval.low, self.interval.high))
+        ends = (f"{end:.{self.decimals}f}" for end in (self.interval.low, self.interval.high))
+        low, high = (end if float(end) else end.removeprefix("-") for end in ends)
         return f"{low} to {high}" if low.startswith("-") else f"{low}–{high}"
 
     @property
@@ -126,7 +127,7 @@ class Group:
     absent:  sentences about columns that were asked for and that no case here has.
     subject: the id of the value that is broken down; "" where the columns are values.
     counted: what n counts.
-    structure: of the target bodies, where a group is of one.
+    structure, kind: of the target bodies and of the cases, where a group is of one.
     """
 
     title: str
@@ -140,6 +141,7 @@ class Group:
     subject: str = ""
     counted: str = "cases"
     structure: str = ""
+    kind: str = ""
 
     @property
     def rows(self) -> tuple[Row, ...]:

@@ -107,7 +107,8 @@ def _group(section: Section, structure: str, kind: str, keys: Sequence[str], mak
         unranked=(*(row for row in rows if row.mark), Row(FLOOR, mark, floors, f"{n}")),
         common=(None,) * len(keys),
         counted="windows",
-        structure=_named(structure, kind),
+        structure=structure,
+        kind=kind,
     )
 
 

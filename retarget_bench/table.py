@@ -131,7 +131,7 @@ def _groups(
 ) -> list[Group]:
     """Per split: the values of cases, then those of sets, structure by structure."""
     of_sets = set_groups.declared(found)
-    cases = [key for key in wanted if key not in of_sets]
+    cases = wanted if wanted is FIRST_SIGHT else [key for key in wanted if key not in of_sets]
     groups = []
     for section in found:
         if cases:

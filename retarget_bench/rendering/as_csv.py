@@ -28,7 +28,8 @@ def comma_separated(tables: Sequence[Table]) -> str:
     for table, group in groups:
         for row in group.rows:
             named = [group.subject, row.label] if parts else [row.label, row.mark]
-            named = [group.structure, *named] if structures else named
+            of = f"{group.structure}, kind {group.kind}" if group.kind else group.structure
+            named = [of, *named] if structures else named
             cells = {c.id: cell for c, cell in zip(group.columns, row.cells, strict=True)}
             numbers = [each for key in columns for each in _parts(cells.get(key, NO_CELL))]
             writer.writerow([table.title, group.split, *named, *numbers, row.n])

@@ -72,15 +72,27 @@ class Split:
     def numbers(self) -> np.ndarray:
         """``(methods, cases)`` of the main value, as in the tables: of ranked methods on common cases."""
         numbers = self.panel.numbers((self.main.id, ""))
-        common, left_out = summary.common_cases(numbers, self.ranked)
-        among = self.ranked & ~np.isin(np.arange(len(numbers)), list(left_out)) & common.any()
+        common, among = self.common(self.main.id)
         numbers[among] = np.where(common, numbers[among], np.nan)
         return numbers
+
+    def common(self, value: str) -> tuple[np.ndarray, np.ndarray]:
+        """``(cases,)`` bool: those that all ranked methods have this value of; and ``(methods,)`` bool:
+        whose means are over those alone."""
+        numbers = self.panel.numbers((value, ""))
+        common, left_out = summary.common_cases(numbers, self.ranked)
+        return common, self.ranked & ~np.isin(np.arange(len(numbers)), list(left_out)) & common.any()
+
+    @property
+    def paired(self) -> bool:
+        """Whether values of sets compare answers with the right answers to the same cases."""
+        return not any("four_legged" in row.header for row in self.panel.rows)
 
     @cached_property
     def losses(self) -> np.ndarray:
         """``(methods, cases)``: how bad the main value is, as far as it is known at all."""
-        return statistics.losses(self.panel.numbers((self.main.id, "")), self.panel.values[self.main.id])
+        declared = {"better": self.main.better, "goal": self.main.goal}
+        return statistics.losses(self.panel.numbers((self.main.id, "")), declared)
 
     @cached_property
     def groups(self) -> dict[str, list[str]]:

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from retarget_bench import statistics
+from retarget_bench.cells import Column
 from retarget_bench.records import case_file
 from retarget_bench.rendering.words import printable
 from retarget_bench.report.chapters import Chapter, Split
@@ -20,10 +22,28 @@ PAGE = 12_000_000
 """Bytes that a page is to stay below."""
 REST, LEAST = 1_000_000, 800_000
 """Of those, what tables, charts and scripts are given; and what the list of cases has at least."""
-STEPS: tuple[tuple[bool, int | None], ...] = (
-    (True, None), (False, None), (False, 500), (False, 150), (False, 50), (False, 15), (False, 5),
-)  # fmt: skip
-"""What is left out first: all values but every split's main one, then all but the worst cases by it."""
+
+
+@dataclass(frozen=True)
+class Thinning:
+    """What is left out. few: of values other than a split's main one, all numbers but those of so many
+    worst cases of every method; worst: cases that are not among so many worst ones of any method by the
+    main value. None: nothing is."""
+
+    few: int | None = None
+    worst: int | None = None
+
+
+STEPS = (
+    Thinning(),
+    Thinning(50),
+    Thinning(15),
+    *(Thinning(5, worst) for worst in (500, 150, 50, 15, 5)),
+    Thinning(1, 5),
+)
+"""What is left out first."""
+OF_EACH = frozenset(["kind", "level", "structure"])
+"""Of what groups of cases a case is listed in any event."""
 NOT_STORED = "its prediction is not stored any more"
 
 
@@ -42,32 +62,38 @@ def index(chapters: Sequence[Chapter], looks: Mapping[str, Look], shown: Motions
     """
     room = max(LEAST, PAGE - REST - sum(len(text.encode()) for text in shown.scenes))
     made = Listed({})
-    for whole, worst in STEPS:
-        made = Listed(_data(chapters, looks, shown, whole, worst), _thinned(chapters, whole, worst))
+    for step in STEPS:
+        made = Listed(_data(chapters, looks, shown, step), _thinned(chapters, step))
         if len(player.data(made.data).encode()) <= room:
             break
     return made
 
 
-def _thinned(chapters: Sequence[Chapter], whole: bool, worst: int | None) -> str:
-    if whole:
+def _thinned(chapters: Sequence[Chapter], step: Thinning) -> str:
+    if step.few is None:
         return ""
     mains = ", ".join(dict.fromkeys(split.main.label for each in chapters for split in each.splits))
-    said = f"There are so many cases that their numbers are here of one value alone ({mains})."
-    only = f" Only the {worst} worst cases of every method are listed, and those in motion."
-    return said + only if worst else said
+    said = (
+        f"There are so many cases that all their numbers are here of one value alone ({mains}), and of "
+        f"others those of {_worst(step.few)} of every method."
+    )
+    if step.worst is None:
+        return said
+    return f"{said} Only {_worst(step.worst)} of every method are listed, those, and those in motion."
+
+
+def _worst(few: int) -> str:
+    return "the worst case" if few == 1 else f"the {few} worst cases"
 
 
 def _data(
-    chapters: Sequence[Chapter], looks: Mapping[str, Look], shown: Motions, whole: bool, worst: int | None
+    chapters: Sequence[Chapter], looks: Mapping[str, Look], shown: Motions, step: Thinning
 ) -> dict[str, Any]:
     return {
         "chapters": [
             {
                 "title": printable(chapter.title),
-                "splits": [
-                    _split(split, (c, s), shown, whole, worst) for s, split in enumerate(chapter.splits)
-                ],
+                "splits": [_split(split, (c, s), shown, step) for s, split in enumerate(chapter.splits)],
             }
             for c, chapter in enumerate(chapters)
         ],
@@ -76,41 +102,73 @@ def _data(
     }
 
 
-def _split(
-    split: Split, at: tuple[int, int], shown: Motions, whole: bool, worst: int | None
-) -> dict[str, Any]:
-    values = split.values if whole else split.values[:1]
-    kept = _kept(split, at, shown, worst)
+def _split(split: Split, at: tuple[int, int], shown: Motions, step: Thinning) -> dict[str, Any]:
+    whole = split.values if step.few is None else split.values[:1]
+    few = {value.id: _few(split, value, step.few) for value in split.values if value not in whole}
+    kept = _kept(split, at, shown, few, step.worst)
     told = {
         "name": split.name,
         "labels": split.labels,
         "methods": [printable(label) for label in split.labels],
-        "values": [
-            {
-                "id": value.id,
-                "label": value.label,
-                "unit": "" if value.unit == "1" else value.unit,
-                "better": value.better,
-                "goal": value.goal,
-                "decimals": split.decimals.get(value.id, 2),
-            }
-            for value in values
-        ],
+        "values": [_value(split, value, kept) for value in split.values],
         "cases": [_case(split, case, (*at, case), shown) for case in kept],
-        "numbers": {value.id: _numbers(split.panel.numbers((value.id, ""))[:, kept]) for value in values},
+        "numbers": {value.id: _numbers(split.panel.numbers((value.id, ""))[:, kept]) for value in whole},
         "lost": _lost(split, at, shown, kept),
+        "paired": split.paired,
     }
-    return told if worst is None else told | {"kept": kept}
+    told |= {"few": few} if few else {}
+    return told if step.worst is None else told | {"kept": kept}
 
 
-def _kept(split: Split, at: tuple[int, int], shown: Motions, worst: int | None) -> list[int]:
-    """Numbers of the cases that are listed: all, or the worst of every method and those in motion."""
+def _value(split: Split, value: Column, kept: Sequence[int]) -> dict[str, Any]:
+    """``among``: methods whose means are over common cases alone; ``alone``: cases that are not common."""
+    common, among = split.common(value.id)
+    return {
+        "id": value.id,
+        "label": value.label,
+        "unit": "" if value.unit == "1" else value.unit,
+        "better": value.better,
+        "goal": value.goal,
+        "decimals": split.decimals.get(value.id, 2),
+        "among": np.flatnonzero(among).tolist(),
+        "alone": [case for case in kept if not common[case]] if among.any() else [],
+    }
+
+
+def _few(split: Split, value: Column, most: int | None) -> list[dict[int, float]]:
+    """By method: the worst cases and their numbers."""
+    numbers = split.panel.numbers((value.id, ""))
+    losses = statistics.losses(numbers, split.panel.values[value.id])
+    return [
+        {case: _four(row[case]) for case in _worst_of(loss, most)}
+        for row, loss in zip(numbers, losses, strict=True)
+    ]
+
+
+def _worst_of(loss: np.ndarray, most: int | None) -> list[int]:
+    """The numbers of the worst cases, those that have one, worst first."""
+    known = np.flatnonzero(~np.isnan(loss))
+    return [int(case) for case in known[np.argsort(-loss[known], kind="stable")[:most]]]
+
+
+def _kept(
+    split: Split,
+    at: tuple[int, int],
+    shown: Motions,
+    few: Mapping[str, Sequence[Mapping[int, float]]],
+    worst: int | None,
+) -> list[int]:
+    """Numbers of the cases that are listed: all, or the worst of every method, those in motion, those
+    that other values are worst on, and one of every kind, level and structure."""
     if worst is None:
         return list(range(len(split.panel.cases)))
     found = {case for c, s, case in (*shown.places, *shown.reasons) if (c, s) == at}
+    found.update(case for rows in few.values() for row in rows for case in row)
     for loss in split.losses:
-        known = np.flatnonzero(~np.isnan(loss))
-        found |= set(known[np.argsort(-loss[known], kind="stable")[:worst]].tolist())
+        found.update(_worst_of(loss, worst))
+    for by in OF_EACH & split.groups.keys():
+        first = {name: case for case, name in reversed([*enumerate(split.groups[by])])}
+        found.update(first.values())
     return sorted(found)
 
 
@@ -129,7 +187,11 @@ def _case(split: Split, case: int, key: tuple[int, int, int], shown: Motions) ->
 
 
 def _numbers(numbers: np.ndarray) -> list[list[float | None]]:
-    return [[None if np.isnan(each) else float(f"{each:.4g}") for each in row] for row in numbers]
+    return [[None if np.isnan(each) else _four(each) for each in row] for row in numbers]
+
+
+def _four(number: float) -> float:
+    return float(f"{number:.4g}")
 
 
 def _lost(split: Split, at: tuple[int, int], shown: Motions, kept: Sequence[int]) -> list[dict[str, str]]:

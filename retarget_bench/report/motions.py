@@ -44,7 +44,9 @@ def motions(
     """
     found = Motions()
     used = 0
-    for number, each in enumerate(tqdm(chosen, desc="packing motion", unit="case", leave=False)):
+    for number, each in enumerate(
+        tqdm(chosen, desc="packing motion", unit="case", leave=False, disable=None)
+    ):
         chapter = chapters[each[0]]
         split = chapter.splits[each[1]]
         case = split.panel.cases[each[2]].id

@@ -26,6 +26,8 @@ if TYPE_CHECKING:
     from jinja2 import Environment
 
 PAGES = Path(__file__).parent / "pages"
+SCRIPT = ("cases", "links", "begin")
+"""The files of the script, in the order in which they stand in one."""
 
 
 def page(
@@ -48,7 +50,7 @@ def page(
         "data": Markup(player.data(listed.data)),
         "thinned": listed.thinned,
         "style": Markup(_file("report.css") + style(looked) + (player.style() if shown.scenes else "")),
-        "script": Markup(_file("report.js")),
+        "script": Markup(_script()),
         "player": Markup(player.script()) if shown.scenes else "",
         "shades": range(charts.SHADES),
     }
@@ -67,6 +69,11 @@ def environment() -> Environment:
 
 def _file(name: str) -> str:
     return (PAGES / name).read_text(encoding="utf-8")
+
+
+def _script() -> str:
+    parts = "\n".join(_file(f"script/{name}.js") for name in SCRIPT)
+    return f'(() => {{\n"use strict";\n{parts}\n}})();\n'
 
 
 def _chapter(chapter: Chapter, looked: dict[str, Look]) -> dict[str, Any]:

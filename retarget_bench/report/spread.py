@@ -27,17 +27,21 @@ APART = 9
 SPEED_WIDTH, SPEED_HEIGHT = 460.0, 300.0
 
 
+def _picture(name: str, title: str, reading: str, drawn: Sequence[Markup]) -> Picture:
+    """A chart per split, where there is one."""
+    return Picture(name, title, reading, by_split([("", [each for each in drawn if each])]))
+
+
 # ---------------------------------------------------------------------------------------------- clips
-def clips(chapter: Chapter, looks: Looks) -> Picture | None:
+def clips(chapter: Chapter, looks: Looks) -> Picture:
     """A box and dots per method: every dot a source clip."""
-    drawn = [_boxes(split, looks) for split in chapter.splits]
-    return Picture(
+    return _picture(
         "clips",
         "Distribution over clips",
         "Every dot is a source clip, its cases averaged. Boxes hold the middle half of the clips, the line "
         "in them is the median, whiskers reach from 5 to 95 %. Arrowheads at the edge are clips far beyond "
         "it.",
-        by_split([("", [each for each in drawn if each])]),
+        [_boxes(split, looks) for split in chapter.splits],
     )
 
 
@@ -127,15 +131,14 @@ def _row(
 
 
 # ---------------------------------------------------------------------------------------------- kinds
-def kinds(chapter: Chapter, looks: Looks) -> Picture | None:
+def kinds(chapter: Chapter, looks: Looks) -> Picture:
     """A line per kind of performance, a dot with its interval per method."""
-    drawn = [_kinds(split, looks) for split in chapter.splits]
-    return Picture(
+    return _picture(
         "kinds",
         "By kind of performance",
         "Means over clips, with intervals where there are clips enough. Methods that are not ranked "
         "are left out. What stands at the right edge is farther off.",
-        by_split([("", [each for each in drawn if each])]),
+        [_kinds(split, looks) for split in chapter.splits],
     )
 
 
@@ -201,15 +204,14 @@ def _kind(split: Split, row: int, kind: str, found: dict, y: float, frame: Frame
 
 
 # ---------------------------------------------------------------------------------------------- speed
-def speed(chapter: Chapter, looks: Looks) -> Picture | None:
+def speed(chapter: Chapter, looks: Looks) -> Picture:
     """The main value over frames per second, the methods that nothing beats in both joined by a line."""
-    drawn = [_speed(split, looks) for split in chapter.splits]
-    return Picture(
+    return _picture(
         "speed",
         "Quality against speed",
         "Frames per second of one process and one thread. The line joins the ranked methods that no "
         "other beats in both.",
-        by_split([("", [each for each in drawn if each])]),
+        [_speed(split, looks) for split in chapter.splits],
     )
 
 

@@ -1,0 +1,87 @@
+/* Keys, selects and the first case. */
+
+/* The arrow keys go to the nearest mark in their direction; a chart is one stop of the tab key. */
+function step(mark, key) {
+  const centre = (each) => {
+    const box = each.getBoundingClientRect();
+    return [box.x + box.width / 2, box.y + box.height / 2];
+  };
+  const [x, y] = centre(mark);
+  const along = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, -1], ArrowDown: [0, 1] }[key];
+  let best = null;
+  for (const each of mark.closest("svg").querySelectorAll(".pick")) {
+    if (each === mark) continue;
+    const [dx, dy] = centre(each).map((place, k) => place - [x, y][k]);
+    const ahead = dx * along[0] + dy * along[1];
+    const aside = Math.abs(dx * along[1]) + Math.abs(dy * along[0]);
+    if (ahead > 0.3 && (!best || ahead + 3 * aside < best[0])) best = [ahead + 3 * aside, each];
+  }
+  if (best) focus(best[1]);
+}
+
+function focus(mark) {
+  for (const each of mark.closest("svg").querySelectorAll('.pick[tabindex="0"]')) each.setAttribute("tabindex", "-1");
+  mark.setAttribute("tabindex", "0");
+  mark.focus();
+}
+
+function beginMarks() {
+  for (const chart of document.querySelectorAll("main svg.chart")) {
+    const first = chart.querySelector(".pick");
+    if (first) first.setAttribute("tabindex", "0");
+  }
+  document.querySelector("main").addEventListener("click", (event) => {
+    const mark = event.target.closest(".pick");
+    if (mark) pressed(mark);
+  });
+  document.querySelector("main").addEventListener("keydown", (event) => {
+    const mark = event.target.closest(".pick");
+    if (!mark) return;
+    if (event.key === "Enter" || event.key === " ") pressed(mark);
+    else if (event.key.startsWith("Arrow")) step(mark, event.key);
+    else return;
+    event.preventDefault();
+  });
+}
+
+function chosen(name) {
+  const method = splitNow().methods[asked.method];
+  const value = valueNow().id;
+  const parts = asked.parts;
+  forget();
+  if (name === "method" || name === "value") asked.parts = parts;
+  asked[name] = Number(at(name).value);
+  if (name === "chapter") asked.split = 0;
+  if (name === "chapter" || name === "split") {
+    asked.method = Math.max(0, splitNow().methods.indexOf(method));
+    asked.value = Math.max(0, splitNow().values.findIndex((each) => each.id === value));
+  }
+  widen();
+  drawControls();
+  drawList();
+  if (name === "method" && playing) playing.select(figures([asked.method]));
+}
+
+function beginControls() {
+  for (const name of ["chapter", "split", "method", "value"]) at(name).addEventListener("change", () => chosen(name));
+  at("name").addEventListener("input", drawList);
+  at("asked").addEventListener("submit", (event) => event.preventDefault());
+  at("clear").addEventListener("click", () => {
+    at("name").value = "";
+    forget();
+    drawList();
+  });
+  at("back").addEventListener("click", () => {
+    from.scrollIntoView({ block: "center" });
+    from.focus();
+  });
+}
+
+for (const table of document.querySelectorAll("main table.results")) linkTable(table);
+for (const table of document.querySelectorAll("main table.problems")) linkProblems(table);
+beginMarks();
+beginControls();
+if (data.first) [asked.chapter, asked.split] = data.first;
+drawControls();
+if (data.first) show(...data.first, [0, 1].slice(0, splitNow().methods.length));
+else drawList();
