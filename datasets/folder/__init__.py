@@ -96,7 +96,7 @@ class Folder:
 
     @cached_property
     def notes(self) -> Sequence[str]:
-        found = [*self._without_cases(), *self.training_notes]
+        found = [*self._without_cases(), *self._unread]
         paired = sum(self._paired(info.source, info.target, info.clip) for info in self._infos)
         if paired < len(self._infos):
             without = len(self._infos) - paired
@@ -108,7 +108,7 @@ class Folder:
         return tuple(found)
 
     @cached_property
-    def training_notes(self) -> Sequence[str]:
+    def _unread(self) -> Sequence[str]:
         """On files and bodies that nothing is done with."""
         found = []
         broken = {path: entry.problem for path, entry in self._found.entries.items() if entry.problem}
@@ -159,9 +159,19 @@ class Folder:
                     found.setdefault(self._character(body).structure, {})[body] = clips
         return found
 
+    @property
+    def training_notes(self) -> Sequence[str]:
+        """What is not trained on, and why."""
+        if self._protocol == "all":
+            return ("every clip is a case: protocol=split keeps some to train on, and protocol=train all",)
+        if self._any("train"):
+            return self._unread
+        few = f"protocol=split keeps none of {self._count} to train on: protocol=train trains on all"
+        return (few, *self._unread)
+
     def validation(self) -> Folder | None:
         """The clips that protocol=split keeps to steer by; None where there are none."""
-        if not any(self._clips(body, "validation") for body in self._found.sources):
+        if not self._any("validation"):
             return None
         same = (self._root, self._target, self._pairs, self._fps, self._unit, self._up, self._roles)
         return Folder(*same, self._protocol, "validation")
@@ -185,10 +195,17 @@ class Folder:
         """Why there is no case, where the protocol leaves none."""
         if self._protocol == "train":
             return ("every clip is trained on (protocol=train), and none is a case",)
-        if not any(self._clips(body, self._part) for body in self._found.sources):
-            clips = {clip for own in self._found.sources.values() for clip in own}
-            return (f"of {len(clips)} clips, protocol=split makes none a case of {self._part}",)
+        if not self._any(self._part):
+            return (f"protocol=split keeps none of {self._count} for {self._part}",)
         return ()
+
+    def _any(self, part: str) -> bool:
+        return any(self._clips(body, part) for body in self._found.sources)
+
+    @property
+    def _count(self) -> str:
+        clips = len({clip for own in self._found.sources.values() for clip in own})
+        return f"{clips} clip{'s' * (clips > 1)}"
 
     # ------------------------------------------------------------------------------- what there is
     @cached_property

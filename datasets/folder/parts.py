@@ -46,9 +46,9 @@ class Clips(LazyClips[str]):
         try:
             motion = self._read(self._body, each)
         except BenchError as error:
-            raise Unusable(str(error)) from error
+            raise Unusable(each, str(error)) from error
         if why := unusable(motion):
-            raise Unusable(why)
+            raise Unusable(each, why)
         return motion
 
 

@@ -68,14 +68,15 @@ def command(
     bench ablate pan table5 -d 'puppets[size=default]' --test puppets
     """
     del plugins
-    from retarget_bench import files, plan
+    from retarget_bench import files, plan, registry
     from retarget_bench.commands.train import Voice
     from retarget_bench.rendering import WITH_INTERVALS
     from retarget_bench.spec import Spec
     from retarget_bench.training import ablating
     from retarget_bench.training.train import Asked
 
-    spec, data = Spec.parse(method), options.dataset_spec(dataset, root)
+    spec = Spec.parse(method)
+    data = registry.canonical("datasets", options.dataset_spec(dataset, root))
     tested = Spec.parse(test) if test else data
     ablation = ablating.find(spec, table)
     ablating.check(ablation, tested)

@@ -21,10 +21,17 @@ def training_clips(data: Dataset) -> Cast:
     found: Cast = getattr(data, "training", dict)()
     usable = {structure: mine for structure, mine in found.items() if mine}
     if not usable:
-        raise NotSupported(
-            f"{data.label.strip()} has no training motion; see TrainingDataset in retarget_bench/api.py"
+        why = (
+            "; ".join(getattr(data, "training_notes", ())) or "see TrainingDataset in retarget_bench/api.py"
         )
+        raise NotSupported(f"{data.label.strip()} has no training motion; {why}")
     return usable
+
+
+def held_out(data: Dataset) -> Dataset | None:
+    """The data set's own validation part: cases that training has no clip of."""
+    found: Dataset | None = getattr(data, "validation", lambda: None)()
+    return found
 
 
 def by_character(

@@ -217,7 +217,7 @@ def clips_of(job: Mapping[str, Any]) -> tuple[list[Clip], int, list[str]]:
         try:
             motion = clips[number].resample(job["fps"])
         except Unusable as error:
-            unusable.append(f"{clips.names[number]} ({error})")
+            unusable.append(f"{error.clip} ({error.why})")
             continue
         if not _alike(body, motion.character):
             others += 1

@@ -15,7 +15,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.plan import LOCATIONS
 from retarget_bench.spec import Spec
 from retarget_bench.tasks import RETARGET
-from retarget_bench.training.clips import Cast, training_clips
+from retarget_bench.training.clips import Cast, held_out, training_clips
 
 
 # -------------------------------------------------------------------------------------------- as specs
@@ -147,18 +147,21 @@ class Together:
 
     def validation(self) -> Together | None:
         """The cases of those that have a validation part; None where none has."""
-        parts = (getattr(data, "validation", lambda: None)() for data in self._given)
-        found = [part for part in parts if part is not None]
+        found = [part for data in self._given if (part := held_out(data)) is not None]
         return Together(found) if found else None
 
     @property
     def training_notes(self) -> Sequence[str]:
-        """What the data sets leave out of training."""
-        return tuple(
+        """What the data sets leave out of training, and which of them do not steer it though others do."""
+        told = [
             f"{data.label.strip()}: {note}"
             for data in self._given
             for note in getattr(data, "training_notes", ())
-        )
+        ]
+        unparted = [data.label.strip() for data in self._given if held_out(data) is None]
+        if 0 < len(unparted) < len(self._given):
+            told.append(f"no part of {' and of '.join(unparted)} validates: other data chose the weights")
+        return tuple(told)
 
     @cached_property
     def _listed(self) -> Mapping[str, tuple[CaseInfo, Dataset, CaseInfo]]:

@@ -19,13 +19,14 @@ from retarget_bench.training import checkpoint, curve, parallel, request, togeth
 from retarget_bench.training.budget import Budget
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
+from retarget_bench.training.clips import held_out
 from retarget_bench.training.lock import locked
 from retarget_bench.training.loop import Loop, Moment
 from retarget_bench.training.material import Material, gather
 from retarget_bench.training.recipe import Precision, Recipe
 from retarget_bench.training.request import Request
 from retarget_bench.training.turns import explicit
-from retarget_bench.training.validate import Judge, held_out
+from retarget_bench.training.validate import Judge
 
 FOLDER = Path("runs/train")
 _OTHER_DATA = "{} is no longer the data that this run began with; train anew in another folder"

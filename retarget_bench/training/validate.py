@@ -118,12 +118,6 @@ def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:
     return chosen
 
 
-def held_out(data: Dataset) -> Dataset | None:
-    """The data set's own validation part: cases of characters that training does not have."""
-    found: Dataset | None = getattr(data, "validation", lambda: None)()
-    return found
-
-
 def _offered(data: Dataset, split: str, method: Method) -> list[CaseInfo]:
     """The cases of a split that a method does not refuse, as far as that is known before loading."""
     cast = data.characters()
