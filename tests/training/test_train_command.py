@@ -122,3 +122,49 @@ def test_resume_without_a_run_says_so_before_it_asks_for_data(bench, tmp_path):
     status, _, err = bench("toy_trainee", "--resume", "--out", str(tmp_path / "run"))
     assert status == 2
     assert err == f"bench: {tmp_path / 'run'} holds no run to go on with; with -d DATASET one begins\n"
+
+
+def test_several_data_sets_are_trained_on_and_the_first_that_tests_is_named(bench, tmp_path):
+    out = tmp_path / "run"
+    data = (
+        "-d",
+        "toy_walks[kind=near]",
+        "-d",
+        "toy_walks[root=/a b]",
+        "--preset",
+        "quick",
+        "--out",
+        str(out),
+    )
+    status, said, _ = bench("toy_trainee", *data)
+    assert (status, said.splitlines()[-1]) == (
+        0,
+        f"Use them: bench run 'toy_trainee[weights={out}]' -d 'toy_walks[kind=near]'",
+    )
+    kept = json.loads((out / "run.json").read_text())
+    assert kept["dataset"] == "toy_walks[kind=near]+toy_walks[root=/a b]"
+    assert kept["command"].startswith(
+        "bench train toy_trainee -d 'toy_walks[kind=near]' -d toy_walks --preset"
+    )
+
+
+@pytest.mark.parametrize(
+    ("words", "says"),
+    [
+        (("toy_trainee", "-d", "toy_walks", "-d", "toy_walks"), "toy_walks is given twice"),
+        (
+            ("toy_trainee", "-d", "toy_walks", "-d", "puppets", "--root", "/a"),
+            r"with several, each says where it lies: -d 'NAME\[root=DIR\]'",
+        ),
+        (("--resume", "--root", "/a"), "--root says where a data set lies; say by -d which one"),
+        (
+            ("toy_trainee", "-d", "toy_walks", "-d", r"toy_walks[kind=empty]"),
+            "toy_walks has no training motion; see",
+        ),
+    ],
+)
+def test_what_data_cannot_be_asked_for(bench, tmp_path, words, says):
+    status, _, err = bench(*words, "--out", str(tmp_path / "run"))
+    assert status == 2
+    assert re.search(says, " ".join(err.split()))
+    assert "Traceback" not in err

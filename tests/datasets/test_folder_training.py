@@ -1,0 +1,193 @@
+"""What a folder leaves to train on: its protocols, and files that hold no motion of a whole body."""
+
+from __future__ import annotations
+
+import math
+import shutil
+
+import numpy as np
+import pytest
+from conftest import skeleton, structure_a
+
+from retarget_bench.api import SPLITS
+from retarget_bench.datasets.folder import Folder
+from retarget_bench.datasets.folder.parts import part_of, unusable
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.motion import bvh
+from retarget_bench.motion.character import Character
+from retarget_bench.training.clips import training_clips
+from retarget_bench.training.lazy import Unusable
+
+CLIPS = [f"take {number}" for number in range(25)]
+
+
+def clips_of(data):
+    """Of all cases."""
+    return {info.clip for split in SPLITS for info in data.cases("retarget", split)}
+
+
+def trained(data):
+    return {name: set(clips.names) for mine in data.training().values() for name, clips in mine.items()}
+
+
+@pytest.fixture
+def two(mini):
+    """Two bodies of one structure, with many clips of the same names, and a third of another."""
+    cast = {"Aj": CLIPS, "BigVegas": CLIPS[:20], "Mousey_m": CLIPS[5:]}
+    root = mini({name: clips[:1] for name, clips in cast.items()}, frames=4)
+    for name, (first, *others) in cast.items():
+        for clip in others:
+            shutil.copy(root / name / f"{first}.bvh", root / name / f"{clip}.bvh")
+    return root
+
+
+def test_a_name_decides_by_itself_and_the_shares_are_a_fifth_and_a_tenth():
+    names = [f"{who}_{take:02}" for who in range(100) for take in range(40)]
+    found = [part_of(name, "split") for name in names]
+    for part, share in (("test", 0.2), ("validation", 0.1), ("train", 0.7)):
+        spread = 4.0 * math.sqrt(len(names) * share * (1.0 - share))
+        assert abs(found.count(part) - share * len(names)) < spread
+    assert {part_of(name, "all") for name in names} == {"test"}
+    assert {part_of(name, "train") for name in names} == {"train"}
+
+
+def test_split_parts_the_clips_and_those_of_one_name_stay_together(two):
+    data = Folder(str(two), protocol="split")
+    tested, aside = clips_of(data), clips_of(data.validation())
+    moving = trained(data)
+    assert set(moving) == {"Aj", "BigVegas", "Mousey_m"}
+    learnt = set.union(*moving.values())
+    assert tested
+    assert aside
+    assert (tested | aside | learnt, tested & aside, tested & learnt, aside & learnt) == (
+        set(CLIPS),
+        set(),
+        set(),
+        set(),
+    )
+    assert moving["BigVegas"] == learnt & set(CLIPS[:20])
+    assert clips_of(Folder(str(two))) == set(CLIPS)
+    paired = next(info for info in data.cases("retarget", "intra") if info.clip in CLIPS[:20])
+    assert data.load(paired).reference is not None
+
+
+def test_split_is_known_by_its_part(two):
+    data = Folder(str(two), protocol="split")
+    aside = data.validation()
+    labels = [each.label for each in (Folder(str(two)), data, aside, Folder(str(two), protocol="train"))]
+    assert labels == [
+        "folder mini",
+        "folder mini, split",
+        "folder mini, split, validation",
+        "folder mini, train",
+    ]
+    contents = {
+        each.content for each in (Folder(str(two)), data, aside, Folder(str(two), protocol="train"))
+    }
+    assert len(contents) == 4
+    assert aside.training_manifest() == data.training_manifest()
+    assert aside.validation().content == aside.content
+
+
+def test_train_keeps_every_clip_and_has_no_case(two):
+    data = Folder(str(two), protocol="train")
+    assert not clips_of(data)
+    assert data.validation() is None
+    assert trained(data) == {"Aj": set(CLIPS), "BigVegas": set(CLIPS[:20]), "Mousey_m": set(CLIPS[5:])}
+    assert data.notes == ("every clip is trained on (protocol=train), and none is a case",)
+    assert not data.training_notes
+    cast = data.characters()
+    for structure, mine in data.training().items():
+        assert {cast[name].structure for name in mine} == {structure}
+    assert len(data.training()) == 2
+
+
+def test_what_is_trained_on_is_the_motion_of_the_files(two):
+    clips = Folder(str(two), protocol="train", fps=0.0).training()
+    (mine,) = (each["Mousey_m"] for each in clips.values() if "Mousey_m" in each)
+    number = mine.names.index("take 7")
+    wanted = bvh.read(two / "Mousey_m" / "take 7.bvh", root="absolute", scale=0.01)
+    np.testing.assert_allclose(mine[number].root, wanted.root, atol=1e-9)
+    assert mine[number].character.name == "Mousey_m"
+    assert [motion.frames for motion in mine[2:4]] == [4, 4]
+
+
+def test_the_manifest_names_what_training_and_steering_have(two):
+    data = Folder(str(two), protocol="split")
+    told = data.training_manifest()
+    assert told["characters"] == ["Aj", "BigVegas", "Mousey_m"]
+    assert told["structures"] == sorted(data.training())
+    assert set(told["clips"]) == set(CLIPS) - clips_of(data)
+
+
+def test_a_folder_that_is_all_cases_says_how_to_train_on_it(two):
+    assert Folder(str(two)).training() == {}
+    assert Folder(str(two)).validation() is None
+    with pytest.raises(NotSupported, match=r"folder mini has no training motion; every clip is a case: "):
+        training_clips(Folder(str(two)))
+
+
+@pytest.mark.parametrize("clip", ["take 0", "take 1", "take 2", "take 3", "take 4", "take 5", "take 6"])
+def test_one_clip_cannot_be_split_and_it_is_said(mini, clip):
+    data = Folder(str(mini({"Aj": [clip]}, frames=4)), protocol="split")
+    part = part_of(clip, "split")
+    if part == "train":
+        assert trained(data) == {"Aj": {clip}}
+    else:
+        with pytest.raises(
+            NotSupported, match=r"keeps none of 1 clip to train on: protocol=train trains on all"
+        ):
+            training_clips(data)
+    said = "protocol=split keeps none of 1 clip for test"
+    assert (said in data.notes) == (part != "test")
+    assert (data.validation() is None) == (part != "validation")
+
+
+def test_a_part_is_of_split_alone(two):
+    with pytest.raises(BenchError, match="part=validation means something with protocol=split alone"):
+        Folder(str(two), part="validation")
+
+
+def test_files_and_bodies_that_are_no_use_are_noted(two):
+    (two / "bad.bvh").write_text("HIERARCHY\n")
+    data = Folder(str(two), protocol="train")
+    (note,) = data.training_notes
+    assert note.startswith("1 of 66 files cannot be read: bad.bvh (")
+    assert note in data.notes
+    assert set(trained(data)) == {"Aj", "BigVegas", "Mousey_m"}
+
+
+# ------------------------------------------------------------------------------- files that lost something
+def motion(root=(0.0, 0.0, 0.0), turn=0.5, frames=12):
+    """A body whose root goes so many metres along each axis and back, and whose limbs turn."""
+    body = Character.of("mini", skeleton(structure_a()))
+    wave = np.sin(np.linspace(0.0, np.pi, frames))
+    rotations = np.tile(np.array([1.0, 0.0, 0.0, 0.0]), (frames, len(body.skeleton), 1))
+    joint = body.joint_of["left_arm"]
+    rotations[:, joint, 0], rotations[:, joint, 3] = np.cos(turn * wave / 2), np.sin(turn * wave / 2)
+    return body.motion(rotations, body.skeleton.offsets[0] + wave[:, None] * np.array(root), 30.0)
+
+
+@pytest.mark.parametrize(
+    ("made", "says"),
+    [
+        (motion((0.0, 0.01, 0.5)), ""),
+        (motion((0.0, 0.01, 0.0), turn=0.0), ""),
+        (motion((0.3, 0.0, 2.0)), "its hips never change their height"),
+        (motion(), "its hips never change their height"),
+        (motion(turn=0.0), "nothing moves in it"),
+    ],
+)
+def test_a_path_without_height_and_a_pose_are_no_motion(made, says):
+    assert unusable(made) == says
+
+
+def test_such_a_file_is_refused_when_it_is_its_turn(two):
+    bvh.write(two / "Aj" / "flat.bvh", motion((0.3, 0.0, 2.0)), scale=100.0)
+    mine = next(
+        each["Aj"] for each in Folder(str(two), protocol="train").training().values() if "Aj" in each
+    )
+    number = mine.names.index("flat")
+    with pytest.raises(Unusable, match=r"^flat: its hips never change their height$"):
+        mine[number]
+    assert mine[number + 1].frames == 2
