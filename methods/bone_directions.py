@@ -102,7 +102,7 @@ class _Pointing:
         rest = self.rest if role.endswith(_LONG) else self.seen_at_rest
         swing = rotation.between(rotation.rotate(start, rest[end] - rest[joint]), bone)
         turned = rotation.multiply(swing, start)
-        hinge = transfer.HINGES.get(role)
+        hinge = self.target.hinge(role)
         after = self._bones(end)
         if self.given is not None or hinge is None or len(after) != 1:
             return turned

@@ -10,9 +10,9 @@ import numpy as np
 
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.hinges import HINGES
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import chain
-from retarget_bench.motion.transfer import HINGES
 
 from .two_bone import Limb
 

@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import kinematics
+from retarget_bench.motion import hinges, kinematics
 from retarget_bench.motion.alignment import reference_pose
 from retarget_bench.motion.measures import Measures, measure
 from retarget_bench.motion.mesh import Mesh
@@ -32,6 +32,8 @@ class Character:
                     pose (T-pose, Y up, facing +Z; see ``alignment.py``).
     measures:       sizes of the native body, kept when joints are left out.
     skin:           makes the body's mesh, when it is first asked for; None: it has none.
+    hinges:         axes in the reference pose that this rig's limbs bend about, by role, where its motion
+                    shows others than bodies in general (``hinges.measured``).
     whole:          the body of which this one has some joints, by the same names; None: it is whole.
 
     Raises SkeletonError when these do not fit the skeleton. Use ``Character.of`` to find them.
@@ -45,6 +47,7 @@ class Character:
     measures: Measures
     skin: Callable[[], Mesh] | None = field(default=None, repr=False)
     whole: Character | None = field(default=None, repr=False)
+    hinges: Mapping[str, np.ndarray] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "reference_pose", frozen(self.reference_pose, np.float64))
@@ -69,7 +72,8 @@ class Character:
 
         roles:  found from joint names when None (``roles.find``).
         sample: ``(frames, joints, 4)`` local rotations of any motion of this body. They tell how bones
-                are twisted where the rest pose alone cannot (every bone along one axis).
+                are twisted where the rest pose alone cannot (every bone along one axis), and about which
+                axes elbows bend.
         """
         found = tuple(roles) if roles is not None else find_roles(skeleton)
         pose = reference_pose(skeleton, found, sample)
@@ -80,6 +84,7 @@ class Character:
             roles=found,
             reference_pose=pose,
             measures=measure(skeleton, found, pose),
+            hinges={} if sample is None else hinges.measured(skeleton, found, pose, sample),
         )
 
     @cached_property
@@ -90,6 +95,11 @@ class Character:
     def joints(self, roles: Sequence[str]) -> list[int]:
         """The joints that have one of these roles, in the order asked, missing ones left out."""
         return [self.joint_of[role] for role in roles if role in self.joint_of]
+
+    def hinge(self, role: str) -> np.ndarray | None:
+        """``(3,)`` the axis in the reference pose of a turn that folds the limb which begins with the joint
+        of this role; None for joints that begin no limb."""
+        return self.hinges.get(role, hinges.HINGES.get(role))
 
     @cached_property
     def mesh(self) -> Mesh | None:

@@ -19,8 +19,12 @@ _ABOVE = 1e-8
 """Weight of the parent's orientation beside the bones: it decides what they leave open."""
 _PULL = 1e-8
 """Weight of the first orientation beside a joint's longest bone: it decides what positions leave open."""
-_STEPS, _GAIN = 20, 1e-5
+_STEPS, _GAIN = 14, 5e-4
 """Steps at most, and the share of the cost that the last one gains."""
+_WARY, _LEAST = 10.0, 1e-6
+"""Damping at the start, for each square metre of cost as a share of all squared bone lengths; at least."""
+_EASE, _CARE, _STUCK = 0.2, 10.0, 1e4
+"""Factors of the damping after a step that gains, and after one that does not; where it ends a frame."""
 _NEAR = 1e-16
 """Share of the sum of all squared bone lengths that is as good as no cost."""
 _AT_ONCE = 100_000
@@ -101,9 +105,13 @@ def refined(tree: Tree, start: np.ndarray, wanted: np.ndarray, hold: float = 0.0
 
 
 def _descend(problem: _Problem, out: np.ndarray) -> None:
-    """Move ``out`` to the least cost, in place; frames that gain no more are left alone."""
+    """Move ``out`` to the least cost, in place; frames that gain no more are left alone.
+
+    Where much of the cost will stay (noise), whole steps go too far. So damping starts in proportion to it.
+    """
     cost, _ = problem.cost(out)
-    damping, open_ = np.full(len(out), 1e-6), np.arange(len(out))
+    damping, open_ = np.maximum(_WARY * cost / problem.size, _LEAST), np.arange(len(out))
+    stuck = _STUCK * damping
     for _ in range(_STEPS):
         open_ = open_[cost[open_] > problem.nothing]
         if not len(open_):
@@ -115,8 +123,9 @@ def _descend(problem: _Problem, out: np.ndarray) -> None:
         gain = cost[open_] - least
         better = gain > 0
         out[open_[better]], cost[open_[better]] = after[better], least[better]
-        damping[open_] *= np.where(better, 0.1, 30.0)
-        done = np.where(better, gain < _GAIN * least + problem.nothing, damping[open_] > 1.0)
+        damping[open_] *= np.where(better, _EASE, _CARE)
+        enough = gain < _GAIN * least + problem.nothing
+        done = np.where(better, enough, damping[open_] > stuck[open_])
         open_ = open_[~done]
 
 
@@ -128,7 +137,8 @@ class _Problem:
         longest = [max((float(tree.lengths[c]) for c in below), default=0.0) for below in tree.children]
         self.scale = np.maximum(longest, NOTHING) ** 2
         self.hold = _PULL * self.scale + hold
-        self.nothing = _NEAR * float(np.square(tree.lengths).sum() + NOTHING**2)
+        self.size = float(np.square(tree.lengths).sum() + NOTHING**2)
+        self.nothing = _NEAR * self.size
 
     def at(self, frames: np.ndarray) -> _Problem:
         part = object.__new__(_Problem)

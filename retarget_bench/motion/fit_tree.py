@@ -8,8 +8,8 @@ import numpy as np
 
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.hinges import FOLDED
 from retarget_bench.motion.skeleton import frozen
-from retarget_bench.motion.transfer import HINGES
 
 NOTHING = 1e-5
 """Metres: a bone shorter than this tells no direction; bones this near to one line tell no twist."""
@@ -88,10 +88,20 @@ def _sight(
     if not own:
         return Sight(own, borrowed, np.zeros(3), 0.0, lent)
     axis, spread = _off_line(bones[list(own)])
-    if len(own) > 1 or len(owns[own[0]]) != 1:
+    bend = _bend(character, joint, owns)
+    if bend is None:
         return Sight(own, borrowed, axis, spread, lent)
-    bend = (own[0], owns[own[0]][0])
     return Sight(own, borrowed, axis, spread, lent, _hinge(character, joint, *bones[list(bend)]), bend)
+
+
+def _bend(character: Character, joint: int, owns: list[tuple[int, ...]]) -> tuple[int, int] | None:
+    """The joints at the ends of an upper and a lower limb: by role, since sleeves and straps may leave them
+    too, else where there is no choice."""
+    own, limb = owns[joint], character.joints(FOLDED.get(character.roles[joint] or "", ()))
+    if len(limb) == 2 and limb[0] in own and limb[1] in owns[limb[0]]:
+        return limb[0], limb[1]
+    alone = len(own) == 1 and len(owns[own[0]]) == 1
+    return (own[0], owns[own[0]][0]) if alone else None
 
 
 def _off_line(bones: np.ndarray) -> tuple[np.ndarray, float]:
@@ -116,12 +126,12 @@ def _borrowed(
 
 def _hinge(character: Character, joint: int, upper: np.ndarray, lower: np.ndarray) -> np.ndarray | None:
     """``(3,)`` unit: of knees and elbows; of four legs, whose joints are folded at rest, by that."""
-    role = character.roles[joint]
-    across = np.cross(upper, lower) / (np.linalg.norm(upper) * np.linalg.norm(lower))
-    if role not in HINGES:
+    axis = character.hinge(character.roles[joint] or "")
+    if axis is None:
         return None
-    if not character.four_legged:
-        along = upper / np.linalg.norm(upper)
-        across = HINGES[role] - along * (along @ HINGES[role])
-    size = float(np.linalg.norm(across))
-    return across / size if size > _FOLDED else None
+    if character.four_legged:
+        axis = np.cross(upper, lower) / (np.linalg.norm(upper) * np.linalg.norm(lower))
+    along = upper / np.linalg.norm(upper)
+    rest = axis - along * (along @ axis)
+    size = float(np.linalg.norm(rest))
+    return rest / size if size > _FOLDED else None

@@ -9,13 +9,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from retarget_bench.motion import rotation
-from retarget_bench.motion.fit_bones import unit
+from retarget_bench.motion import hinges, rotation
 from retarget_bench.motion.fit_tree import NOTHING, Tree
 from retarget_bench.motion.roles import SIDES
 
-_STRAIGHT, _BENT = 0.15, 0.4
-"""Sine of a bend: from where its plane says something of the twist, from where it weighs one."""
 _PARENT = 0.05
 """Weight of no twist against the parent, where the bone points as at rest; none where it points back."""
 _FIRMNESS = 20.0
@@ -97,9 +94,8 @@ class _Choice:
         if sight.hinge is None:
             return np.zeros(len(swung)), np.zeros(len(swung))
         (middle, end), seen = sight.bend, self.seen
-        upper, lower = unit(seen[:, middle] - seen[:, joint]), unit(seen[:, end] - seen[:, middle])
-        normal, axis = np.cross(upper, lower), rotation.rotate(swung, sight.hinge)
-        share = np.clip((np.linalg.norm(normal, axis=1) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0)
+        normal, share = hinges.bend(seen[:, middle] - seen[:, joint], seen[:, end] - seen[:, middle])
+        axis = rotation.rotate(swung, sight.hinge)
         return _HINGE * share, np.arctan2(_dot(np.cross(axis, normal), there), _dot(axis, normal))
 
     def _below(self, joint: int, swung: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

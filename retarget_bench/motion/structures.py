@@ -125,6 +125,7 @@ def reduce(character: Character, name: str) -> Reduction:
         roles=tuple(roles),
         reference_pose=kinematics.local_from_global(skeleton, globals_),
         measures=character.measures,
+        hinges=character.hinges,
     )
     return Reduction(name, character, reduced, tuple(kept))
 

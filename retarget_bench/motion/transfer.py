@@ -12,14 +12,6 @@ from retarget_bench.motion.motion import Motion, Positions
 ESSENTIAL = ("hips",)
 """Roles without which no pose can be carried."""
 
-HINGES = {
-    "left_up_leg": np.array([1.0, 0.0, 0.0]),
-    "right_up_leg": np.array([1.0, 0.0, 0.0]),
-    "left_arm": np.array([0.0, -1.0, 0.0]),
-    "right_arm": np.array([0.0, 1.0, 0.0]),
-}
-"""First joint of a limb -> the axis, in the reference pose, of a turn that folds knee or elbow."""
-
 
 def reason(source: Character, target: Character) -> str | None:
     """None, or why no pose can be carried between these bodies, as a sentence."""

@@ -62,6 +62,7 @@ def reordered(character: Character, order: np.ndarray) -> Character:
         roles=tuple(character.roles[joint] for joint in order),
         reference_pose=character.reference_pose[order],
         measures=character.measures,
+        hinges=character.hinges,
     )
 
 
@@ -162,6 +163,7 @@ def split(character: Character, ends: Sequence[int]) -> tuple[Character, np.ndar
         roles=tuple(roles),
         reference_pose=pose,
         measures=character.measures,
+        hinges=character.hinges,
     )
     return body, place
 
@@ -228,6 +230,7 @@ def merged(motion: Motion, joint: int) -> Motion:
         roles=tuple(roles[j] for j in kept),
         reference_pose=pose[kept],
         measures=character.measures,
+        hinges=character.hinges,
     )
     return Motion(body, rotations[:, kept], motion.root, motion.fps)
 
