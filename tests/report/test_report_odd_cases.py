@@ -1,0 +1,108 @@
+"""Answers that failed or are positions only, one frame, 200 joints, a dog: in reports and in pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from tests.report import odd_folder
+from tests.report.odd_runs import bench, report
+
+POSITIONS, RAISES = "odd_answers", "odd_answers[does=raise]"
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """BVH files, ``runs`` on them, and ``report.html`` with all cases in motion."""
+    root = tmp_path_factory.mktemp("odd")
+    odd_folder.write(root / "bvh", odd_folder.BODIES, odd_folder.CLIPS)
+    odd_folder.ran(root / "bvh", root / "runs", ("copy_rotations", POSITIONS, RAISES), ("cross",))
+    report(root / "runs", "-o", root / "report.html", "--root", root / "bvh")
+    return root
+
+
+@pytest.fixture
+def page(folder, open_page):
+    opened = open_page(folder / "report.html", width=1200)
+    opened.wait_for_selector("#player canvas")
+    return opened
+
+
+def chips(page) -> dict[str, str]:
+    """Figure -> what stands beside its name, in the order in which they are listed."""
+    told = (each.split("\n") for each in page.locator("#player .rp-chip").all_inner_texts())
+    return {name: "".join(rest) for name, *rest in told}
+
+
+def figures(page) -> int:
+    """How many pixels of the player's picture are darker than paper, floor and shadows."""
+    return page.locator("#player .rp-canvas").evaluate(
+        """(canvas) => {
+          const copy = new OffscreenCanvas(canvas.width, canvas.height);
+          const drawn = copy.getContext("2d", { willReadFrequently: true });
+          drawn.drawImage(canvas, 0, 0);
+          const all = drawn.getImageData(0, 0, canvas.width, canvas.height).data;
+          let dark = 0;
+          for (let k = 0; k < all.length; k += 4) dark += Math.min(all[k], all[k + 1], all[k + 2]) < 110;
+          return dark;
+        }"""
+    )
+
+
+def test_every_case_is_drawn_with_all_that_answered(page):
+    titles = page.locator("#cases button").all_inner_texts()
+    assert len(titles) == 12  # of three bodies and two clips
+    for title in titles:
+        page.locator("#cases button", has_text=title).click()
+        clip, bodies = title.removeprefix("▶ ").split(": ")
+        assert page.inner_text("#caption") == f"cross: {clip}, {bodies}"
+        told = chips(page)
+        assert list(told)[:2] == ["source", "reference"]
+        assert told[RAISES] == "failed"
+        assert all(told[each].endswith("%") for each in ("copy_rotations", POSITIONS))
+        assert "out of <b>ideas</b> & 'words'" in page.inner_text("#player")
+        seen = []
+        for label in ("copy_rotations", POSITIONS):
+            page.locator("#method").select_option(label=label)
+            seen.append(figures(page))
+        assert min(seen) > 2000
+        assert seen[1] == pytest.approx(seen[0], rel=0.5)  # solid bodies both
+
+
+def test_a_clip_of_one_frame_can_be_played_and_scrubbed(page):
+    page.locator("#cases button", has_text="still: dog to many").click()
+    assert "1 / 1" in page.inner_text("#player")
+    page.locator("#player .rp-play").click()
+    page.locator("#player .rp-canvas").focus()
+    for key in ("End", "ArrowRight", "Home"):
+        page.keyboard.press(key)
+    assert "1 / 1" in page.inner_text("#player")
+
+
+def test_joints_of_all_bodies_are_drawn_and_failures_are_counted(page):
+    skeletons = page.locator("#chapter-1-joints svg.chart")
+    bones = skeletons.evaluate_all("all => all.map((each) => each.querySelectorAll('.bone').length)")
+    assert set(bones) == {len(joints) - 1 for joints in odd_folder.BODIES.values()}
+    row = page.locator(f'table.results tr[data-row="{RAISES}"]')
+    assert row.locator(".num").all_inner_texts() == ["0/12"]
+    row.locator(".num").click()
+    assert page.locator("#cases tr", has_text="failed: RuntimeError: out of <b>ideas</b>").count() == 12
+
+
+@pytest.mark.parametrize(
+    ("case", "file"),
+    [("person>many/nod", "a.mp4"), ("many>dog/nod", "b.gif"), ("dog>person/still", "c.mp4")],
+)
+def test_clips_and_sheets_of_them(folder, tmp_path, case, file):
+    source = ("--results", folder / "runs", "--root", folder / "bvh")
+    said = bench("render", case, *source, "--size", "640x180", "-o", tmp_path / file)
+    assert f"{RAISES}: failed: RuntimeError: out of <b>ideas</b>" in said
+    assert (tmp_path / file).stat().st_size > 1000
+    bench("render", case, *source, "--size", "1000x200", "-o", tmp_path / "still.png")
+    picture = np.asarray(Image.open(tmp_path / "still.png").convert("RGB"), dtype=int)
+    assert picture.shape == (200, 1000, 3)
+    panels = np.split(picture, 5, axis=1)  # source, reference, three methods
+    dark = [(panel.min(axis=2) < 110)[40:].mean() for panel in panels]
+    assert min(dark[:4]) > 0.01
+    bench("render", case, *source, "--sheet", "--columns", 3, "-o", tmp_path / "sheet.png")
