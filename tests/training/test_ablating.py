@@ -205,6 +205,8 @@ def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monk
         "--test\n",
     )
     assert bench("--test", "toy_wakls")[0] == 2
+    status, _, err = bench("-d", "toy_walks+puppets", "--test", "puppets")
+    assert (status, "several at once are for bench train alone" in err) == (2, True)
     assert not (tmp_path / "train").exists()
 
 
