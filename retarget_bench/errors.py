@@ -29,3 +29,15 @@ class SkeletonError(BenchError):
 
 class NotSupported(BenchError):
     """A request that is well formed but that the named plug-in cannot serve."""
+
+
+class Unusable(BenchError):
+    """What making a clip raises where nothing can be learnt from it. Training goes on without it, and says
+    why."""
+
+    def __init__(self, clip: str, why: str) -> None:
+        super().__init__(f"{clip}: {why}")
+        self.clip, self.why = clip, why
+
+    def __reduce__(self) -> tuple[type[Unusable], tuple[str, str]]:
+        return type(self), (self.clip, self.why)

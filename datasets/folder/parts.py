@@ -7,11 +7,11 @@ from typing import Literal
 
 import numpy as np
 
-from retarget_bench.errors import BenchError
+from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.files import digest
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.lazy import LazyClips, Unusable
+from retarget_bench.training.lazy import LazyClips
 
 Protocol = Literal["all", "split", "train"]
 Part = Literal["test", "validation"]

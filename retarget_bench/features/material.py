@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import Dataset
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.features import windows
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character
@@ -86,7 +86,10 @@ def clips_of(job: Mapping[str, Any]) -> Clips:
     clips = training_clips(dataset(job["dataset"]))[source.lender][character]
     found = {}
     for number in range(len(clips)):
-        seen = windows.channels(clips[number], source.joints)
+        try:
+            seen = windows.channels(clips[number], source.joints)
+        except Unusable:
+            continue
         if len(seen) >= windows.FRAMES:
             found[f"{character}/{clips.names[number]}"] = seen.astype(np.float32)
     return found

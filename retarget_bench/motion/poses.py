@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from typing import Protocol
 
 import numpy as np
 
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.motion import facing, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -43,10 +44,15 @@ def poses(cast: Cast | None, target: Character, most: int) -> np.ndarray:
     share = max(1, most // len(chosen))
     found = []
     for clips, number in chosen:
-        motion = clips[number]
+        try:
+            motion = clips[number]
+        except Unusable:
+            continue
         frames = np.unique(np.linspace(0, motion.frames - 1, min(share, motion.frames)).round().astype(int))
         carried = transfer.carry(motion.at(frames), target, RULE).positions
         found.append(_seen(carried, target))
+    if not found:
+        raise NotSupported(f"no clip that {target.name} could copy can be used")
     return np.concatenate(found)
 
 
@@ -61,9 +67,17 @@ def _usable(cast: Cast, target: Character) -> list[tuple[Clips, int]]:
     found = []
     for mine in own.values():
         for clips in mine.values():
-            if len(clips) and _fits(clips[0].character, target):
+            if (body := _body(clips)) is not None and _fits(body, target):
                 found += [(clips, number) for number in range(len(clips))]
     return found
+
+
+def _body(clips: Clips) -> Character | None:
+    """Of the first clip that can be used."""
+    for number in range(len(clips)):
+        with suppress(Unusable):
+            return clips[number].character
+    return None
 
 
 def _fits(source: Character, target: Character) -> bool:

@@ -7,22 +7,9 @@ from collections.abc import Iterator, Sequence
 from copy import copy
 from typing import Generic, Self, TypeVar, overload
 
-from retarget_bench.errors import BenchError
 from retarget_bench.motion.motion import Motion
 
 Listed = TypeVar("Listed")
-
-
-class Unusable(BenchError):
-    """What making a clip raises where nothing can be learnt from it. Training goes on without it, and says
-    why."""
-
-    def __init__(self, clip: str, why: str) -> None:
-        super().__init__(f"{clip}: {why}")
-        self.clip, self.why = clip, why
-
-    def __reduce__(self) -> tuple[type[Unusable], tuple[str, str]]:
-        return type(self), (self.clip, self.why)
 
 
 class LazyClips(Sequence[Motion], ABC, Generic[Listed]):

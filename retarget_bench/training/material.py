@@ -12,12 +12,11 @@ import numpy as np
 
 from retarget_bench.api import Dataset
 from retarget_bench.catalogue import some
-from retarget_bench.errors import NotSupported
+from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.motion.character import Character
 from retarget_bench.plan import method
 from retarget_bench.spec import Spec
 from retarget_bench.training.clips import Progress, by_character, training_clips
-from retarget_bench.training.lazy import Unusable
 from retarget_bench.training.together import dataset
 from retarget_bench.work import know
 

@@ -12,11 +12,11 @@ from conftest import skeleton, structure_a
 from retarget_bench.api import SPLITS
 from retarget_bench.datasets.folder import Folder
 from retarget_bench.datasets.folder.parts import part_of, unusable
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import BenchError, NotSupported, Unusable
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.poses import poses
 from retarget_bench.training.clips import training_clips
-from retarget_bench.training.lazy import Unusable
 
 CLIPS = [f"take {number}" for number in range(25)]
 
@@ -191,3 +191,17 @@ def test_such_a_file_is_refused_when_it_is_its_turn(two):
     with pytest.raises(Unusable, match=r"^flat: its hips never change their height$"):
         mine[number]
     assert mine[number + 1].frames == 2
+
+
+def test_methods_that_learn_from_training_poses_go_without_it(two):
+    """They find what they find without the file, which comes first; with nothing else they say so."""
+    cast = Folder(str(two), protocol="train").training()
+    target = next(each["Aj"] for each in cast.values() if "Aj" in each)[0].character
+    without = poses(cast, target, 50)
+    bvh.write(two / "Aj" / "flat.bvh", motion((0.3, 0.0, 2.0)), scale=100.0)
+    more = Folder(str(two), protocol="train").training()
+    assert poses(more, target, 50).tolist() == without.tolist()
+    flat = {name: {"Aj": mine["Aj"][:1]} for name, mine in more.items() if "Aj" in mine}
+    assert next(iter(flat.values()))["Aj"].names == ("flat",)
+    with pytest.raises(NotSupported, match="no motion to train on"):
+        poses(flat, target, 50)

@@ -11,11 +11,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench import plan, registry
-from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.errors import BenchError, NotSupported, Unusable
 from retarget_bench.spec import Spec
 from retarget_bench.training import clips, request, together
 from retarget_bench.training.card import manifest
-from retarget_bench.training.lazy import Unusable
 from retarget_bench.training.material import clips_of, gather
 from retarget_bench.training.together import Together, canonical, spec_of
 
