@@ -31,6 +31,7 @@ FARTHEST = 1e5
 """Metres from the origin beyond which no prediction is taken seriously."""
 UNIT_TOLERANCE = 1e-3
 """How far from 1 the length of a predicted quaternion may be; it is then normalised."""
+EMPTY = "there is nothing to answer: the source has no frames"
 
 
 class Invalid(BenchError):
@@ -118,6 +119,8 @@ def declared(method: Method, name: str) -> tuple[str, ...]:
 
 def refusal(method: Method, case: Case) -> str | None:
     """Why a method cannot be asked this case, or None."""
+    if not case.source.frames:
+        return EMPTY
     kind = "motion" if isinstance(case.source, Motion) else "positions"
     accepts = declared(method, "accepts") or ("motion",)
     if kind not in accepts:
@@ -132,6 +135,8 @@ def refusal(method: Method, case: Case) -> str | None:
 
 def verified(answer: object, case: Case) -> Prediction:
     """The answer, if it is a motion of the case's target with its frames and rate; else Invalid."""
+    if not case.source.frames:
+        raise Invalid(EMPTY)
     if not isinstance(answer, Motion | Positions):
         raise Invalid(
             f"returned a {type(answer).__name__}; return target.motion(...) or target.positions(...)"

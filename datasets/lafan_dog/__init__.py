@@ -14,7 +14,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import resampled_frames
 
 from . import training
-from .motions import FPS, Clip, Motions, cut
+from .motions import FPS, SHORTEST, Clip, Motions, cut
 from .takes import DOG, PERSON, SPECIES, Part, Protocol, Takes, find
 
 OWN = (
@@ -188,16 +188,22 @@ class LafanDog:
     @cached_property
     def _motions(self) -> Motions:
         usable = {
-            species: {name: path for name, path in mine.items() if not self._entries[path].problem}
+            species: {name: path for name, path in mine.items() if not self._unusable(path)}
             for species, mine in self._takes.found.items()
         }
         for species, mine in usable.items():
             if not mine:
                 path = next(iter(self._takes.found[species].values()))
-                raise BenchError(
-                    f"no take of a {species} can be read: {path}: {self._entries[path].problem}"
-                )
+                raise BenchError(f"no take of a {species} can be used: {path}: {self._unusable(path)}")
         return Motions(usable)
+
+    def _unusable(self, path: Path) -> str:
+        """Why a take can be no clip, from its header; "" where it can."""
+        entry = self._entries[path]
+        frames = 0 if entry.problem else resampled_frames(entry.frames, entry.fps, FPS)
+        if entry.problem or frames >= SHORTEST:
+            return entry.problem
+        return f"has {frames} frames at {FPS:g} per second; clips have {SHORTEST} or more"
 
     @property
     def _split(self) -> str:
@@ -226,7 +232,7 @@ class LafanDog:
         found = {}
         for species in SPECIES:
             for name, path in self._takes.found[species].items():
-                problem = self._entries[path].problem or self._motions.misfit(species, name)
+                problem = self._unusable(path) or self._motions.misfit(species, name)
                 if problem:
                     found[name] = problem
         return found

@@ -19,6 +19,8 @@ from .takes import DOG, PERSON
 
 FPS = 30.0
 """Of the cases, as in the paper: LAFAN1's own, and every second frame of the dog."""
+SHORTEST = 30
+"""Frames of a take from which it is cut into clips: a second, in which something is done."""
 STRUCTURES = {PERSON: "lafan", DOG: "mann"}
 """Structure of a species: this and the number of joints, as in ``lafan22``."""
 ROUNDING = 1e-3

@@ -234,6 +234,27 @@ def test_files_that_are_broken_or_of_other_bodies_are_left_out_and_told(
     assert "std.bvh" in notes
 
 
+@pytest.mark.parametrize("frames", [1, 5, 29])
+def test_takes_of_less_than_a_second_are_left_out_and_told(
+    archives: Callable[..., Path], bodies: dict[str, Character], frames: int
+) -> None:
+    """One comes first by name: no body is told from it either."""
+    root = archives()
+    names = {info.clip for info in LafanDog(str(root)).cases("retarget", "self")}
+    motion = bodies["person"].motion(*moving(bodies["person"], frames, 1.0, 1.0, 30.0), 30.0)
+    bvh.write(root / "lafan1" / "aiming9_subject1.bvh", motion, scale=100.0)
+    data = LafanDog(str(root))
+    assert {info.clip for info in data.cases("retarget", "self")} == names
+    told = (
+        f"1 takes left out: aiming9_subject1 (has {frames} frames at 30 per second; clips have 30 or more)"
+    )
+    assert told in data.notes
+    for name in PEOPLE:
+        (root / "lafan1" / f"{name}.bvh").unlink()
+    with pytest.raises(BenchError, match=f"no take of a person can be used: .*has {frames} frames"):
+        listed(LafanDog(str(root)))
+
+
 def test_a_part_without_a_take_of_a_species_says_so(archives: Callable[..., Path]) -> None:
     tested = [name for name in PEOPLE if part_of("person", name) == "test"]
     trained = tuple(name for name in PEOPLE if name not in tested)
