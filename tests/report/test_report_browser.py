@@ -109,6 +109,8 @@ def test_a_phone_shows_all_of_it(made, open_page):
     )
     page.wait_for_selector("#player canvas")
     assert sideways(page) <= 0
+    names = page.locator("table.results thead th").first.bounding_box()
+    assert names["width"] < 0.45 * 360  # the numbers beside them are seen
     page.locator(".num").first.tap()
     assert page.locator("#watch").evaluate("each => Math.abs(each.getBoundingClientRect().top) < 40")
     page.locator("summary").evaluate_all("all => all.forEach((each) => (each.parentNode.open = true))")
