@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
-from retarget_bench import panel, records, table
+from retarget_bench import palette, panel, records, table
 from retarget_bench.api import TASKS
 from retarget_bench.grouping import FPS
 from retarget_bench.panel import Panel
@@ -28,6 +29,33 @@ def ranked(places: Iterable[Place]) -> dict[str, Mapping[str, Any]]:
         for label in dict.fromkeys([*order(sections, mains), *sorted(headers)]):
             found.setdefault(label, headers[label])
     return found
+
+
+def everything(roots: Iterable[Path]) -> list[Place]:
+    """All results under some folders, of every task: what ranks, and so colours, are of."""
+    return [place for root in roots for task in TASKS for place in records.find_results(root, task)]
+
+
+def seats(ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[int, bool]]:
+    """Label -> its place among the methods or among the controls, from 0, and whether it is a control.
+
+    ranked: label -> a header of its results, in the order of ``ranked``.
+    """
+    found: dict[str, tuple[int, bool]] = {}
+    counts = {False: 0, True: 0}
+    for label, header in ranked.items():
+        control = bool(header["method"]["control"])
+        found[label] = counts[control], control
+        counts[control] += 1
+    return found
+
+
+def colours(ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+    """Label -> ``#rrggbb``, the same in reports, plots, clips and live: controls are grey."""
+    return {
+        label: palette.control(place) if control else palette.colour(place)
+        for label, (place, control) in seats(ranked).items()
+    }
 
 
 def apart(places: Iterable[Place]) -> list[list[Place]]:

@@ -65,13 +65,11 @@ def page_options(function: F) -> F:
 
 def page(width: str, no_title: bool, roots: Sequence[Path]) -> Page:
     """What ``--width`` and ``--no-title`` ask for, with colours by rank among all results in RESULTS."""
-    from retarget_bench import placing, records
-    from retarget_bench.api import TASKS
+    from retarget_bench import placing
     from retarget_bench.plotting import canvas
 
-    roots = roots or (Path("runs"),)
-    found = [place for root in roots for task in TASKS for place in records.find_results(root, task)]
-    return canvas.Page(canvas.WIDTHS[width], not no_title, placing.ranked(found))
+    ranked = placing.ranked(placing.everything(roots or (Path("runs"),)))
+    return canvas.Page(canvas.WIDTHS[width], not no_title, ranked)
 
 
 def places(

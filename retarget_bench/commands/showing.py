@@ -96,15 +96,19 @@ def scene_of(
     elif ask:
         found = _asked(names[0], methods, dataset, root)
     else:
-        places = finding.results(results or (Path("runs"),), task, dataset, methods)
+        roots = results or (Path("runs"),)
+        places = finding.results(roots, task, dataset, methods)
         having, case_id = finding.case(places, names[0])
         found = scenes.of_case(having, case_id, dataset=_moved(having, root))
+        found = replace(found, colours=finding.colours(roots))
     shown = [figure for figure in found.figures if figure.part not in hidden]
     return replace(found, figures=tuple(shown))
 
 
 def _of_files(names: Sequence[str], root: str | None) -> Scene:
     """A stored prediction is shown with its case; other files as they are."""
+    from dataclasses import replace
+
     from retarget_bench.viewing import finding, scenes
 
     paths = [Path(name) for name in names]
@@ -112,7 +116,8 @@ def _of_files(names: Sequence[str], root: str | None) -> Scene:
     places = [each[0] for each in stored if each is not None]
     if len(places) == len(paths) and len({each[1] for each in stored if each is not None}) == 1:
         assert stored[0] is not None
-        return scenes.of_case(places, stored[0][1], dataset=_moved(places, root))
+        found = scenes.of_case(places, stored[0][1], dataset=_moved(places, root))
+        return replace(found, colours=finding.colours({place.root for place in places}))
     return scenes.of_files(paths)
 
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from retarget_bench import palette
+from retarget_bench import placing
 from retarget_bench.errors import BenchError
 from retarget_bench.files import atomic
 
@@ -114,15 +114,11 @@ def looks(headers: Mapping[str, Mapping[str, Any]], page: Page = PAGE) -> dict[s
     order of the headers.
     """
     found: dict[str, dict[str, Any]] = {}
-    plain, controls = 0, 0
-    for label, header in {**page.ranked, **headers}.items():
-        if header["method"]["control"]:
-            found[label] = {"color": palette.control(controls), "linestyle": "--"}
-            controls += 1
-        else:
-            line = ":" if header["method"]["privileged"] else "-"
-            found[label] = {"color": palette.colour(plain), "linestyle": line}
-            plain += 1
+    known = {**page.ranked, **headers}
+    for label, colour in placing.colours(known).items():
+        method = known[label]["method"]
+        line = "--" if method["control"] else ":" if method["privileged"] else "-"
+        found[label] = {"color": colour, "linestyle": line}
         found[label] |= {"marker": MARKS[len(found) % len(MARKS)], "markersize": 3.5, "linewidth": 1.2}
     return {label: found[label] for label in headers}
 

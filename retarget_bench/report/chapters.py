@@ -193,7 +193,7 @@ def results(roots: Sequence[Path]) -> list[Place]:
     """All that there are, of all tasks. Raises BenchError where a root has none."""
     found: list[Place] = []
     for root in roots:
-        here = [place for each in TASKS for place in records.find_results(root, each)]
+        here = placing.everything([root])
         if not here:
             raise BenchError(f"no results in {root}; bench run --out {root} makes some")
         found += here

@@ -6,7 +6,7 @@ import colorsys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from retarget_bench import palette
+from retarget_bench import palette, placing
 from retarget_bench.report.chapters import Chapter
 from retarget_bench.report.charts import SHADES, Look, look
 
@@ -23,14 +23,10 @@ def looks(chapters: Sequence[Chapter], ranked: Mapping[str, Mapping[str, Any]]) 
     ranked: label -> a header, of all methods that there are results of, in the order of ``placing.ranked``,
     so that a method has its colour on every page and picture of these results.
     """
-    found: dict[str, Look] = {}
-    controls = 0
-    for label, header in ranked.items():
-        if header["method"]["control"]:
-            found[label] = look(0, controls)
-            controls += 1
-        else:
-            found[label] = look(len(found) - controls)
+    found = {
+        label: look(0, place) if control else look(place)
+        for label, (place, control) in placing.seats(ranked).items()
+    }
     return {label: found[label] for chapter in chapters for label in chapter.labels}
 
 

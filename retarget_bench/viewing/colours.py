@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import lru_cache
-from itertools import count
+from itertools import cycle
 
 from retarget_bench import palette
-from retarget_bench.viewing.scene import Scene
+from retarget_bench.viewing.scene import Figure, Scene
 
 Colour = tuple[int, int, int]
 """Red, green and blue, 0 to 255."""
@@ -27,10 +28,20 @@ LEFT, RIGHT = 0.42, 0.62
 
 
 def names(scene: Scene) -> list[str]:
-    """``#rrggbb`` for every figure: the palette's, for predictions and files in their order."""
+    """``#rrggbb`` for every figure: methods' own where the scene knows them; else the palette's, in the
+    order of the figures, those first that no method has."""
     told = {"source": palette.SOURCE, "reference": palette.REFERENCE}
-    rest = (palette.colour(place) for place in count())
-    return [told[figure.part] if figure.part in told else next(rest) for figure in scene.figures]
+    own = {figure: _own(scene.colours, figure) for figure in scene.figures}
+    taken = {colour for colour in own.values() if colour}
+    free = [colour for colour in palette.COLOURS if colour not in taken]
+    rest = cycle(free or palette.COLOURS)
+    return [told.get(figure.part) or own[figure] or next(rest) for figure in scene.figures]
+
+
+def _own(known: Mapping[str, str], figure: Figure) -> str | None:
+    """The colour of a figure's method; all of its seeds have one."""
+    method, seed, number = figure.label.rpartition(", seed ")
+    return known.get(figure.label) or (known.get(method) if seed and number.isdecimal() else None)
 
 
 def colours(scene: Scene) -> list[Colour]:

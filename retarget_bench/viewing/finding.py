@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable, Sequence
+from functools import lru_cache
 from pathlib import Path
 
-from retarget_bench import records, versus
+from retarget_bench import placing, records, versus
 from retarget_bench.errors import BenchError
 from retarget_bench.records import Place
 from retarget_bench.viewing.stored import listed, told
@@ -82,6 +83,22 @@ def matching(ids: Iterable[str], name: str) -> str:
             )
     near = difflib.get_close_matches(name, known, 3, 0.4) or known[:3]
     raise BenchError(f"no case is called {name!r}; near it: {', '.join(map(repr, near))}")
+
+
+def colours(roots: Iterable[Path]) -> dict[str, str]:
+    """Label -> ``#rrggbb`` of every method with results under some folders, as in their reports and plots;
+    {} where they cannot be ranked."""
+    places = placing.everything(roots)
+    try:
+        return _colours(tuple((place, place.header.stat().st_mtime_ns) for place in places))
+    except (BenchError, OSError):
+        return {}
+
+
+@lru_cache(maxsize=8)
+def _colours(places: tuple[tuple[Place, int], ...]) -> dict[str, str]:
+    """Of results that have not changed since they were asked for: who watches a run asks often."""
+    return placing.colours(placing.ranked(place for place, _ in places))
 
 
 def are_files(names: Sequence[str]) -> bool:

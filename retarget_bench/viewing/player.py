@@ -10,8 +10,8 @@ from typing import Any
 
 PAGES = Path(__file__).parent / "pages"
 PARTS = (
-    "packed", "camera", "bodies", "skins", "floor", "faults",
-    "stage", "timeline", "controls", "input", "mount",
+    "packed", "camera", "bodies", "raster", "skins", "floor", "faults",
+    "titles", "stage", "timeline", "controls", "input", "mount",
 )  # fmt: skip
 """The files of the script, in the order in which they stand in one."""
 

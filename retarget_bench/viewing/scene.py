@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -54,6 +55,7 @@ class Scene:
 
     title: for people. case: the id, "" for files. kind: of performance, "" where unknown.
     values: label of a figure -> value id -> number, the case's rows, where there are results.
+    colours: label of a method -> ``#rrggbb``, by its rank among all results; {} for colours by order.
 
     Raises BenchError where figures differ in frames, or none can be shown.
     """
@@ -66,6 +68,7 @@ class Scene:
     kind: str = ""
     ground: Ground = field(default_factory=Ground)
     values: dict[str, dict[str, float]] = field(default_factory=dict)
+    colours: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         lengths = {len(figure.positions) for figure in self.figures if figure.positions is not None}

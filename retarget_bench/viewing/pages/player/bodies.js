@@ -145,17 +145,20 @@ function drawPiece(context, ratio, piece, paint) {
   context.fill();
 }
 
-/* Bodies of one panel, far pieces first; views: of each figure, where some wear their skins. */
-function drawBodies(player, list, views, thin) {
+/* Bodies of one panel, far pieces first; sheet, part: where their skins are, if any wears one. */
+function drawBodies(player, list, thin, sheet, part) {
   const { context, ratio, paint } = player;
   const all = [];
   for (const figure of list) if (!wears(player, figure)) pieces(figure, thin, all);
-  if (list.some((figure) => wears(player, figure))) drawSkins(player, list, views, all);
-  else {
-    all.sort((one, other) => other.away - one.away);
-    for (const piece of all) drawPiece(context, ratio, piece, paint);
-  }
-  context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  all.sort((one, other) => other.away - one.away);
+  const draw = (some) => {
+    for (const piece of some) drawPiece(context, ratio, piece, paint);
+    context.setTransform(ratio, 0, 0, ratio, 0, 0);
+  };
+  if (!part) return draw(all);
+  draw(all.filter((piece) => behind(piece, sheet, part)));
+  drawSkins(context, sheet, part);
+  draw(all.filter((piece) => !behind(piece, sheet, part)));
 }
 
 /* A figure as one flat shape, to be compared with. */

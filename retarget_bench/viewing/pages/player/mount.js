@@ -111,7 +111,7 @@ function start(player) {
   build(player);
   player.shade = shades(player.context);
   player.paint = painter(player);
-  player.flat = flats();
+  player.ink = inks();
   pointers(player);
   keys(player);
   const watched = new ResizeObserver(() => resized(player));

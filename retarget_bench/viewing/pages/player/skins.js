@@ -1,9 +1,9 @@
-/* Skins: triangles that follow the joints by linear blend skinning, flat in the light, the far ones first. */
+/* Skins: triangles that follow the joints by linear blend skinning, smooth in the light. */
 
 const FOLLOWED = 4; // joints that a corner follows
 const WHOLE = 1023; // what its shares sum to
-const TONES = 20; // shades of a colour
-const OVER = 0.5; // pixels by which triangles are larger, so that nothing shines through between them
+const MOST = 13000; // triangles of all skins that are shown; where there are more, all are coarser
+const COARSE = 1500; // triangles of a coarser one
 
 /* Corners [vertex][xyz] and joints [joint][xyz] of the skin's own pose, metres; faces [face][3]; per corner the
    places among the joints of those that it follows, [vertex][4], and their shares, which sum to 1. */
@@ -25,7 +25,75 @@ function readSkin(next, told, step) {
       shares[FOLLOWED * v] -= shares[FOLLOWED * v + k];
     }
   }
-  return { joints, corners, rest, faces: found, followed, shares, over: Math.max(highest(corners) - highest(rest), 0) };
+  return { joints, corners, rest, faces: found, followed, shares, normals: normalsOf(corners, found),
+    over: Math.max(highest(corners) - highest(rest), 0), coarse: null };
+}
+
+/* A skin of at most COARSE triangles, of cells of a grid that are as small as they can be. */
+function coarser(skin) {
+  if (skin.faces.length <= 3 * COARSE) return skin;
+  let small = 0.001, large = 1, best = clustered(skin, large);
+  for (let tries = 0; tries < 12; tries++) {
+    const step = Math.sqrt(small * large), tried = clustered(skin, step);
+    if (tried.faces.length > 3 * COARSE) small = step;
+    else [large, best] = [step, tried];
+  }
+  return best;
+}
+
+/* Corners in the same cell that follow the same joint most are one in their middle, as in packing. */
+function clustered(skin, step) {
+  const { corners, followed, shares, faces } = skin;
+  const places = new Map(), sums = [], first = [];
+  const place = Uint32Array.from({ length: corners.length / 3 }, (_, i) => {
+    const [x, y, z] = corners.subarray(3 * i, 3 * i + 3);
+    const key = [Math.floor(x / step), Math.floor(y / step), Math.floor(z / step), followed[FOLLOWED * i]].join();
+    if (!places.has(key)) {
+      places.set(key, sums.length);
+      sums.push([0, 0, 0, 0]);
+      first.push(i);
+    }
+    const at = places.get(key);
+    [x, y, z, 1].forEach((value, axis) => (sums[at][axis] += value));
+    return at;
+  });
+  const left = [];
+  for (let i = 0; i < faces.length; i += 3) {
+    const [a, b, c] = [place[faces[i]], place[faces[i + 1]], place[faces[i + 2]]];
+    if (a !== b && b !== c && c !== a) left.push(a, b, c);
+  }
+  const middles = Float32Array.from(sums.flatMap(([x, y, z, count]) => [x / count, y / count, z / count]));
+  const kept = (values) => values.constructor.from(
+    first.flatMap((i) => Array.from(values.subarray(FOLLOWED * i, FOLLOWED * (i + 1)))));
+  return { ...skin, corners: middles, faces: Uint32Array.from(left), followed: kept(followed), shares: kept(shares),
+    normals: normalsOf(middles, left) };
+}
+
+/* Lets those who wear skins wear finer or coarser ones, by how many are shown. */
+function dress(figures) {
+  const many = figures.reduce((sum, each) => sum + each.body.skin.faces.length / 3, 0) > MOST;
+  for (const figure of figures) {
+    const { skin } = figure.body;
+    const worn = many ? skin.coarse || (skin.coarse = coarser(skin)) : skin, count = worn.corners.length / 3;
+    if (figure.worn === worn) continue;
+    Object.assign(figure, { worn, surface: new Float32Array(3 * count), onSheet: new Float32Array(4 * count) });
+  }
+}
+
+/* Where the surface looks at each corner, [vertex][xyz] of length 1: the mean of its faces, the larger the more. */
+function normalsOf(corners, faces) {
+  const out = new Float32Array(corners.length);
+  for (let face = 0; face < faces.length; face += 3) {
+    const [i, j, k] = [3 * faces[face], 3 * faces[face + 1], 3 * faces[face + 2]];
+    const [a, b] = [j, k].map((to) => [0, 1, 2].map((axis) => corners[to + axis] - corners[i + axis]));
+    const across = [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+    for (const at of [i, j, k]) across.forEach((value, axis) => (out[at + axis] += value));
+  }
+  for (let at = 0; at < out.length; at += 3) {
+    const length = Math.hypot(out[at], out[at + 1], out[at + 2]) || 1;
+    for (let axis = 0; axis < 3; axis++) out[at + axis] /= length;
+  }
+  return out;
 }
 
 /* The largest y of [place][xyz]. */
@@ -67,19 +135,14 @@ function bindings(figure, time, frames) {
   return out;
 }
 
-/* Corners of a figure's skin at a time between frames, [vertex][xyz] metres. */
-function surfaceAt(figure, time, frames) {
-  const { corners, followed, shares } = figure.body.skin;
-  if (!figure.now) figure.now = new Float32Array(3 * figure.body.parents.length);
-  placeAt(figure, time, frames);
-  const bound = bindings(figure, time, frames);
-  const out = figure.surface || (figure.surface = new Float32Array(corners.length));
+/* Corners of a skin by what takes each of its joints somewhere: out[vertex][xyz]. */
+function blended({ corners, followed, shares }, bound, out) {
   for (let v = 0, at = 0; v < corners.length; v += 3, at += FOLLOWED) {
     const x = corners[v], y = corners[v + 1], z = corners[v + 2];
     let a = 0, b = 0, c = 0;
     for (let k = at; k < at + FOLLOWED; k++) {
       const share = shares[k], m = 12 * followed[k];
-      if (share === 0) continue;
+      if (share === 0) break; // they fall
       a += share * (bound[m] * x + bound[m + 1] * y + bound[m + 2] * z + bound[m + 3]);
       b += share * (bound[m + 4] * x + bound[m + 5] * y + bound[m + 6] * z + bound[m + 7]);
       c += share * (bound[m + 8] * x + bound[m + 9] * y + bound[m + 10] * z + bound[m + 11]);
@@ -89,107 +152,104 @@ function surfaceAt(figure, time, frames) {
   return out;
 }
 
-/* Colours as they are at so much light, 0 to TONES, each made once. */
-function flats() {
-  const made = new Map();
-  return (hex) => {
-    if (!made.has(hex)) {
-      made.set(hex, Array.from({ length: TONES + 1 }, (_, i) => lit(hex, AMBIENT + (DIFFUSE * i) / TONES)));
+/* Corners of a figure's skin at a time between frames, [vertex][xyz] metres. */
+function surfaceAt(figure, time, frames) {
+  const { skin, parents } = figure.body;
+  if (!figure.now) figure.now = new Float32Array(3 * parents.length);
+  placeAt(figure, time, frames);
+  return blended(skin, bindings(figure, time, frames), new Float32Array(skin.corners.length));
+}
+
+/* The same for the eye: to its right, up, and towards it from the middle of what it sees, metres. */
+function turnedTo({ target, cy, sy, cp, sp }, bound) {
+  const axes = [[cy, 0, -sy], [-sy * sp, cp, -cy * sp], [sy * cp, sp, cy * cp]];
+  for (let m = 0; m < bound.length; m += 12) {
+    for (let row = 0; row < 3; row++) bound[m + 4 * row + 3] -= target[row];
+    for (let column = 0; column < 4; column++) {
+      const x = bound[m + column], y = bound[m + 4 + column], z = bound[m + 8 + column];
+      axes.forEach((axis, row) => (bound[m + 4 * row + column] = axis[0] * x + axis[1] * y + axis[2] * z));
     }
-    return made.get(hex);
-  };
-}
-
-/* LIGHT, which is told from the eye, in the world. */
-function lightOf({ cy, sy, cp, sp }) {
-  const [x, y, z] = LIGHT;
-  return [x * cy - y * sp * sy + z * cp * sy, y * cp + z * sp, -x * sy - y * sp * cy + z * cp * cy];
-}
-
-/* Towards where the surface looks at each corner, longer where its faces are larger: faces take their light
-   from there, so that slivers among them do not glitter. */
-function normalsOf(figure, faces, surface) {
-  const out = figure.normals || (figure.normals = new Float32Array(surface.length));
-  out.fill(0);
-  for (let face = 0; face < faces.length; face += 3) {
-    const i = 3 * faces[face], j = 3 * faces[face + 1], k = 3 * faces[face + 2];
-    const ax = surface[j] - surface[i], ay = surface[j + 1] - surface[i + 1], az = surface[j + 2] - surface[i + 2];
-    const bx = surface[k] - surface[i], by = surface[k + 1] - surface[i + 1], bz = surface[k + 2] - surface[i + 2];
-    const x = ay * bz - az * by, y = az * bx - ax * bz, z = ax * by - ay * bx;
-    for (const at of [i, j, k]) out[at] += x, out[at + 1] += y, out[at + 2] += z;
   }
+  return bound;
+}
+
+/* How bright a skin is at each corner, 0 to TONES, into the fourth of out[vertex]; bound: for the eye. */
+function toned({ normals, followed, shares, joints }, bound, out) {
+  const light = new Float32Array(3 * joints.length); // of each joint, as its skin's own pose sees it
+  for (let j = 0; j < joints.length; j++) {
+    for (let axis = 0, m = 12 * j; axis < 3; axis++, m++) {
+      light[3 * j + axis] = bound[m] * LIGHT[0] + bound[m + 4] * LIGHT[1] + bound[m + 8] * LIGHT[2];
+    }
+  }
+  for (let i = 0, v = 0, at = 0; v < normals.length; i++, v += 3, at += FOLLOWED) {
+    let share = 0;
+    for (let k = at; k < at + FOLLOWED; k++) {
+      const l = 3 * followed[k];
+      if (shares[k] === 0) break;
+      share += shares[k] * (normals[v] * light[l] + normals[v + 1] * light[l + 1] + normals[v + 2] * light[l + 2]);
+    }
+    out[4 * i + 3] = TONES * Math.min(Math.max(share, 0), 1);
+  }
+}
+
+/* Corners of a figure on a sheet, [vertex][x, y, nearness, tone]: nearness in pixels per metre. */
+function cornersOn(player, figure, view, fine) {
+  const { worn, onSheet: out } = figure;
+  const bound = turnedTo(view, bindings(figure, player.time, player.scene.frames));
+  const surface = blended(worn, bound, figure.surface);
+  for (let i = 0; 3 * i < surface.length; i++) {
+    const near = view.strength / Math.max(view.eye - surface[3 * i + 2], 0.05 * view.eye);
+    out[4 * i] = fine * (view.middleX + surface[3 * i] * near);
+    out[4 * i + 1] = fine * (view.middleY - surface[3 * i + 1] * near);
+    out[4 * i + 2] = near;
+  }
+  toned(worn, bound, out);
   return out;
 }
 
-/* How bright a face is, 0 to TONES. */
-function toneAt(normals, i, j, k, light) {
-  let share = 0, square = 0;
-  for (let axis = 0; axis < 3; axis++) {
-    const side = normals[i + axis] + normals[j + axis] + normals[k + axis];
-    share += side * light[axis];
-    square += side * side;
-  }
-  return Math.round(TONES * Math.max(share / (Math.sqrt(square) || 1), 0));
-}
-
-/* Faces that look towards the eye: their corners on the screen, how far they are, and their colours. */
-function seenFaces(player, figure, view, found) {
-  const { skin } = figure.body, { faces, followed, joints } = skin;
-  const surface = surfaceAt(figure, player.time, player.scene.frames);
-  const screen = figure.onScreen || (figure.onScreen = new Float32Array((4 * surface.length) / 3));
-  for (let v = 0, p = 0; v < surface.length; v += 3, p += 4) {
-    view.project(surface[v], surface[v + 1], surface[v + 2], screen, p);
-  }
-  const light = lightOf(view), normals = normalsOf(figure, faces, surface);
-  const colours = joints.map((joint) => player.flat(toneOf(player, figure, joint, joint)));
+/* The faces of a figure that look towards the eye. */
+function fillSkin(player, sheet, part, figure) {
+  const { worn: { joints, faces, followed }, onSheet: at } = figure;
+  const colours = joints.map((joint) => player.ink(toneOf(player, figure, joint, joint)));
   for (let i = 0; i < faces.length; i += 3) {
     const a = 4 * faces[i], b = 4 * faces[i + 1], c = 4 * faces[i + 2];
-    const turn = (screen[b] - screen[a]) * (screen[c + 1] - screen[a + 1])
-      - (screen[c] - screen[a]) * (screen[b + 1] - screen[a + 1]);
-    if (turn >= 0) continue; // it looks away: the screen's y points down
-    const tone = toneAt(normals, 3 * faces[i], 3 * faces[i + 1], 3 * faces[i + 2], light);
-    const colour = colours[followed[FOLLOWED * faces[i]]][tone];
-    found.push({ away: (screen[a + 2] + screen[b + 2] + screen[c + 2]) / 3, screen, a, b, c, colour });
+    const turn = (at[b] - at[a]) * (at[c + 1] - at[a + 1]) - (at[c] - at[a]) * (at[b + 1] - at[a + 1]);
+    if (turn < 0) fill(sheet, part, colours[followed[FOLLOWED * faces[i]]], at, a, b, c); // the screen's y points down
   }
 }
 
-/* A corner, so much farther from the middle of its face. */
-function corner(context, screen, at, x, y, first) {
-  const dx = screen[at] - x, dy = screen[at + 1] - y;
-  const more = 1 + OVER / Math.max(Math.hypot(dx, dy), OVER);
-  if (first) context.moveTo(x + dx * more, y + dy * more);
-  else context.lineTo(x + dx * more, y + dy * more);
+/* All skins of all panels, on the sheet. It is written before any of it is copied to the canvas, since a browser
+   would keep what it was for every copy that it has not made yet. */
+function plotSkins(player, plan) {
+  const clad = plan.groups.flat().filter((figure) => wears(player, figure));
+  if (!clad.length) return;
+  dress(clad);
+  const sheet = plan.sheet || (plan.sheet = newSheet(player.width, player.height));
+  sheet.used = 0;
+  sheet.parts = plan.groups.map((group, place) => {
+    let wanted = null;
+    group.forEach((figure, i) => {
+      if (!wears(player, figure)) return;
+      const corners = cornersOn(player, figure, plan.seen[place].views[i], sheet.fine);
+      wanted = joined(wanted, covered(corners, plan.boxes[place], sheet.fine));
+    });
+    if (!wanted) return null;
+    const part = blank(sheet, wanted);
+    for (const figure of group) if (wears(player, figure)) fillSkin(player, sheet, part, figure);
+    return part;
+  });
+  for (const part of sheet.parts) if (part) put(sheet, part);
 }
 
-/* Skins of one panel, and the bones of those that wear none. Neighbours of one colour are one shape. */
-function drawSkins(player, list, views, bones) {
-  const { context, ratio, paint } = player;
-  const all = bones;
-  list.forEach((figure, i) => wears(player, figure) && seenFaces(player, figure, views[i], all));
-  all.sort((one, other) => other.away - one.away);
-  let colour = null;
-  const filled = () => {
-    if (colour !== null) context.fill();
-    colour = null;
-  };
-  for (const each of all) {
-    if (each.figure) {
-      filled();
-      drawPiece(context, ratio, each, paint);
-      context.setTransform(ratio, 0, 0, ratio, 0, 0);
-      continue;
-    }
-    if (each.colour !== colour) {
-      filled();
-      context.fillStyle = colour = each.colour;
-      context.beginPath();
-    }
-    const { screen, a, b, c } = each;
-    const x = (screen[a] + screen[b] + screen[c]) / 3, y = (screen[a + 1] + screen[b + 1] + screen[c + 1]) / 3;
-    corner(context, screen, a, x, y, true);
-    corner(context, screen, b, x, y, false);
-    corner(context, screen, c, x, y, false);
-    context.closePath();
-  }
-  filled();
+/* The skins of one panel, as they are on the sheet. */
+function drawSkins(context, { canvas, fine }, { left, top, wide, bottom }) {
+  const high = bottom - top;
+  context.drawImage(canvas, left, top, wide, high, left / fine, top / fine, wide / fine, high / fine);
+}
+
+/* Whether a bone is behind the skins of its panel, by its middle. */
+function behind({ figure: { screen }, from, to }, { depths, fine }, { left, top, right, bottom, wide, start }) {
+  const half = (i) => (screen[4 * from + i] + screen[4 * to + i]) / 2;
+  const x = Math.floor(fine * half(0)), y = Math.floor(fine * half(1));
+  return x >= left && x < right && y >= top && y < bottom && depths[start + y * wide + x] > half(3);
 }

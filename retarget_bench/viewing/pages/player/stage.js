@@ -141,16 +141,25 @@ function drawHeatKey(player) {
   context.fillText(`0 to ${HEAT_TOP} % of height off the reference`, 12, height - 9);
 }
 
+/* What is seen in a panel now: in the middle of its figures, and of each where all are put into one place. */
+function seenIn(player, plan, place) {
+  const group = plan.groups[place];
+  if (!group[0].positions) return null;
+  const frame = Math.min(Math.round(player.time), player.scene.frames - 1);
+  const view = viewOf(player, plan, place, group, frame);
+  const apart = plan.together && player.show.align;
+  return { view, views: group.map((figure) => (apart ? viewOf(player, plan, place, [figure], frame) : view)) };
+}
+
 function drawPanel(player, plan, place) {
   const { context, scene, show, theme, ratio } = player;
   const frame = Math.min(Math.round(player.time), scene.frames - 1);
   const back = Math.round(scene.fps);
-  const group = plan.groups[place];
-  const view = viewOf(player, plan, place, group, frame);
-  const views = group.map((figure) =>
-    plan.together && show.align ? viewOf(player, plan, place, [figure], frame) : view);
+  const group = plan.groups[place], { view, views } = plan.seen[place];
   drawFloor(context, view, scene.ground, plan.rooms[place].size, theme, ratio);
+  context.globalAlpha = 1 / Math.sqrt(group.length); // many shadows in one place are no hole
   group.forEach((figure, i) => drawShadow(context, views[i], figure, scene.ground, theme));
+  context.globalAlpha = 1;
   group.forEach((figure, i) => {
     if (show.marks) drawFaults(context, views[i], figure, frame, back, scene.ground, theme);
     if (show.contacts) drawContacts(context, views[i], figure, frame, scene.ground, theme);
@@ -161,7 +170,8 @@ function drawPanel(player, plan, place) {
     drawGhost(context, ratio, reference, theme.ghost);
   }
   group.forEach((figure, i) => projected(figure, views[i]));
-  drawBodies(player, group, views, plan.together && group.length > 1 ? 0.55 : 1);
+  const part = plan.sheet && plan.sheet.parts[place];
+  drawBodies(player, group, plan.together && group.length > 1 ? 0.55 : 1, plan.sheet, part);
   if (show.trails) group.forEach((figure, i) => drawTrails(player, views[i], figure, frame, back));
 }
 
@@ -188,78 +198,6 @@ function drawTrails(player, view, figure, frame, back) {
     context.stroke();
   }
   context.globalAlpha = 1;
-}
-
-/* Text that fits, cut where it is too long. Measuring is slow, so that what was found is kept. */
-function fitted(player, text, width) {
-  const { context, plan } = player;
-  const key = context.font + width + text;
-  if (plan.fitted.size > 4000) plan.fitted.clear();
-  if (!plan.fitted.has(key)) {
-    let end = text.length, told = text;
-    while (end > 1 && context.measureText(told).width > width) told = text.slice(0, --end) + "…";
-    plan.fitted.set(key, told);
-  }
-  return plan.fitted.get(key);
-}
-
-function numbers(player, figure, frame) {
-  const told = [];
-  if (figure.part !== "reference" && figure.error) told.push(`${figure.error[frame].toFixed(1)} % off`);
-  else told.push(figure.body.name);
-  if (player.show.marks && figure.part !== "source") {
-    const deep = Math.max(0, ...figure.sunk[frame].map((each) => each.depth));
-    if (deep > 0) told.push(`${(100 * deep).toFixed(1)} cm under the floor`);
-  }
-  return told.join(" · ");
-}
-
-/* Names and numbers of a panel's figures, in its upper left corner. */
-function drawTitles(player, box, group, missing) {
-  const { context, theme, scene, colours } = player;
-  const frame = Math.min(Math.round(player.time), scene.frames - 1);
-  const lines = group.length > 1 || missing.length ? [...group, ...missing] : group;
-  const small = box.w < 170 || lines.length > 1;
-  let y = box.y + 18;
-  for (const figure of lines) {
-    const told = figure.positions ? numbers(player, figure, frame) : figure.status;
-    context.fillStyle = colours[figure.id][0];
-    context.beginPath();
-    context.roundRect(box.x + 10, y - 9, 10, 10, 3);
-    context.fill();
-    context.fillStyle = theme.ink;
-    context.font = `600 ${small ? 12 : 13}px ${theme.font}`;
-    const room = box.w - 34;
-    if (lines.length > 1) {
-      context.fillText(fitted(player, `${figure.label}   ${told}`, room), box.x + 26, y);
-      y += 17;
-      continue;
-    }
-    context.fillText(fitted(player, figure.label, room), box.x + 26, y);
-    context.font = `${small ? 11 : 12}px ${theme.font}`;
-    context.fillStyle = theme.faint;
-    context.fillText(fitted(player, told, room), box.x + 26, y + 16);
-  }
-}
-
-/* Why there is nothing to see, in lines of the panel's width. */
-function drawMessage(player, box, text) {
-  const { context, theme } = player;
-  context.font = `13px ${theme.font}`;
-  context.fillStyle = theme.faint;
-  context.textAlign = "center";
-  const lines = [""];
-  for (const word of text.split(/\s+/)) {
-    const tried = `${lines[lines.length - 1]} ${word}`.trim();
-    if (lines[lines.length - 1] && context.measureText(tried).width > box.w - 32) lines.push(word);
-    else lines[lines.length - 1] = tried;
-  }
-  const most = Math.max(Math.floor((box.h - 80) / 18), 1);
-  if (lines.length > most) lines.splice(most, lines.length, "…");
-  const top = box.y + box.h / 2 - (lines.length - 1) * 9;
-  lines.forEach((line, i) =>
-    context.fillText(fitted(player, line, box.w - 24), box.x + box.w / 2, top + 18 * i));
-  context.textAlign = "left";
 }
 
 /* What is behind all panels, and the lines between them: drawn once, and copied into every picture. */
@@ -291,6 +229,9 @@ function drawStage(player) {
   const plan = player.plan || (player.plan = layout(player));
   context.drawImage(plan.backdrop, 0, 0, width, height);
   for (const figure of scene.shown) placeAt(figure, player.time, scene.frames);
+  plan.seen = plan.groups.map((_, place) => seenIn(player, plan, place));
+  plotSkins(player, plan);
+  const frame = Math.min(Math.round(player.time), scene.frames - 1);
   plan.boxes.forEach((box, i) => {
     const group = plan.groups[i];
     context.save();
@@ -299,7 +240,9 @@ function drawStage(player) {
     context.clip();
     if (group[0].positions) drawPanel(player, plan, i);
     else drawMessage(player, box, group[0].message || `This figure is ${group[0].status}.`);
-    drawTitles(player, box, group, plan.missing);
+    const all = [...group, ...plan.missing];
+    if (all.length > 1) drawTitles(player, box, all, frame);
+    else drawTitle(player, box, all[0], frame);
     context.restore();
   });
   if (!plan.boxes.length) drawMessage(player, { x: 0, y: 0, w: width, h: height }, "No figure is chosen.");

@@ -1,0 +1,40 @@
+"""One rule of colours: a method has that of its rank, in clips, live and pages as in reports and plots."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from retarget_bench import palette, placing
+from retarget_bench.commands.showing import scene_of
+from retarget_bench.viewing import finding, scenes
+from retarget_bench.viewing.colours import names
+from retarget_bench.viewing.shelf import Shelf
+from tests.viewing.small_runs import CASE, ran
+
+
+def test_methods_keep_the_colour_of_their_rank_whoever_is_shown_and_in_which_order(tmp_path):
+    ran(tmp_path, "copy", "far")
+    ranked = list(placing.ranked(placing.everything([tmp_path])))
+    wanted = {label: palette.colour(place) for place, label in enumerate(ranked)}
+    assert len(set(wanted.values())) == 2
+    for methods in ((), tuple(ranked), tuple(reversed(ranked)), ranked[1:]):
+        scene = scene_of([CASE], results=[tmp_path], methods=methods)
+        told = dict(zip([figure.label for figure in scene.figures], names(scene), strict=True))
+        assert told.pop("source") == palette.SOURCE
+        assert told.pop("reference") == palette.REFERENCE
+        assert told == {label: wanted[label] for label in methods or ranked}
+    shelf = Shelf([tmp_path])
+    shelf.look()
+    assert shelf.scene(CASE).colours == wanted
+
+
+def test_seeds_share_a_colour_and_who_has_no_rank_takes_one_that_is_free(tmp_path):
+    places = ran(tmp_path, "copy", "far")
+    having, case = finding.case(places, CASE)
+    scene = scenes.of_case(having, case)
+    first, second = (figure.label for figure in scene.figures[2:])
+    assert names(scene)[2:] == [palette.colour(0), palette.colour(1)], "by order where nobody ranked"
+    seeded = replace(scene.figures[2], label=f"{first}, seed 2")
+    ranked = replace(scene, figures=(*scene.figures, seeded), colours={first: palette.colour(0)})
+    assert second not in ranked.colours
+    assert names(ranked)[2:] == [palette.colour(0), palette.colour(1), palette.colour(0)]
