@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from tqdm import tqdm
 
 from retarget_bench import (
     marks,
@@ -185,7 +186,8 @@ def chapters(
         chosen = _of_methods(chosen, methods)
     groups = placing.apart(chosen)
     layout.check(groups, columns)
-    made = (_chapter(places, data, columns) for places in groups)
+    bar = tqdm(groups, desc="reading results", unit="chapter", leave=False, disable=None)
+    made = (_chapter(places, data, columns) for places in bar)
     return [chapter for chapter in made if chapter is not None]
 
 

@@ -76,9 +76,18 @@ def _script() -> str:
     return f'(() => {{\n"use strict";\n{parts}\n}})();\n'
 
 
+ASKS = {
+    "reconstruct": "Asked for was the source again, on its own body.",
+    "denoise": "Asked for was the clean motion, the reference, behind a source with noise.",
+    "upsample": "Asked for was all of a body's motion, the reference, of which the source has some joints.",
+}
+"""What derived tasks ask for, since the page begins with what retargeting does."""
+
+
 def _chapter(chapter: Chapter, looked: dict[str, Look]) -> dict[str, Any]:
     return {
         "title": chapter.title,
+        "asks": ASKS.get(chapter.kind, ""),
         "tables": chapter.tables,
         "pictures": pictures(chapter, looked),
         "legend": [(label, _sample(looked[label])) for label in chapter.labels],
