@@ -29,6 +29,8 @@ STAND_INS = {"plant_recall": ("contact_recall",), "plant_precision": ("contact_p
 """Value id -> what is shown instead where no case has it: contacts by speed where none are known truly."""
 WHERE_KNOWN = frozenset(["touch_gap"])
 """Usual columns that nobody misses where a data set does not know them."""
+_DUST, _ROUNDING = 1e-6, 1e-5
+"""Numbers that are rounding: of this size, or by this share of the column's largest."""
 
 Values = Mapping[str, Mapping[str, Any]]
 
@@ -204,10 +206,15 @@ def _present(found: Iterable[Section]) -> set[str]:
 
 # --------------------------------------------------------------------------------------------- numbers
 def _numbers(found: Sequence[Section], key: str) -> list[float]:
-    """Those of the ranked methods, which decide how a column is written; of all where none is ranked."""
+    """Those of the ranked methods, which decide how a column is written; of all where these have none.
+
+    A number is none where it is rounding beside the others: single precision is what predictions keep.
+    """
     scores = [score for section in found for score in section.scores]
-    ranked = [number for score in scores if not score.unranked for number in _number(score, key)]
-    return ranked or [number for score in scores for number in _number(score, key)]
+    numbers = [(score.unranked, abs(number)) for score in scores for number in _number(score, key)]
+    dust = max(_DUST, _ROUNDING * max((size for _, size in numbers), default=0.0))
+    ranked = [size for unranked, size in numbers if not unranked and size > dust]
+    return ranked or [size for _, size in numbers if size > dust]
 
 
 def _number(score: Score, key: str) -> list[float]:
@@ -219,8 +226,8 @@ def _number(score: Score, key: str) -> list[float]:
 
 
 def _decimals(numbers: Sequence[float]) -> int:
-    """As many as show three significant digits of the column's typical number (dust aside)."""
-    sizes = sorted(abs(number) for number in numbers if abs(number) > 1e-9)
+    """As many as show three significant digits of the column's typical number; two for zeros alone."""
+    sizes = sorted(numbers)
     sizes = [size for size in sizes if size > 1e-3 * sizes[-1]]
     if not sizes:
         return 2

@@ -65,6 +65,32 @@ def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
     assert "two clips were dropped" in made.notes
 
 
+@pytest.mark.parametrize(
+    ("exact", "others", "text"),
+    [
+        (0.0, [2.31375], "2.31"),
+        (8e-7, [2.31375, 1.325], "2.31"),  # positions in single precision, in centimetres
+        (8e-7, [0.04412], "0.0441"),
+        (0.0, [], ""),
+        (8e-7, [], ""),
+    ],
+)
+@pytest.mark.parametrize("ranked", [True, False])
+def test_exact_answers_do_not_decide_how_many_decimals_others_have(tmp_path, exact, others, text, ranked):
+    """The exact one is ranked; the others are, or were not answered by all."""
+    clips = [("a>b", f"c{n}") for n in range(20)]
+    places = [store(tmp_path, "intra", "exact", [(*c, {"mpjpe_h.world": exact}) for c in clips])]
+    for number, value in enumerate(others):
+        rows = [(*c, {"mpjpe_h.world": value}) for c in clips]
+        places.append(store(tmp_path, "intra", f"other{number}", rows, control=not ranked))
+    (made,) = table.tables(summary.sections(places), ["mpjpe_h.world"])
+    cells = {row.label: row.cells[0].text for row in made.groups[0].rows}
+    zero = cells["exact"]
+    assert float(zero) == 0.0
+    assert zero == f"{0.0:.{len(text.partition('.')[2]) or 2}f}"
+    assert cells.get("other0", "") == text
+
+
 def test_without_a_reference_the_source_stands_in(tmp_path):
     own = store(tmp_path, "self", "m", [("a>a", "c1", {"ratio": 1.2})])
     other = store(tmp_path, "cross", "m", [("a>b", "c1", {"ratio_src": 2.0})])
