@@ -54,8 +54,8 @@ def pairs(chapter: Chapter, looks: Looks) -> Picture | None:
     return Picture(
         "pairs",
         "By pair of bodies",
-        f"{main.label[:1].upper()}{main.label[1:]} by source (rows) and target (columns): {bodies}.{also} Numbers say the same as the "
-        "colours; what is empty was not asked, or not answered.",
+        f"{main.label[:1].upper()}{main.label[1:]} by source (rows) and target (columns): {bodies}.{also} "
+        "Numbers say the same as the colours; what is empty was not asked, or not answered.",
         by_split([("", [each for label in chapter.labels if (each := _map(label, squares, highest))])]),
         size="middle",
         scale=f"{highest:.3g}{unit_text(main.unit)} and more",

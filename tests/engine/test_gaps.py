@@ -143,6 +143,15 @@ def test_columns_that_no_case_has_are_named_below(tmp_path):
     assert sentence.startswith("intra: not shown are world")
 
 
+def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(tmp_path):
+    values = {**VALUES, "touch_gap": VALUES["ratio"] | {"label": "gap", "needs": ["touches"]}}
+    place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", WORLD)]), values=values)
+    assert "gap" not in " ".join(cells_of([place], table.FIRST_SIGHT)["group"].absent)
+    assert "not shown are gap" in " ".join(
+        cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].absent
+    )
+
+
 def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):
     timed = store(tmp_path, "intra", "timed", [("a>b", "c1", WORLD)])
     timed.timing.write_text("case,frames,seconds\nx,100,2\n")
