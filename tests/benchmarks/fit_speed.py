@@ -116,8 +116,11 @@ def to_and_fro(motion: Motion, frames: int) -> np.ndarray:
 
 def speed(frames: int, repeats: int) -> None:
     motion = max(clips(), key=lambda each: len(each.skeleton))
-    noise = 0.005 * np.random.default_rng(1).normal(size=(frames, len(motion.skeleton), 3))
-    places = {"exact": to_and_fro(motion, frames), "5 mm of noise": to_and_fro(motion, frames) + noise}
+    noise, true = (
+        np.random.default_rng(1).normal(size=(frames, len(motion.skeleton), 3)),
+        to_and_fro(motion, frames),
+    )
+    places = {"exact": true, "5 mm of noise": true + 0.005 * noise, "30 cm of noise": true + 0.3 * noise}
     for kind, seen in places.items():
         taken: dict[str, list[float]] = {name: [] for name in SOLVERS}
         for _ in range(repeats):
