@@ -44,7 +44,7 @@ def chosen(chapters: Sequence[Chapter], most: int, asked: Sequence[str] = ()) ->
         for case, info in enumerate(split.panel.cases)
         if info.id in asked
     ]
-    queues = [[(c, s, case) for case in order(split)] for c, s, split in splits]
+    queues = [[(c, s, case) for case in order(split, most)] for c, s, split in splits]
     for turn in range(max(map(len, queues), default=0)):
         for queue in queues:
             if len(found) >= most:
@@ -54,18 +54,18 @@ def chosen(chapters: Sequence[Chapter], most: int, asked: Sequence[str] = ()) ->
     return found
 
 
-def order(split: Split) -> list[int]:
-    """The cases of a split that any method answered, in the order in which they are chosen; all, as they
-    come, where none was answered: their sources can be seen, and why there is no answer."""
+def order(split: Split, most: int | None = None) -> list[int]:
+    """The cases of a split that any method answered, in the order in which they are chosen, so many of
+    them; of all where none was answered: their sources can be seen, and why there is no answer."""
     badness = _badness(split)
     if np.isnan(badness).all():
-        return list(range(len(badness)))
+        badness = np.zeros(len(badness))
     by_badness = [int(case) for case in np.argsort(badness, kind="stable") if not np.isnan(badness[case])]
     last = max(1, len(by_badness) - 1)
     left = {case: place / last for place, case in enumerate(by_badness)}
     shown: Counter[str] = Counter()
     found: list[int] = []
-    while left:
+    while left and len(found) != most:
         wanted = WANTED[len(found) % len(WANTED)]
         case = min(left, key=lambda each: _cost(split, each, abs(left[each] - wanted), shown))
         shown.update(_traits(split, case))
