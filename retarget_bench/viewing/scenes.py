@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -41,8 +41,13 @@ def of_case(places: Sequence[Place], case_id: str, *, dataset: Spec | None = Non
     return of_told(having, case_id, dataset)
 
 
-def of_told(having: Sequence[Told], case_id: str, dataset: Spec | None = None) -> Scene:
-    """Likewise of results that were read already, all of which list the case."""
+def of_told(
+    having: Sequence[Told],
+    case_id: str,
+    dataset: Spec | None = None,
+    colours: Mapping[str, str] | None = None,
+) -> Scene:
+    """Likewise of results that were read already, all of which list the case. colours: of methods."""
     first = having[0]
     spec = dataset or first.dataset
     data = plan.dataset(registry.canonical("datasets", spec), first.task)
@@ -52,7 +57,7 @@ def of_told(having: Sequence[Told], case_id: str, dataset: Spec | None = None) -
     for label, each in zip(distinct([each.label for each in having], KNOWN), having, strict=True):
         figures.append(_answer(label, case, _outcome(each, case, data)))
         values[label] = each.values(case_id)
-    return _scene(case, figures, values)
+    return replace(_scene(case, figures, values), colours=colours or {})
 
 
 def of_case_asked(dataset: Spec, split: str | None, case_id: str, methods: Sequence[Spec]) -> Scene:

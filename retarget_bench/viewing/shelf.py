@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from retarget_bench import plan, records, registry
@@ -58,10 +58,8 @@ class Shelf:
             each for each in having if (each.place.dataset, each.place.task) == (first.dataset, first.task)
         ]
         spec = self.data or having[0].dataset
-        found = scenes.of_told(
-            same, case, spec if self.root is None else spec.with_parameters(root=self.root)
-        )
-        return replace(found, colours=finding.colours(self.roots))
+        data = spec if self.root is None else spec.with_parameters(root=self.root)
+        return scenes.of_told(same, case, data, finding.colours(self.roots))
 
     def _places(self) -> list[Place]:
         """Finished results, then those that are being made."""

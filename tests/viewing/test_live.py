@@ -59,7 +59,7 @@ def test_data_may_lie_elsewhere_than_usual(tmp_path, monkeypatch):
     ran(tmp_path, "copy")
     asked = []
     monkeypatch.setattr(
-        "retarget_bench.viewing.scenes.of_told", lambda told, case, data: asked.append(data)
+        "retarget_bench.viewing.scenes.of_told", lambda told, case, data, colours: asked.append(data)
     )
     shelf = Shelf([tmp_path], root="elsewhere")
     shelf.look()

@@ -52,6 +52,23 @@ def test_it_fits_a_phone(mounted, dark):
         assert min(box["width"], box["height"]) >= 24
 
 
+@pytest.mark.parametrize(("width", "words"), [(360, "under"), (1000, "under the floor")])
+def test_how_deep_a_figure_is_can_be_read_in_narrow_panels_too(mounted, width, words):
+    opened = mounted(width=width)
+    opened.evaluate("""() => {
+        window.said = [];
+        const letters = CanvasRenderingContext2D.prototype.fillText;
+        CanvasRenderingContext2D.prototype.fillText = function (text, ...where) {
+            said.push(text);
+            letters.call(this, text, ...where);
+        };
+        view.seek(9);
+    }""")
+    until(opened, "said.length > 0")
+    told = opened.evaluate("said")
+    assert any(re.fullmatch(rf"\d+\.\d cm {words}", each) for each in told), told
+
+
 def luminance(hex_colour: str) -> float:
     """Relative luminance as WCAG 2 defines it."""
     channels = [int(hex_colour[i : i + 2], 16) / 255 for i in (1, 3, 5)]
