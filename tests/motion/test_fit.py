@@ -151,8 +151,7 @@ def test_one_bone_that_is_longer_moves_what_hangs_below_it_along():
 @pytest.mark.parametrize("name", ["t_pose", "along_x", "h36m17", "dog21"])
 def test_noise_leaves_no_more_than_the_truth_would(name, noise):
     """The true pose, moved to where the noise put the root, is a candidate: the fit is no farther away."""
-    motion = wiggle(BODIES[name], 60)
-    seen = noisy(motion, noise)
+    seen = noisy(motion := wiggle(BODIES[name], 60), noise)
     truth = motion.positions + (seen[:, :1] - motion.positions[:, :1])
     allowed = np.sqrt(np.square(seen - truth).sum(axis=-1).mean())
     found = np.sqrt(np.square(refitted(motion, seen).residual.distances).mean())
@@ -185,19 +184,17 @@ def test_under_much_noise_no_more_is_left_than_scipy_leaves():
     """Steps that are right for small residuals go too far here; SciPy has a trust region for that."""
     motion = dance(body(spines=1))
     tree, seen = Tree.of(motion.character), noisy(motion, 0.15)[[8, 24]]
-    start = fit_bones.first(tree, seen)
-    inner = [joint for joint, below in enumerate(tree.children) if below]
+    start, inner = fit_bones.first(tree, seen), [j for j, below in enumerate(tree.children) if below]
 
     def distances(vectors: np.ndarray, frame: int) -> np.ndarray:
         turned = start[frame].copy()
         turned[inner] = rotation.from_rotation_vector(vectors.reshape(-1, 3))
         return (tree.places(turned[None], seen[frame : frame + 1, 0])[0] - seen[frame]).ravel()
 
-    found = fit_bones.refined(tree, start, seen)
     vectors = rotation.to_rotation_vector(start[:, inner]).reshape(2, -1)
-    best = [least_squares(distances, vectors[frame], args=(frame,), ftol=1e-4) for frame in range(2)]
-    left = np.square(tree.places(found, seen[:, 0]) - seen).sum()
-    assert left < 1.05 * sum(2.0 * each.cost for each in best)
+    best = sum(least_squares(distances, vectors[k], args=(k,), ftol=1e-4).cost for k in range(2))
+    left = np.square(tree.places(fit_bones.refined(tree, start, seen), seen[:, 0]) - seen).sum()
+    assert left < 1.05 * 2.0 * best
 
 
 def test_a_step_is_that_of_the_whole_system():
