@@ -63,7 +63,12 @@ def _size(ctx: click.Context, param: click.Parameter, text: str | None) -> tuple
 @click.option("--every", type=click.IntRange(1), metavar="N", help="Every N-th frame of the motion.")
 @click.option("--start", type=click.FloatRange(0), default=0.0, metavar="SECONDS", help="From here.")
 @click.option("--end", type=click.FloatRange(0), metavar="SECONDS", help="To here. [default: all]")
-@click.option("--frame", type=click.IntRange(0), metavar="N", help="Of a still. [default: the middle]")
+@click.option(
+    "--frame",
+    type=click.IntRange(1),
+    metavar="N",
+    help="Of a still, counted from 1 as in the player. [default: the middle]",
+)
 def command(
     names: tuple[str, ...],
     output: Path,
@@ -137,9 +142,9 @@ def _one(scene: Scene, frames: Sequence[int], frame: int | None) -> int:
     """The frame of a still. Raises BenchError for one that there is not."""
     if frame is None:
         return frames[len(frames) // 2]
-    if frame >= scene.frames:
-        raise BenchError(f"{scene.title} has no frame {frame}; its last is {scene.frames - 1}")
-    return frame
+    if frame > scene.frames:
+        raise BenchError(f"{scene.title} has no frame {frame}; its last is {scene.frames}")
+    return frame - 1
 
 
 def _still(output: Path, scene: Scene, look: Look, frame: int) -> str:
@@ -147,7 +152,7 @@ def _still(output: Path, scene: Scene, look: Look, frame: int) -> str:
     from retarget_bench.viewing.drawing import Picture
 
     clips.write_still(output, Picture(scene, look, [frame]).at(frame))
-    return f"frame {frame}, {look.size[0]} x {look.size[1]} pixels"
+    return f"frame {frame + 1}, {look.size[0]} x {look.size[1]} pixels"
 
 
 def _sheet(

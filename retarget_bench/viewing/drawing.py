@@ -228,8 +228,7 @@ class Picture:
             pen.text((left, top), f"{name}  {now}", INK, letters)
 
     def _clock(self, frame: int) -> str:
-        last = self.scene.frames - 1
-        return f"frame {frame} of {last} · {frame / self.scene.fps:.2f} s"
+        return f"frame {frame + 1} of {self.scene.frames} · {frame / self.scene.fps:.2f} s"
 
 
 # ------------------------------------------------------------------------------------- parts of pictures

@@ -150,9 +150,9 @@ def test_a_case_becomes_a_clip_and_what_failed_is_told(runs, tmp_path, capsys):
 @pytest.mark.parametrize("name", [CASE, case_file(CASE), "small>tall"])
 def test_a_case_goes_by_its_id_its_file_or_a_part_of_it(runs, tmp_path, capsys, name):
     path = tmp_path / "still.png"
-    status, out, _ = bench(capsys, name, "-r", runs, "-m", "toy_method", "-o", path, *SMALL, "--frame", "2")
+    status, out, _ = bench(capsys, name, "-r", runs, "-m", "toy_method", "-o", path, *SMALL, "--frame", "3")
     assert status == 0
-    assert "frame 2, 160 x 120 pixels" in out
+    assert "frame 3, 160 x 120 pixels" in out
     assert Image.open(path).size == (160, 120)
 
 
@@ -186,7 +186,7 @@ def test_files_and_sheets(tmp_path, capsys):
         (("waltz", "-o", "x.png"), "no case is called 'waltz'; near it: 'toy_moves/"),
         ((CASE, "-o", "x.avi"), "clips are .mp4, .gif, .webp and stills .png"),
         ((CASE, "-o", "x.gif", "--sheet"), "a sheet is a still; end the name in .png"),
-        ((CASE, "-o", "x.png", "--frame", "12"), "has no frame 12; its last is 11"),
+        ((CASE, "-o", "x.png", "--frame", "13"), "has no frame 13; its last is 12"),
         ((CASE, "-o", "x.png", "--size", "big"), "a size is WIDTHxHEIGHT"),
         ((CASE, "-o", "x.png", "--size", "3x3"), "cannot be drawn"),
         ((CASE, "-o", "x.png", "-m", "toy_methode"), "there are those of toy_method"),
