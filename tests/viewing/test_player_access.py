@@ -3,14 +3,19 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from acted import hostile, scene
+from acted import acted, figure, hostile, scene
 from playing import SHOWN, button, until
+from viewing_toys.toy_moves import PERSON, body
 
+from retarget_bench import palette
 from retarget_bench.viewing import player
+
+EVERY = palette.COLOURS + palette.CONTROLS + (palette.SOURCE, palette.REFERENCE)
 
 
 def test_it_starts_by_itself_only_where_motion_is_welcome(mounted):
@@ -91,6 +96,24 @@ def test_letters_and_edges_stand_out(front, back, least, scheme):
     colours = dict(re.findall(r"--rp-([a-z-]+): (#[0-9a-f]{6})\b", css))
     lights = sorted(luminance(colours[name]) + 0.05 for name in (front, back))
     assert lights[1] / lights[0] >= least
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_colours_of_figures_stand_out_from_all_that_is_behind_their_swatches(mounted, scheme):
+    person = body("S", PERSON, 1)
+    figures = [
+        figure(f"m{k}", "prediction", acted(person), acted(person, lean=0.1)) for k in range(len(EVERY))
+    ]
+    options = {"colours": {each.label: colour for each, colour in zip(figures, EVERY, strict=True)}}
+    opened = mounted(replace(scene(), figures=tuple(figures)), options=options, color_scheme=scheme)
+    swatches = opened.locator(".rp-swatch").evaluate_all("all => all.map((e) => e.style.backgroundColor)")
+    assert len(swatches) > len(EVERY), "of figures and of worst frames"
+    style = "(name) => getComputedStyle(document.querySelector('.rp')).getPropertyValue('--rp-' + name)"
+    for name in ("paper", "band", "stage"):
+        behind = luminance(opened.evaluate(style, name)) + 0.05
+        for each in swatches:
+            told = luminance("#{:02x}{:02x}{:02x}".format(*map(int, re.findall(r"\d+", each)))) + 0.05
+            assert max(told, behind) / min(told, behind) >= 3, (each, name)
 
 
 def test_every_part_of_the_script_is_in_it_and_every_rule_stays_inside():

@@ -2,6 +2,7 @@
 
 const SHOWN = { overlay: false, align: false, ghost: false, heat: false, trails: false, contacts: true, marks: true,
   size: false, follow: true, skins: false };
+const CONTRAST = 3; // WCAG 2, of what is no text
 
 function listen(player, target, name, action, passive) {
   const options = { signal: player.stop.signal, passive: passive !== false && name.startsWith("touch") };
@@ -80,13 +81,13 @@ function changed(player) {
   redraw(player);
 }
 
-/* Colours that stand out from the stage: of names, of left sides and of right sides. */
+/* Colours that stand out from all that is behind them: of names and curves, of left sides and of right sides. */
 function recolour(player) {
   player.theme = themeOf(player.root);
   const given = player.options.colours || {};
   player.colours = player.scene.figures.map((figure) => {
     const asked = Object.hasOwn(given, figure.label) ? given[figure.label] : figure.colour;
-    const colour = readable(asked, player.theme.stage, 2.6);
+    const colour = readable(readable(asked, player.theme.stage, CONTRAST), player.theme.band, CONTRAST);
     const lit = luminance(colour) < 0.03 ? mixed(colour, "#ffffff", 0.2) : colour; // else black all over
     return [colour, lit, mixed("#000000", lit, RIGHT_DIMMED)];
   });

@@ -5,7 +5,7 @@ const TITLE = 40; // pixels above a figure, for its name and numbers
 /* Colours of the picture, from the style sheet, so that they follow the scheme of the page. */
 function themeOf(root) {
   const style = getComputedStyle(root);
-  const names = ["stage", "stage-far", "ink", "faint", "grid", "shadow", "contact", "contact-edge",
+  const names = ["stage", "stage-far", "band", "ink", "faint", "grid", "shadow", "contact", "contact-edge",
     "slide", "sunk", "line", "ghost"];
   const theme = {};
   for (const name of names) {
