@@ -24,6 +24,21 @@ SURFACE = """async (frames) => {
     return { faces: [...faces], places: frames.map(surface) };
 }"""
 
+RED = """(share) => {
+    const shown = document.querySelector(".rp-canvas"), { width, height } = shown;
+    const strip = Math.ceil(share * width);
+    const canvas = Object.assign(document.createElement("canvas"), { width, height });
+    const context = canvas.getContext("2d", { willReadFrequently: true });
+    context.drawImage(shown, 0, 0);
+    let seen = 0;
+    for (const x of [0, width - strip]) {
+        const { data } = context.getImageData(x, Math.round(height / 5), strip, Math.round(height * 4 / 5));
+        for (let at = 0; at < data.length; at += 4) if (data[at] > 40 + 2 * data[at + 1]) seen++;
+    }
+    return seen;
+}"""
+"""Pixels that are red, in so much of the picture's width at its left and at its right."""
+
 
 def ball(rings: int, joints: int = 1) -> Mesh:
     """A sphere of radius 1 around the origin; its halves left and right follow the joints 0 and 1."""
@@ -73,6 +88,25 @@ def test_they_are_shown_in_place_of_bones_where_a_scene_has_any(mounted):
         opened.keyboard.press("k")
     opened.evaluate("show(1).ready")
     assert button(opened, "Skins").count() == 0, "no body of this scene has a skin"
+
+
+@pytest.mark.parametrize("name", ["Reset view", "Side"])
+def test_panels_have_room_for_what_skins_are_beside_joints(mounted, name):
+    made = clad_scene()
+    moved = made.figures[0].motion
+    mesh = moved.character.mesh
+    places = mesh.vertices.copy()
+    places[-6:-3] += [[0.0, 0.0, 2.0], [0.0, 0.5, 2.0], [0.0, 0.0, 0.0]]
+    places[-3:] += [[2.0, 0.0, 0.0], [2.0, 0.5, 0.0], [0.0, 0.0, 0.0]]
+    long = replace(moved.character, skin=lambda: replace(mesh, vertices=places))
+    wide = figure("long", "motion", replace(moved, character=long))
+    options = {"colours": {"long": "#d00000"}}
+    opened = mounted(replace(made, figures=(wide,)), options=options, skins=True, width=400)
+    button(opened, "Skins").click()
+    button(opened, name).click()
+    frame(opened)
+    assert opened.evaluate(RED, 0.5) > 500
+    assert opened.evaluate(RED, 0.004) == 0
 
 
 def test_nobody_pays_for_skins_without_asking():

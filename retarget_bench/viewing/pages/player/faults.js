@@ -23,25 +23,29 @@ function smoothPath(figure, frames, fps, ground) {
   return path;
 }
 
-/* Metres: how high a figure reaches above the floor, and how far sideways of its path. */
+/* Metres: how high a figure reaches above the floor, and how far sideways of its path, with its skin, too. */
 function reach(figure, frames, ground) {
   const { positions, path } = figure;
   const joints = figure.body.parents.length;
-  let up = 0, wide = 0;
+  const around = figure.turns ? figure.body.skin.around : new Map();
+  let up = 0, wide = 0, worn = 0;
   for (let frame = 0; frame < frames; frame++) {
     for (let joint = 0; joint < joints; joint++) {
       const at = 3 * (frame * joints + joint);
       const x = positions[at], z = positions[at + 2];
       up = Math.max(up, positions[at + 1] - floorAt(ground, x, z));
-      wide = Math.max(wide, Math.hypot(x - path[3 * frame], z - path[3 * frame + 2]));
+      const aside = Math.hypot(x - path[3 * frame], z - path[3 * frame + 2]);
+      wide = Math.max(wide, aside);
+      worn = Math.max(worn, aside + (around.get(joint) || 0));
     }
   }
-  return { up, wide };
+  return { up, wide, worn };
 }
 
 function largest(figures) {
   const up = Math.max(...figures.map((each) => each.reach.up), 0.1);
-  return { up, wide: Math.max(...figures.map((each) => each.reach.wide), 0.3 * up) };
+  const most = (key) => Math.max(...figures.map((each) => each.reach[key]), 0.3 * up);
+  return { up, wide: most("wide"), worn: most("worn") };
 }
 
 /* Steps of feet over the floor while they should stand, one object each. */

@@ -26,7 +26,18 @@ function readSkin(next, told, step) {
     }
   }
   return { joints, corners, rest, faces: found, followed, shares, normals: normalsOf(corners, found),
-    over: Math.max(highest(corners) - highest(rest), 0), coarse: null };
+    over: Math.max(highest(corners) - highest(rest), 0), around: around(joints, corners, rest, followed), coarse: null };
+}
+
+/* Joint of the body -> how far away the farthest corner is that follows it most. */
+function around(joints, corners, rest, followed) {
+  const found = new Map();
+  for (let v = 0; v < corners.length / 3; v++) {
+    const place = followed[FOLLOWED * v], joint = joints[place];
+    const [x, y, z] = [0, 1, 2].map((axis) => corners[3 * v + axis] - rest[3 * place + axis]);
+    found.set(joint, Math.max(found.get(joint) || 0, Math.hypot(x, y, z)));
+  }
+  return found;
 }
 
 /* A skin of at most COARSE triangles, of cells of a grid that are as small as they can be. */
@@ -105,9 +116,10 @@ function wears(player, figure) {
   return player.show.skins && figure.turns !== null;
 }
 
-/* Room for figures that reach so high and wide by their joints: heads of skins are above them. */
-function reachOf(player, figures, { up, wide }) {
-  return { up: up + Math.max(0, ...figures.map((each) => (wears(player, each) ? each.body.skin.over : 0))), wide };
+/* Room for figures that reach so high and wide by their joints: heads of skins are above them, snouts before them. */
+function reachOf(player, figures, { up, wide, worn }) {
+  const over = figures.filter((each) => wears(player, each)).map((each) => each.body.skin.over);
+  return { up: up + Math.max(0, ...over), wide: over.length ? worn : wide };
 }
 
 /* What takes each joint of a skin from its own pose to that at a time: three rows of four numbers each. */
