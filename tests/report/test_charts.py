@@ -2,6 +2,7 @@
 
 import math
 import re
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -68,6 +69,15 @@ def test_colours_can_be_seen_on_light_and_dark_paper():
         colours = re.findall(r"\.[mc]\d+\{--c:(#\w+)\}", rules)
         assert len(colours) == len(shown)
         assert min(_contrast(paper, each) for each in colours) >= 3
+
+
+def test_marks_of_methods_stand_on_paper_at_full_strength():
+    rules = (Path(looks.__file__).parent / "pages" / "report.css").read_text(encoding="utf-8")
+    (legend,) = re.findall(r"^\.legend \{([^}]+)\}", rules, re.MULTILINE)
+    assert re.findall(r"background: ([^;]+);", legend) == ["var(--paper)"]
+    (clip,) = re.findall(r"^\.clip \{([^}]+)\}", rules, re.MULTILINE)
+    assert "stroke: var(--c)" in clip
+    assert not re.search(r"(?<!-)opacity:", clip), "overlapping dots are pale inside, and not at their edge"
 
 
 def test_numbers_can_be_read_on_every_shade_and_shades_darken():
