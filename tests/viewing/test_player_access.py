@@ -116,6 +116,16 @@ def test_colours_of_figures_stand_out_from_all_that_is_behind_their_swatches(mou
             assert max(told, behind) / min(told, behind) >= 3, (each, name)
 
 
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_source_and_reference_are_told_apart_on_dark_paper_too(mounted, scheme):
+    opened = mounted(color_scheme=scheme)
+    swatches = opened.locator(".rp-chip .rp-swatch")
+    told = swatches.evaluate_all("all => all.map((e) => e.style.backgroundColor)")[:2]
+    hexes = ["#{:02x}{:02x}{:02x}".format(*map(int, re.findall(r"\d+", each))) for each in told]
+    lights = sorted(luminance(each) + 0.05 for each in hexes)
+    assert lights[1] / lights[0] >= 3, hexes
+
+
 def test_every_part_of_the_script_is_in_it_and_every_rule_stays_inside():
     files = {file.stem for file in (Path(player.PAGES) / "player").glob("*.js")}
     assert files == set(player.PARTS)

@@ -84,9 +84,10 @@ function changed(player) {
 /* Colours that stand out from all that is behind them: of names and curves, of left sides and of right sides. */
 function recolour(player) {
   player.theme = themeOf(player.root);
-  const given = player.options.colours || {};
+  const given = player.options.colours || {}, dark = luminance(player.theme.stage) < 0.18;
   player.colours = player.scene.figures.map((figure) => {
-    const asked = Object.hasOwn(given, figure.label) ? given[figure.label] : figure.colour;
+    const own = dark && figure.part === "reference" ? player.theme.ink : figure.colour; // else grey, too
+    const asked = Object.hasOwn(given, figure.label) ? given[figure.label] : own;
     const colour = readable(readable(asked, player.theme.stage, CONTRAST), player.theme.band, CONTRAST);
     const lit = luminance(colour) < 0.03 ? mixed(colour, "#ffffff", 0.2) : colour; // else black all over
     return [colour, lit, mixed("#000000", lit, RIGHT_DIMMED)];
