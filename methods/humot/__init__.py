@@ -44,7 +44,10 @@ class HuMoT(Learned):
         ``text`` follows its appendix by the letter; ``small`` is for CPUs.
     subsampling: False leaves the stochastic joint subsampling out (the paper's "no SJS").
     consistency: weight of the consistency of bone lengths (0: "no BLC").
-    facing: windows go through the networks turned ahead, and back behind them. Not in the paper.
+    facing, sized: windows go through the networks turned ahead, and bodies in the usual size; answers come
+        back from both. Not in the paper.
+    varied: training bodies have other proportions than the data's, given and asked for alike, and limbs are
+        held otherwise (``variety.py``). Not in the paper.
     turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
     split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
         split, whose validation they are; ``clip`` trains on all of them.
@@ -78,6 +81,8 @@ class HuMoT(Learned):
         subsampling: bool = True,
         consistency: float = 0.5,
         facing: bool = True,
+        sized: bool = True,
+        varied: bool = True,
         turned: bool = False,
         mirrored: bool = True,
         hop: int = 6,
@@ -94,7 +99,8 @@ class HuMoT(Learned):
         self.variant, self.windows = variant, windows
         self.root_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
         self.subsampling, self.consistency = subsampling, consistency
-        self.facing, self.turned, self.mirrored = facing, turned, mirrored
+        self.facing, self.sized, self.varied = facing, sized, varied
+        self.turned, self.mirrored = turned, mirrored
         self.hop, self.split = hop, split
         self.card = MethodCard(
             name="humot",
@@ -108,6 +114,8 @@ class HuMoT(Learned):
                 "subsampling": "false: without stochastic joint subsampling (no SJS)",
                 "consistency": "weight of the consistency of bone lengths (0: no BLC)",
                 "facing": "windows go through the networks turned ahead (false: as the paper)",
+                "sized": "bodies go through the networks in one size (false: as the paper)",
+                "varied": "training has bodies of other proportions, too, and limbs held otherwise",
                 "turned": "training windows are turned about the vertical axis at random",
                 "mirrored": "every other training window is mirrored",
                 "hop": "frames between the starts of training windows",
@@ -125,6 +133,8 @@ class HuMoT(Learned):
             "subsampling": self.subsampling,
             "consistency": self.consistency,
             "facing": self.facing,
+            "sized": self.sized,
+            "varied": self.varied,
             "turned": self.turned,
             "mirrored": self.mirrored,
             "hop": self.hop,
@@ -153,6 +163,8 @@ class HuMoT(Learned):
             subsampled=self.subsampling,
             consistency=self.consistency,
             facing=self.facing,
+            sized=self.sized,
+            varied=self.varied,
             turned=self.turned,
             mirrored=self.mirrored,
             hop=self.hop,
@@ -179,7 +191,7 @@ class HuMoT(Learned):
         if not sources:
             return []
         pairs = zip(sources, targets, strict=True)
-        questions = [Question.of(*pair, self.root_rule) for pair in pairs]
+        questions = [Question.of(*pair, self.root_rule, self.sized) for pair in pairs]
         return retargeted(self._network.to(contexts[0].device), questions, self.windows, self.facing)
 
     @cached_property

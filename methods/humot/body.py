@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -18,6 +18,9 @@ MAJOR = tuple(
 )
 """Ankles, hips, knees, shoulders, elbows and wrists: what every structure has (section 3.4.1)."""
 
+USUAL = 1.3
+"""Metres: the stature of the bodies that the networks know, that of an adult."""
+
 
 @dataclass(frozen=True, eq=False)
 class Body:
@@ -31,6 +34,12 @@ class Body:
     parents: tuple[int, ...]
     template: np.ndarray
     major: np.ndarray
+
+    @cached_property
+    def stature(self) -> float:
+        """Metres: see ``stature``; a part of a body is as tall as the whole of it."""
+        whole = self.character.whole
+        return body(whole).stature if whole is not None else stature(self.template, self.major)
 
     def see(self, motion: Motion | Positions) -> np.ndarray:
         """``(frames, joints, 3)`` metres, Z up."""
@@ -87,6 +96,17 @@ def body(character: Character) -> Body:
         upright(neutral.template(character)[list(joints)]),
         np.array([role in MAJOR for role in roles]),
     )
+
+
+def stature(template: np.ndarray, major: np.ndarray) -> float:
+    """Metres between the highest and the lowest major joint of a neutral pose: ankles to shoulders.
+    0 where there is but one."""
+    return float(np.ptp(template[major, 2]))
+
+
+def sized(height: float) -> float:
+    """What a body of this stature is scaled by to be of the usual size; 1 where it has none."""
+    return USUAL / height if height > 0.0 else 1.0
 
 
 def upright(places: np.ndarray) -> np.ndarray:

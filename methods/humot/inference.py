@@ -13,16 +13,13 @@ from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 
-from .body import Body, body
+from .body import Body, body, sized
 from .heading import headings, turned
 from .learner import Autoencoder
 
 WINDOW, HOP = 30, 15
 TOKENS = 1 << 16
 """Joints times frames that go through the networks at once."""
-LEGS, USUAL = (0.34, 1.25), 0.8
-"""Metres: bodies with shorter or longer legs were never trained on; they go through the networks with the
-usual ones."""
 Windows = Literal["overlapping", "whole"]
 
 
@@ -31,8 +28,7 @@ class Question:
     """A source at 30 frames per second, Z up, and the body that it is asked for.
 
     places: ``(frames, joints, 3)`` metres. shown, told: factors by which the actor and the body are sized
-    before they go through the networks; 1 but for very small and very large ones. ratio: what the path of
-    the hips is scaled by.
+    before they go through the networks. ratio: what the path of the hips is scaled by.
     """
 
     source: Motion | Positions
@@ -45,21 +41,17 @@ class Question:
     ratio: float
 
     @classmethod
-    def of(cls, source: Motion | Positions, target: Character, rule: str) -> Question:
-        actor = body(source.character)
+    def of(cls, source: Motion | Positions, target: Character, rule: str, usual: bool) -> Question:
+        """rule: of the path. usual: both go through the networks in the usual size."""
+        actor, asked = body(source.character), body(target)
         places = actor.see(rates.at_thirty(source))
-        sizes = _sized(source.character), _sized(target)
+        sizes = [sized(each.stature) if usual else 1.0 for each in (actor, asked)]
         ratio = root_rules.ratio(rule, source.character, target)
-        return cls(source, target, places, actor, body(target), *sizes, ratio)
+        return cls(source, target, places, actor, asked, *sizes, ratio)
 
     @property
     def frames(self) -> int:
         return len(self.places)
-
-
-def _sized(character: Character) -> float:
-    legs = character.measures.leg_length
-    return 1.0 if LEGS[0] <= legs <= LEGS[1] else USUAL / legs
 
 
 @dataclass(frozen=True, eq=False)

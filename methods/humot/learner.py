@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from torch import Tensor, nn
@@ -15,13 +15,14 @@ from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.material import Material
 from retarget_bench.training.recipe import Recipe
 
-from .body import Body
+from .body import Body, sized, stature
 from .design import Design
 from .heading import headings, turned
 from .losses import losses
 from .network import Decoder, Encoder
 from .sampling import kept, parents_among
 from .split import held_out
+from .variety import proportions, reshaped, swung
 
 AUTOENCODER = "autoencoder"
 
@@ -44,6 +45,7 @@ class Autoencoder(nn.Module):
 class Choices:
     """subsampled: joints are left out at random (SJS). consistency: weight of eq. 2.
     facing: windows are turned until bodies face ahead, as far as the joints given tell.
+    sized: bodies have the usual size. varied: they have other proportions, and limbs are held otherwise.
     turned, mirrored: windows are turned about the vertical axis at random, and every other one mirrored.
     hop: frames between the starts of windows. held_out: a tenth of every clip's windows is never drawn.
     """
@@ -51,10 +53,26 @@ class Choices:
     subsampled: bool
     consistency: float
     facing: bool
+    sized: bool
+    varied: bool
     turned: bool
     mirrored: bool
     hop: int
     held_out: bool
+
+
+class Performed(NamedTuple):
+    """places: ``(frames, joints, 3)``. template: ``(joints, 3)``. Metres, Z up."""
+
+    places: np.ndarray
+    template: np.ndarray
+
+
+class Turn(NamedTuple):
+    """``(3, 3)`` each: what rows of coordinates are multiplied by."""
+
+    places: np.ndarray
+    template: np.ndarray
 
 
 class Learner:
@@ -90,13 +108,11 @@ class Learner:
         left_out = held_out if self._choices.held_out else None
         windows = self._material.draw(numbers, cast, self._frames, self._choices.hop, left_out)
         bodies = [self._bodies[name] for name in cast]
-        places = [
-            self._centred(windows.arrays["places"][row, :, : len(mine.joints)], mine, length)
+        pairs = [
+            self._performed(numbers, mine, windows.arrays["places"][row, :length, : len(mine.joints)])
             for row, (mine, length) in enumerate(zip(bodies, windows.lengths.tolist(), strict=True))
         ]
-        templates = [mine.template for mine in bodies]
-        self._augment(numbers, places, templates)
-        given, asked = (self._parts(numbers, bodies, places, templates) for _ in range(2))
+        given, asked = (self._parts(numbers, bodies, side) for side in zip(*pairs, strict=True))
         if self._choices.facing:
             angles = headings(given["places"], given["template"], given["joints"], windows.mask)
             for part in (given, asked):
@@ -109,33 +125,50 @@ class Learner:
         chosen = numbers.integers(len(structures), size=rows)
         return [self._material.cast(numbers, 1, structures[k])[0] for k in chosen]
 
-    @staticmethod
-    def _centred(places: np.ndarray, body: Body, length: int) -> np.ndarray:
-        """Without the mean of the major joints over the window; zeros behind its end."""
-        found = np.zeros_like(places)
-        found[:length] = places[:length] - places[:length, body.major].mean((0, 1))
-        return found
+    def _performed(
+        self, numbers: np.random.Generator, body: Body, places: np.ndarray
+    ) -> tuple[Performed, Performed]:
+        """A window as it is given and as it is asked for: one path of the hips, without the mean of the
+        given major joints over the window."""
+        template = body.template
+        if self._choices.varied:
+            places = swung(numbers, places, body)
+        turn = self._turn(numbers)
+        places, template = places @ turn.places, template @ turn.template
+        given, asked = (self._shaped(numbers, body, places, template) for _ in range(2))
+        centre = given.places[:, body.major].mean((0, 1))
+        path = given.places[:, :1] - asked.places[:, :1]
+        return Performed(given.places - centre, given.template), Performed(
+            asked.places + path - centre, asked.template
+        )
 
-    def _augment(
-        self, numbers: np.random.Generator, places: list[np.ndarray], templates: list[np.ndarray]
-    ) -> None:
+    def _shaped(
+        self, numbers: np.random.Generator, body: Body, places: np.ndarray, template: np.ndarray
+    ) -> Performed:
+        """By a body of other proportions, and of the usual size, as chosen."""
+        if self._choices.varied:
+            factors = proportions(numbers, body)
+            places, template = (reshaped(each, factors, body) for each in (places, template))
+        size = sized(stature(template, body.major)) if self._choices.sized else 1.0
+        return Performed(size * places, size * template)
+
+    def _turn(self, numbers: np.random.Generator) -> Turn:
         """A mirrored body is one whose template is mirrored: what lies where says what is left."""
-        for row in range(len(places)):
-            if self._choices.turned:
-                angle = 2.0 * np.pi * numbers.random()
-                cosine, sine = np.cos(angle), np.sin(angle)
-                turn = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-                places[row] = places[row] @ turn
-            if self._choices.mirrored and numbers.random() < 0.5:
-                places[row] = places[row] * [-1.0, 1.0, 1.0]
-                templates[row] = templates[row] * [-1.0, 1.0, 1.0]
+        places = template = np.eye(3)
+        if self._choices.turned:
+            angle = 2.0 * np.pi * numbers.random()
+            cosine, sine = np.cos(angle), np.sin(angle)
+            places = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+        if self._choices.mirrored and numbers.random() < 0.5:
+            mirror = np.diag([-1.0, 1.0, 1.0])
+            places, template = places @ mirror, mirror
+        return Turn(places, template)
 
     def _parts(
         self,
         numbers: np.random.Generator,
         bodies: Sequence[Body],
-        places: Sequence[np.ndarray],
-        templates: Sequence[np.ndarray],
+        performed: Sequence[Performed],
     ) -> dict[str, np.ndarray]:
         """One draw of every row's joints, side by side, zeros behind them."""
         every = [
@@ -151,8 +184,9 @@ class Learner:
         }
         for row, joints in enumerate(every):
             count = len(joints)
-            found["places"][row, :, :count] = places[row][:, joints]
-            found["template"][row, :count] = templates[row][joints]
+            mine = performed[row]
+            found["places"][row, : len(mine.places), :count] = mine.places[:, joints]
+            found["template"][row, :count] = mine.template[joints]
             found["joints"][row, :count] = True
             found["parents"][row, :count] = parents_among(bodies[row].parents, joints)
         return found

@@ -61,6 +61,8 @@ def losses(
         subsampled=True,
         consistency=0.5,
         facing=facing,
+        sized=False,
+        varied=False,
         turned=not facing,
         mirrored=True,
         hop=6,

@@ -20,6 +20,8 @@ from retarget_bench.training.turns import moved
 BODIES, THREE = pan_material.BODIES, pan_material.THREE
 WINDOW = 12
 THIN: Any = {"width": 32, "latent": 32, "heads": 4, "template": (8, 16), "motion": (3, 8, 16)}
+PLAIN = {"facing": False, "sized": False, "varied": False, "turned": False, "mirrored": False}
+"""Windows go through training as they are."""
 
 
 def material(method: HuMoT, names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9)) -> Material:

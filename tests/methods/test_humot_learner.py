@@ -36,9 +36,7 @@ def losses(learner, batch):
 
 # ---------------------------------------------------------------------------------------- what is drawn
 def test_the_whole_skeleton_where_nothing_is_left_out():
-    learner = humot_material.learner(
-        lengths=(WINDOW,), subsampling=False, facing=False, turned=False, mirrored=False
-    )
+    learner = humot_material.learner(lengths=(WINDOW,), subsampling=False, **humot_material.PLAIN)
     given, asked = (humot_material.batch(learner, 4)[key] for key in ("given", "asked"))
     for key in given:
         assert torch.equal(given[key], asked[key])
@@ -60,7 +58,7 @@ def test_the_whole_skeleton_where_nothing_is_left_out():
 
 
 def test_two_draws_of_joints_are_independent_and_fit_their_templates():
-    learner = humot_material.learner(facing=False, turned=False, mirrored=False)
+    learner = humot_material.learner(**humot_material.PLAIN)
     found = humot_material.batch(learner, 40)
     differ = 0
     for side in ("given", "asked"):
@@ -82,8 +80,10 @@ def test_two_draws_of_joints_are_independent_and_fit_their_templates():
 def test_turned_and_mirrored_windows_keep_their_shape():
     """Distances between joints stay, heights stay; mirrored bodies have mirrored templates."""
     options = {"subsampling": False, "lengths": (WINDOW,)}
-    plain = humot_material.batch(humot_material.learner(facing=False, mirrored=False, **options), 12)
-    other = humot_material.batch(humot_material.learner(facing=False, turned=True, **options), 12)
+    plain = humot_material.batch(humot_material.learner(**humot_material.PLAIN, **options), 12)
+    other = humot_material.batch(
+        humot_material.learner(**(humot_material.PLAIN | {"turned": True, "mirrored": True}), **options), 12
+    )
     # the numbers that choose the rows are drawn first, so rows are the same
     joints = plain["given"]["joints"]
     assert torch.equal(joints, other["given"]["joints"])
@@ -123,9 +123,7 @@ def test_every_parameter_has_a_gradient(variant):
 
 
 def test_one_batch_is_learnt_by_heart():
-    learner = humot_material.learner(
-        lengths=(WINDOW,), thin=True, facing=False, turned=False, mirrored=False
-    )
+    learner = humot_material.learner(lengths=(WINDOW,), thin=True, **humot_material.PLAIN)
     batch = humot_material.batch(learner)
     before = losses(learner, batch)["reconstruction"].item()
     steps(learner, 150, batch=batch)

@@ -10,9 +10,9 @@ import pytest
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
-from retarget_bench.methods.humot.body import MAJOR, body
-from retarget_bench.methods.humot.inference import HOP, LEGS, USUAL, WINDOW, Question, _fade, _pieces
-from retarget_bench.motion import rates
+from retarget_bench.methods.humot.body import MAJOR, USUAL, body
+from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces
+from retarget_bench.motion import neutral, rates
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.tasks.reduced import reduced
@@ -56,7 +56,7 @@ def test_any_length_and_rate(method, frames, fps, windows):
 
 def test_windows_cover_a_clip_and_fade_into_each_other(method):
     for frames in (5, 30, 31, 44, 45, 46, 100):
-        question = Question.of(dance("one", frames), BODIES["one"], "leg_length")
+        question = Question.of(dance("one", frames), BODIES["one"], "leg_length", True)
         pieces = list(_pieces(question, "overlapping"))
         weight = np.zeros(frames)
         for piece in pieces:
@@ -111,8 +111,9 @@ def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch, rule):
     ratio = getattr(tall.measures, rule) / getattr(source.character.measures, rule)
     np.testing.assert_allclose(found[:, 0], ratio * source.positions[:, 0], atol=1e-5)
     seen = list(body(tall).joints)
-    poses = found[:, seen] - found[:, :1]
-    np.testing.assert_allclose(poses, source.positions[:, seen] - source.positions[:, :1], atol=1e-5)
+    poses = (found[:, seen] - found[:, :1]) / body(tall).stature
+    wanted = (source.positions[:, seen] - source.positions[:, :1]) / body(source.character).stature
+    np.testing.assert_allclose(poses, wanted, atol=1e-5)
 
 
 def test_a_skeleton_never_trained_on_is_taken():
@@ -158,26 +159,25 @@ def test_a_part_of_a_body_is_read_and_not_written(method):
     np.testing.assert_allclose(body(part).template, body(whole).template[places], atol=1e-9)
 
 
-def test_very_small_and_very_large_bodies_are_asked_about_at_the_usual_size(method):
-    """As sources and as targets; a size that is near those of training is left as it is."""
+@pytest.mark.parametrize("beyond", [0.2, 0.9, 3.0])
+def test_what_size_a_body_has_is_nothing_that_the_networks_are_told(method, beyond):
+    """As sources and as targets: the same answers, in the body's size."""
     source = dance("one", 40)
     one = source.character
+    skeleton = one.skeleton
+    resized = Skeleton(skeleton.names, skeleton.parents, skeleton.offsets * beyond)
+    other = Character.of("resized", resized, roles=one.roles)
+    moved = other.motion(source.rotations, source.root * beyond, source.fps)
+    wanted = carried(method, source, one).positions
+    for actor in (source, moved):
+        for asked, factor in ((one, 1.0), (other, beyond)):
+            np.testing.assert_allclose(carried(method, actor, asked).positions / factor, wanted, atol=1e-4)
 
-    def sized(factor):
-        skeleton = one.skeleton
-        smaller = Skeleton(skeleton.names, skeleton.parents, skeleton.offsets * factor)
-        body = Character.of(f"x{factor}", smaller, roles=one.roles)
-        return body.motion(source.rotations, source.root * factor, source.fps)
 
-    usual_size = USUAL / one.measures.leg_length
-    for beyond in (0.5 * LEGS[0] / USUAL, 2.0 * LEGS[1] / USUAL):
-        small, smaller = sized(usual_size), sized(usual_size * beyond)
-        found, wanted = (carried(method, each, one).positions for each in (smaller, small))
-        np.testing.assert_allclose(found, wanted, atol=1e-4)
-        found, wanted = (carried(method, source, each.character).positions for each in (smaller, small))
-        np.testing.assert_allclose(found / beyond, wanted, atol=1e-4)
-        found = carried(method, smaller, smaller.character).positions
-        wanted = carried(method, small, small.character).positions
-        np.testing.assert_allclose(found / beyond, wanted, atol=1e-4)
-    usual = Question.of(source, BODIES["tall"], "leg_length")
-    assert (usual.shown, usual.told) == (1.0, 1.0)
+def test_bodies_go_through_as_they_are_where_that_is_asked_for():
+    pair = dance("one", 20), BODIES["tall"]
+    own, usual = (Question.of(*pair, "leg_length", each) for each in (False, True))
+    assert (own.shown, own.told) == (1.0, 1.0)
+    pose, joint_of = neutral.template(BODIES["tall"]), BODIES["tall"].joint_of
+    shoulder, ankle = (pose[joint_of[role], 1] for role in ("left_arm", "left_foot"))
+    assert usual.told * (shoulder - ankle) == pytest.approx(USUAL)

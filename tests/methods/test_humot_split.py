@@ -15,7 +15,7 @@ from retarget_bench.training.material import Clip
 
 WINDOW, HOP = humot_material.WINDOW, 6
 NAMES, LENGTHS = ("one", "legs"), (132, 9)
-PLAIN = {"subsampling": False, "facing": False, "turned": False, "mirrored": False}
+PLAIN = {"subsampling": False, **humot_material.PLAIN}
 
 
 def clip(frames, name="walk", character="one"):

@@ -1,0 +1,100 @@
+"""Bodies of other proportions, and limbs held otherwise, than training has: not in the paper.
+
+A motion carried to bones of other lengths, each in the direction that it had, is what two bodies with one
+code have in common. A limb turned as a whole goes where nobody of the training data puts it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from retarget_bench.motion import rotation
+from retarget_bench.motion.roles import SIDES
+
+from .body import Body
+
+REGION, BONE = 0.2, 0.15
+"""Deviations of the logarithm of lengths: of all bones of the arms, legs or trunk, and of each pair."""
+LIMITS = (0.5, 2.0)
+OWN = 0.5
+"""How often a body keeps its proportions."""
+SWUNG = 0.25
+"""How often a limb is turned."""
+REACH = {"arm": np.radians(120.0), "up_leg": np.radians(40.0)}
+"""Radians: how far, at most, by the role of the limb's first joint."""
+
+
+@dataclass(frozen=True, eq=False)
+class Build:
+    """How a body hangs together.
+
+    chains:  ``(joints, joints)``: 1 where the second joint is the first or above it, but for the hips.
+    pairs:   ``(joints,)`` which bones, told by the joint they lead to, are of one length: both sides'.
+    regions: ``(joints,)`` 0 trunk, 1 arms, 2 legs.
+    limbs:   of each, its first joint, ``(joints,)`` bool those below it, and how far it is turned.
+    """
+
+    chains: np.ndarray
+    pairs: np.ndarray
+    regions: np.ndarray
+    limbs: tuple[tuple[int, np.ndarray, float], ...]
+
+
+@lru_cache(maxsize=1024)
+def build(body: Body) -> Build:
+    count = len(body.joints)
+    chains = np.eye(count)
+    for joint, parent in enumerate(body.parents):
+        if parent >= 0:
+            chains[joint] += chains[parent]
+    chains[:, 0] = 0.0
+    roles = [body.character.roles[joint] for joint in body.joints]
+    kinds = [_sideless(role) if role else str(joint) for joint, role in enumerate(roles)]
+    pairs = np.unique(kinds, return_inverse=True)[1]
+    regions = np.zeros(count, dtype=np.int64)
+    limbs = []
+    for joint, kind in enumerate(kinds):
+        if joint and kind in REACH:
+            below = (chains[:, joint] > 0) & (np.arange(count) != joint)
+            regions[below] = 1 + list(REACH).index(kind)
+            limbs.append((joint, below, REACH[kind]))
+    return Build(chains, pairs, regions, tuple(limbs))
+
+
+def _sideless(role: str) -> str:
+    side, _, part = role.partition("_")
+    return part if side in SIDES else role
+
+
+def proportions(numbers: np.random.Generator, body: Body) -> np.ndarray:
+    """``(joints,)`` what the bone to each joint is longer by; both sides alike, half of the time 1."""
+    mine = build(body)
+    if numbers.random() < OWN:
+        return np.ones(len(body.joints))
+    regions = REGION * numbers.standard_normal(3)[mine.regions]
+    bones = BONE * numbers.standard_normal(len(body.joints))[mine.pairs]
+    return np.asarray(np.exp(regions + bones).clip(*LIMITS))
+
+
+def reshaped(places: np.ndarray, factors: np.ndarray, body: Body) -> np.ndarray:
+    """``(..., joints, 3)``: bones longer by factors, in the directions that they had, about the hips."""
+    bones = places - places[..., list(body.parents), :]
+    return np.asarray(places[..., :1, :] + build(body).chains @ (factors[:, None] * bones))
+
+
+def swung(numbers: np.random.Generator, places: np.ndarray, body: Body) -> np.ndarray:
+    """``(frames, joints, 3)``: some limbs turned as a whole about where they begin, all frames alike."""
+    found = places.copy()
+    for joint, below, reach in build(body).limbs:
+        if numbers.random() < SWUNG:
+            axis = numbers.standard_normal(3)
+            turn = rotation.about(axis / np.linalg.norm(axis), reach * numbers.random())
+            start = found[:, joint : joint + 1]
+            found[:, below] = start + rotation.rotate(turn, found[:, below] - start)
+    return found
+
+
+__all__ = ["Build", "build", "proportions", "reshaped", "swung"]

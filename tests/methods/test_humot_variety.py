@@ -1,0 +1,147 @@
+"""Bodies of other proportions and limbs held otherwise: what HuMoT's training windows are varied by."""
+
+from __future__ import annotations
+
+import humot_material
+import numpy as np
+import pan_material
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from retarget_bench.methods.humot.body import USUAL, body, stature, upright
+from retarget_bench.methods.humot.variety import LIMITS, REACH, build, proportions, reshaped, swung
+from retarget_bench.motion import neutral
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.skeleton import Skeleton
+
+BODIES, THREE, WINDOW = humot_material.BODIES, humot_material.THREE, humot_material.WINDOW
+SEEDS = st.integers(0, 2**31)
+
+
+def dance(name, frames=6):
+    return pan_material.dances(name, (frames,))[0]
+
+
+def bones(places, mine):
+    return (places - places[..., list(mine.parents), :])[..., 1:, :]
+
+
+def resized(character, factors):
+    """The character with the bones to its joints seen longer by factors."""
+    skeleton = character.skeleton
+    offsets = skeleton.offsets.copy()
+    seen = list(body(character).joints)
+    assert len(seen) == len(offsets)
+    offsets[seen] *= factors[:, None]
+    return Character.of(
+        "resized", Skeleton(skeleton.names, skeleton.parents, offsets), roles=character.roles
+    )
+
+
+@settings(max_examples=10, deadline=None)
+@given(SEEDS)
+def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
+    motion = dance("one")
+    mine = body(motion.character)
+    factors = proportions(np.random.default_rng(seed), mine)
+    other = resized(motion.character, factors)
+    wanted = other.motion(motion.rotations, motion.root, motion.fps)
+    found = reshaped(mine.see(motion), factors, mine)
+    wanted_places = body(other).see(wanted)
+    apart = wanted_places - wanted_places[:, :1]
+    np.testing.assert_allclose(found - found[:, :1], apart, atol=1e-9)
+    np.testing.assert_allclose(found[:, 0], mine.see(motion)[:, 0])
+    np.testing.assert_allclose(
+        reshaped(mine.template, factors, mine),
+        upright(neutral.template(other)[list(mine.joints)]),
+        atol=1e-9,
+    )
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS)
+def test_both_sides_of_a_body_have_the_same_proportions(seed):
+    mine = body(BODIES["one"])
+    factors = proportions(np.random.default_rng(seed), mine)
+    assert factors.shape == (len(mine.joints),)
+    assert LIMITS[0] <= factors.min() <= factors.max() <= LIMITS[1]
+    roles = [mine.character.roles[joint] or "" for joint in mine.joints]
+    for place, role in enumerate(roles):
+        if role.startswith("left_"):
+            assert factors[place] == factors[roles.index(role.replace("left_", "right_"))]
+
+
+def test_half_of_the_bodies_keep_their_own_and_the_others_differ_by_a_fifth_or_so():
+    mine, numbers = body(BODIES["one"]), np.random.default_rng(0)
+    every = np.array([proportions(numbers, mine) for _ in range(2000)])
+    own = (every == 1.0).all(axis=1)
+    assert 0.46 < own.mean() < 0.54
+    assert 0.2 < np.log(every[~own]).std() < 0.3
+    assert abs(np.log(every[~own]).mean()) < 0.02
+
+
+@settings(max_examples=20, deadline=None)
+@given(SEEDS, st.sampled_from(sorted(THREE)))
+def test_a_limb_turns_as_one_piece_about_its_first_joint(seed, name):
+    mine = body(BODIES[name])
+    places = mine.see(dance(name))
+    found = swung(np.random.default_rng(seed), places, mine)
+    lengths = (np.linalg.norm(bones(each, mine), axis=-1) for each in (found, places))
+    np.testing.assert_allclose(*lengths, atol=1e-9)
+    limbs = build(mine).limbs
+    still = ~np.any([below for _, below, _ in limbs], axis=0)
+    np.testing.assert_array_equal(found[:, still], places[:, still])
+    for joint, below, reach in limbs:
+        one, other = ((each[:, below] - each[:, [joint]]).reshape(-1, 3) for each in (places, found))
+        np.testing.assert_allclose(one @ one.T, other @ other.T, atol=1e-9)  # one turn, for all frames
+        cosines = (one * other).sum(1) / np.linalg.norm(one, axis=1).clip(1e-9) ** 2
+        assert (cosines > np.cos(reach) - 1e-6).all()
+
+
+def test_limbs_are_arms_and_legs():
+    mine = body(BODIES["one"])
+    roles = [mine.character.roles[joint] or "" for joint in mine.joints]
+    found = {
+        roles[joint]: {roles[k] for k in np.flatnonzero(below)} for joint, below, _ in build(mine).limbs
+    }
+    assert set(found) == {f"{side}_{part}" for side in ("left", "right") for part in REACH}
+    assert {"left_forearm", "left_hand"} <= found["left_arm"]
+    assert {"right_leg", "right_foot"} <= found["right_up_leg"]
+    assert not any("left" in role for role in found["right_arm"] | found["right_up_leg"])
+
+
+# ---------------------------------------------------------------------------------------- in training
+@pytest.fixture(scope="module")
+def drawn():
+    options = humot_material.PLAIN | {"sized": True, "varied": True}
+    return humot_material.batch(humot_material.learner(subsampling=False, lengths=(WINDOW,), **options), 60)
+
+
+def test_what_is_given_and_asked_for_differ_in_proportions_and_not_in_what_is_done(drawn):
+    given, asked = (
+        {key: each.double().numpy() for key, each in drawn[side].items()} for side in ("given", "asked")
+    )
+    differ = 0
+    for row in range(60):
+        count = int(given["joints"][row].sum())
+        parents = given["parents"][row, 1:count].astype(int)
+        np.testing.assert_allclose(given["places"][row, :, 0], asked["places"][row, :, 0], atol=1e-5)
+        for key in ("places", "template"):
+            one, other = (
+                side[key][row, ..., 1:count, :] - side[key][row][..., parents, :] for side in (given, asked)
+            )
+            lengths = np.linalg.norm(one, axis=-1) * np.linalg.norm(other, axis=-1)
+            np.testing.assert_allclose((one * other).sum(-1), lengths, atol=1e-5)
+        differ += not np.allclose(given["template"][row], asked["template"][row], atol=1e-3)
+    assert 35 < differ < 55  # but for a quarter
+
+
+def test_every_body_has_the_usual_size(drawn):
+    for side in ("given", "asked"):
+        for row in range(60):
+            count = int(drawn[side]["joints"][row].sum())
+            mine = next(body(BODIES[name]) for name in THREE if len(body(BODIES[name]).joints) == count)
+            assert stature(drawn[side]["template"][row, :count].numpy(), mine.major) == pytest.approx(
+                USUAL, rel=1e-5
+            )
