@@ -45,9 +45,9 @@ class Question:
         """rule: of the path. usual: both go through the networks in the usual size."""
         actor, asked = body(source.character), body(target)
         places = actor.see(rates.at_thirty(source))
-        sizes = [sized(each.stature) if usual else 1.0 for each in (actor, asked)]
+        shown, told = (sized(each.stature) if usual else 1.0 for each in (actor, asked))
         ratio = root_rules.ratio(rule, source.character, target)
-        return cls(source, target, places, actor, asked, *sizes, ratio)
+        return cls(source, target, places, actor, asked, shown, told, ratio)
 
     @property
     def frames(self) -> int:
