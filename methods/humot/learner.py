@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -120,10 +121,21 @@ class Learner:
         return {"frames": windows.mask, "given": given, "asked": asked}
 
     def _cast(self, numbers: np.random.Generator, rows: int) -> list[str]:
-        """Each structure as likely as any other, and each of its characters."""
+        """Structures by the root of how much motion they have, and each of their characters alike."""
         structures = list(self._material.structures.values())
-        chosen = numbers.integers(len(structures), size=rows)
+        chosen = numbers.choice(len(structures), size=rows, p=self._shares)
         return [self._material.cast(numbers, 1, structures[k])[0] for k in chosen]
+
+    @cached_property
+    def _shares(self) -> np.ndarray:
+        """``(structures,)``: a minute of one structure among hours of others is not half of what is learnt."""
+        clips = self._material.clips
+        frames = [
+            sum(clip.frames for name in names for clip in clips[name])
+            for names in self._material.structures.values()
+        ]
+        roots = np.sqrt(frames)
+        return np.asarray(roots / roots.sum())
 
     def _performed(
         self, numbers: np.random.Generator, body: Body, places: np.ndarray
