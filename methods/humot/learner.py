@@ -128,7 +128,7 @@ class Learner:
 
     @cached_property
     def _shares(self) -> np.ndarray:
-        """``(structures,)``: a minute of a structure among hours of others is not half of what is learnt."""
+        """``(structures,)``: a minute of one structure beside an hour of another is not half of all."""
         clips = self._material.clips
         frames = [
             sum(clip.frames for name in names for clip in clips[name])

@@ -163,7 +163,7 @@ def _numbers(places: Sequence[Place]) -> Numbers:
 
 # ------------------------------------------------------------------------------------------ the table
 def table(ablation: Ablation, trained: Sequence[Trained], found: Sequence[Numbers], told: Told) -> Table:
-    """Every row twice: as it is printed, and as it came out here.
+    """Every row twice where it is printed: so, and as it came out here.
 
     Ours are means over clips of means per clip, over the cases that all rows have a number for.
     """
@@ -171,7 +171,8 @@ def table(ablation: Ablation, trained: Sequence[Trained], found: Sequence[Number
     common = {column.label: _common(column, found) for column in ablation.columns}
     lines = []
     for each, numbers in zip(trained, found, strict=True):
-        lines.append(_printed(ablation, each.row, footnotes))
+        if each.row.printed:
+            lines.append(_printed(ablation, each.row, footnotes))
         cells = tuple(
             _cell(column, numbers, common[column.label], footnotes) for column in ablation.columns
         )

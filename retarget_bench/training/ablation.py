@@ -7,7 +7,7 @@ trains every row and prints the table as it was published, the published numbers
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from retarget_bench.spec import Scalar
 
@@ -30,14 +30,14 @@ class Column:
 
 @dataclass(frozen=True)
 class Row:
-    """One row as printed.
+    """One row as printed, or one that the paper does not have.
 
     parameters: of the method that the row trains. printed: label of a column -> the number as printed.
     """
 
     label: str
     parameters: Mapping[str, Scalar]
-    printed: Mapping[str, str]
+    printed: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

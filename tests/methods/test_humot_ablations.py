@@ -20,13 +20,13 @@ def test_the_printed_numbers_are_those_of_the_published_tables(name, column):
     table = papers.published(name)
     overall = next(each.id for each in table.columns if each.mean_of)
     printed = {row.method: row.values[overall][0] for row in table.rows}
-    for row in TABLE.rows:
-        assert float(row.printed[column]) == printed[row.label]
+    ours = {row.label: float(row.printed[column]) for row in TABLE.rows if row.printed}
+    assert ours == {label: printed[label] for label in ("HuMoT, no SJS", "HuMoT, no BLC", "HuMoT")}
 
 
 @pytest.mark.parametrize("row", TABLE.rows, ids=lambda row: row.label)
 def test_rows_train(row):
-    learner = humot_material.learner(**row.parameters)
+    learner = humot_material.learner(**({"varied": False} | row.parameters))
     batch = humot_material.batch(learner)
     assert ("bones" in learner.losses("autoencoder", batch, {})) == (row.label != "HuMoT, no BLC")
     same = batch["given"]["joints"].shape == batch["asked"]["joints"].shape and bool(
