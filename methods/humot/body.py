@@ -41,6 +41,19 @@ class Body:
         whole = self.character.whole
         return body(whole).stature if whole is not None else stature(self.template, self.major)
 
+    @cached_property
+    def centring(self) -> np.ndarray:
+        """``(joints,)`` bool: the joints that say where the body is: the major ones, or all where a part of
+        a body has none of them."""
+        return self.major if self.major.any() else np.ones_like(self.major)
+
+    @cached_property
+    def beside(self) -> np.ndarray:
+        """``(3,)`` metres in the template, from the mean of those to that of the whole body's."""
+        whole = self.character.whole
+        every = self if whole is None else body(whole)
+        return every.template[every.centring].mean(0) - self.template[self.centring].mean(0)
+
     def see(self, motion: Motion | Positions) -> np.ndarray:
         """``(frames, joints, 3)`` metres, Z up."""
         return upright(motion.positions[:, list(self.joints)])
@@ -121,6 +134,6 @@ def unfit(character: Character, read: bool = False) -> str:
         return f"{character.name} stands on four legs; HuMoT knows bodies on two"
     if not read and "hips" not in character.joint_of:
         return f"no joint of {character.name} is known as hips; name it in a roles file"
-    if not body(character).major.any():
+    if not body(character.whole or character).major.any():
         return f"{character.name} has none of the joints that clips are centred on (ankles to wrists)"
     return ""

@@ -85,8 +85,19 @@ def _pieces(question: Question, windows: Windows) -> Iterator[Piece]:
     length = frames if windows == "whole" else min(WINDOW, frames)
     starts = sorted({*range(0, frames - length, HOP), frames - length})
     for start in starts:
-        seen = question.places[start : start + length, question.actor.major]
-        yield Piece(question, start, start + length, seen.mean((0, 1)))
+        yield Piece(question, start, start + length, _centre(question, start, start + length))
+
+
+def _centre(question: Question, start: int, stop: int) -> np.ndarray:
+    """``(3,)`` where the whole body's major joints are on average; those that a part of it lacks are taken
+    to be where the template, turned as the part is, has them."""
+    actor, seen = question.actor, question.places[start:stop]
+    known = np.asarray(seen[:, actor.centring].mean((0, 1)))
+    if not actor.beside.any():
+        return known
+    joints, frames = np.ones((1, len(actor.joints)), bool), np.ones((1, len(seen)), bool)
+    angle = headings(seen[None], actor.template[None], joints, frames)
+    return np.asarray(known + turned(actor.beside[None], angle)[0])
 
 
 def _groups(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:

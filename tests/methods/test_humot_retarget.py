@@ -12,7 +12,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.body import MAJOR, USUAL, body
 from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces
-from retarget_bench.motion import neutral, rates
+from retarget_bench.motion import neutral, rates, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.tasks.reduced import reduced
@@ -157,6 +157,34 @@ def test_a_part_of_a_body_is_read_and_not_written(method):
     assert "known as hips" in method.supports(whole, part)
     places = [body(whole).joints.index(joint) for joint in kept]
     np.testing.assert_allclose(body(part).template, body(whole).template[places], atol=1e-9)
+
+
+@pytest.mark.parametrize("kept", ["left_", "right_foot", "head", "spine"])
+def test_a_part_is_centred_where_the_whole_body_is(method, monkeypatch, kept):
+    """A body that stands as its template does, turned and put anywhere: what is given of it lies where the
+    networks saw it in training, which leaves joints out after it has centred a window."""
+    seen = []
+    monkeypatch.setattr(
+        "retarget_bench.methods.humot.learner.Autoencoder.forward",
+        lambda self, given, asked, frames: (
+            seen.append(given) or asked["template"][:, None].repeat(1, 5, 1, 1)
+        ),
+    )
+    whole = BODIES["one"]
+    turn = rotation.about(np.array([0.0, 1.0, 0.0]), 2.0)
+    places = rotation.rotate(turn, neutral.template(whole)) + np.array([3.0, 1.0, -2.0])
+    joints = [joint for role, joint in whole.joint_of.items() if role.startswith(kept)]
+    part = reduced(whole, joints)
+    assert joints
+    assert method.supports(part, whole) is None
+    carried(method, part.positions(np.repeat(places[None, sorted(joints)], 5, 0), 30.0), whole)
+    mine = body(whole)
+    wanted = mine.template - mine.template[mine.major].mean(0)
+    wanted = wanted[[mine.joints.index(joint) for joint in sorted(joints)]] * USUAL / mine.stature
+    given = seen[0]["places"][0, 0].numpy()
+    np.testing.assert_allclose(given[:, 2], wanted[:, 2], atol=1e-5)
+    if len(joints) > 1 and kept == "left_":  # which way less stands, nothing tells
+        np.testing.assert_allclose(given, wanted, atol=1e-5)
 
 
 @pytest.mark.parametrize("beyond", [0.2, 0.9, 3.0])
