@@ -20,6 +20,10 @@ MAJOR = tuple(
 
 USUAL = 1.3
 """Metres: the stature of the bodies that the networks know, that of an adult."""
+HEIGHTS = {"foot": 0.0, "leg": 0.31, "hand": 0.57, "up_leg": 0.61, "forearm": 0.78, "arm": 1.0}
+"""How high a major joint is in the neutral pose, in parts of the stature: means over puppets."""
+LOW = 0.1
+"""A body whose major joints are this close to each other there has no stature."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +43,14 @@ class Body:
     def stature(self) -> float:
         """Metres: see ``stature``; a part of a body is as tall as the whole of it."""
         whole = self.character.whole
-        return body(whole).stature if whole is not None else stature(self.template, self.major)
+        return body(whole).stature if whole is not None else stature(self.template, self.heights)
+
+    @cached_property
+    def heights(self) -> np.ndarray:
+        """``(joints,)`` of ``HEIGHTS``, NaN for what is no major joint."""
+        roles = [self.character.roles[joint] for joint in self.joints]
+        parts = [role.split("_", 1)[1] if role in MAJOR and role else "" for role in roles]
+        return np.array([HEIGHTS.get(part, np.nan) for part in parts])
 
     @cached_property
     def centring(self) -> np.ndarray:
@@ -111,10 +122,15 @@ def body(character: Character) -> Body:
     )
 
 
-def stature(template: np.ndarray, major: np.ndarray) -> float:
-    """Metres between the highest and the lowest major joint of a neutral pose: ankles to shoulders.
-    0 where there is but one."""
-    return float(np.ptp(template[major, 2]))
+def stature(template: np.ndarray, heights: np.ndarray) -> float:
+    """Metres from the ankles to the shoulders of a neutral pose ``(joints, 3)``; 0 where nothing tells.
+
+    heights: ``(joints,)`` see ``Body.heights``. A body without arms, or without legs, is as tall as others
+    that are like it in what it has: the legs of an adult are not a small body to be enlarged.
+    """
+    known = np.isfinite(heights)
+    usual = float(np.ptp(heights[known])) if known.any() else 0.0
+    return float(np.ptp(template[known, 2])) / usual if usual > LOW else 0.0
 
 
 def sized(height: float) -> float:

@@ -161,7 +161,7 @@ class Learner:
         if self._choices.varied:
             factors = proportions(numbers, body)
             places, template = (reshaped(each, factors, body) for each in (places, template))
-        size = sized(stature(template, body.major)) if self._choices.sized else 1.0
+        size = sized(stature(template, body.heights)) if self._choices.sized else 1.0
         return Performed(size * places, size * template)
 
     def _turn(self, numbers: np.random.Generator) -> Turn:

@@ -52,7 +52,10 @@ def build(body: Body) -> Build:
             chains[joint] += chains[parent]
     chains[:, 0] = 0.0
     roles = [body.character.roles[joint] for joint in body.joints]
-    kinds = [_sideless(role) if role else str(joint) for joint, role in enumerate(roles)]
+    kinds = [_sideless(role) if role else "" for role in roles]
+    for joint, parent in reversed(list(enumerate(body.parents))):
+        if not roles[parent] and parent >= 0:  # told by the joint that it leads to, as on the other side
+            kinds[parent] = f"above {kinds[joint]}"
     pairs = np.unique(kinds, return_inverse=True)[1]
     regions = np.zeros(count, dtype=np.int64)
     limbs = []

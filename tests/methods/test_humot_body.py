@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
+import pan_material
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench.methods.humot.body import MAJOR, body, unfit, upright
+from retarget_bench.methods.humot.body import HEIGHTS, MAJOR, body, sized, stature, unfit, upright
 from retarget_bench.methods.humot.sampling import DROP_MAJOR, DROP_OTHER, kept, parents_among
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.neutral import neutral_pose
@@ -67,6 +68,40 @@ def test_joints_that_are_not_seen_follow_their_bones():
     motion = character.motion(turned, np.zeros((2, 3)), 30.0)
     found = mine.positions(mine.see(motion), 30.0).positions
     np.testing.assert_allclose(found, motion.positions, atol=1e-9)
+
+
+@pytest.mark.parametrize("words", [("Shoulder", "Arm", "ForeArm", "Hand"), ("UpLeg", "Leg", "Foot", "Toe")])
+def test_a_body_without_arms_or_without_legs_is_no_smaller(words):
+    one = pan_material.BODIES["one"]
+    joints = [f"{side}{word}" for side in ("Left", "Right") for word in words]
+    part = pan_material.without(one, *joints, structure="lacking")
+    assert len(part.skeleton) < len(one.skeleton)
+    assert body(part).major.sum() == 6
+    assert body(part).stature == pytest.approx(body(one).stature, rel=0.15)
+
+
+def test_puppets_are_as_tall_by_their_legs_or_arms_alone():
+    every = [body(each) for each in PUPPETS.values() if not each.four_legged]
+    for limb in (("foot", "leg", "up_leg"), ("arm", "forearm", "hand"), ("leg", "forearm")):
+        ratios = []
+        for mine in every:
+            known = np.isin(mine.heights, [HEIGHTS[part] for part in limb])
+            assert known.sum() == 2 * len(limb)
+            ratios.append(stature(mine.template, np.where(known, mine.heights, np.nan)) / mine.stature)
+        assert np.mean(ratios) == pytest.approx(1.0, abs=0.03)
+        assert np.mean(np.abs(np.log(ratios)) < 0.25) > 0.9  # one has arms to the floor
+    for mine in every:
+        ankles_to_shoulders = (
+            mine.template[mine.heights == 1.0, 2].max() - mine.template[:, 2][mine.heights == 0.0].min()
+        )
+        assert mine.stature == pytest.approx(ankles_to_shoulders)
+
+
+def test_one_height_tells_no_stature():
+    mine = body(BODIES["h36m17"])
+    for part in ("arm", "foot"):
+        assert stature(mine.template, np.where(mine.heights == HEIGHTS[part], mine.heights, np.nan)) == 0.0
+    assert sized(0.0) == 1.0
 
 
 def test_bodies_on_four_legs_are_refused():

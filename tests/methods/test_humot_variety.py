@@ -99,6 +99,37 @@ def test_a_limb_turns_as_one_piece_about_its_first_joint(seed, name):
         assert (cosines > np.cos(reach) - 1e-6).all()
 
 
+def test_joints_without_roles_have_the_proportions_of_the_other_side():
+    """A joint between the hips and each leg, as CMU's bodies have, and one in the spine."""
+    one = BODIES["one"].skeleton
+    names, parents, offsets = list(one.names), one.parents.tolist(), list(one.offsets)
+    for name in ("LeftUpLeg", "RightUpLeg", "Spine1"):
+        joint = names.index(name)
+        names.append(f"{name}_split")
+        parents.append(parents[joint])
+        offsets.append(offsets[joint] / 2)
+        parents[joint], offsets[joint] = len(names) - 1, offsets[joint] / 2
+    order = sorted(range(len(names)), key=lambda joint: depth(parents, joint))
+    split = Skeleton(
+        tuple(names[j] for j in order),
+        np.array([order.index(parents[j]) if parents[j] >= 0 else -1 for j in order]),
+        np.array([offsets[j] for j in order]),
+    )
+    mine = body(Character.of("split", split))
+    at = [mine.joints.index(split.names.index(f"{name}UpLeg_split")) for name in ("Left", "Right")]
+    assert [mine.character.roles[mine.joints[k]] for k in at] == [None, None]
+    for seed in range(8):
+        factors = proportions(np.random.default_rng(seed), mine)
+        assert factors[at[0]] == factors[at[1]]
+    assert len(set(build(mine).pairs[at])) == 1
+    spine = mine.joints.index(split.names.index("Spine1_split"))
+    assert (build(mine).pairs == build(mine).pairs[spine]).sum() == 1
+
+
+def depth(parents, joint):
+    return 0 if parents[joint] < 0 else 1 + depth(parents, parents[joint])
+
+
 def test_limbs_are_arms_and_legs():
     mine = body(BODIES["one"])
     roles = [mine.character.roles[joint] or "" for joint in mine.joints]
@@ -142,6 +173,6 @@ def test_every_body_has_the_usual_size(drawn):
         for row in range(60):
             count = int(drawn[side]["joints"][row].sum())
             mine = next(body(BODIES[name]) for name in THREE if len(body(BODIES[name]).joints) == count)
-            assert stature(drawn[side]["template"][row, :count].numpy(), mine.major) == pytest.approx(
+            assert stature(drawn[side]["template"][row, :count].numpy(), mine.heights) == pytest.approx(
                 USUAL, rel=1e-5
             )
