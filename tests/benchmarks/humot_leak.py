@@ -35,9 +35,9 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.spec import Spec
 from retarget_bench.statistics import LEVEL, mean_intervals
 from retarget_bench.training import weights
+from retarget_bench.training.clips import held_out as validation
 from retarget_bench.training.clips import training_clips
 from retarget_bench.training.material import Clip
-from retarget_bench.training.validate import held_out as validation
 
 KINDS = ("trained on", "held out of the same clips", "of clips never trained on")
 RESAMPLES = 10_000
