@@ -27,12 +27,15 @@ Windows = Literal["overlapping", "whole"]
 class Question:
     """A source at 30 frames per second, Z up, and the body that it is asked for.
 
-    places: ``(frames, joints, 3)`` metres. shown, told: factors by which the actor and the body are sized
-    before they go through the networks. ratio: what the path of the hips is scaled by.
+    frames: how many it has. places: ``(frames or more, joints, 3)`` metres: what is shorter than a window
+    waits where it ends, since training has next to no window of a frame or two. shown, told: factors by
+    which the actor and the body are sized before they go through the networks. ratio: what the path of the
+    hips is scaled by.
     """
 
     source: Motion | Positions
     target: Character
+    frames: int
     places: np.ndarray
     actor: Body
     body: Body
@@ -44,14 +47,12 @@ class Question:
     def of(cls, source: Motion | Positions, target: Character, rule: str, usual: bool) -> Question:
         """rule: of the path. usual: both go through the networks in the usual size."""
         actor, asked = body(source.character), body(target)
-        places = actor.see(rates.at_thirty(source))
+        seen = actor.see(rates.at_thirty(source))
+        wait = ((0, max(WINDOW - len(seen), 0)), (0, 0), (0, 0))
         shown, told = (sized(each.stature) if usual else 1.0 for each in (actor, asked))
         ratio = root_rules.ratio(rule, source.character, target)
-        return cls(source, target, places, actor, asked, shown, told, ratio)
-
-    @property
-    def frames(self) -> int:
-        return len(self.places)
+        places = np.pad(seen, wait, mode="edge")
+        return cls(source, target, len(seen), places, actor, asked, shown, told, ratio)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,8 +82,8 @@ def retargeted(
 
 def _pieces(question: Question, windows: Windows) -> Iterator[Piece]:
     """Windows that overlap by half; the last one ends where the clip does."""
-    frames = question.frames
-    length = frames if windows == "whole" else min(WINDOW, frames)
+    frames = len(question.places)
+    length = frames if windows == "whole" else WINDOW
     starts = sorted({*range(0, frames - length, HOP), frames - length})
     for start in starts:
         yield Piece(question, start, start + length, _centre(question, start, start + length))
@@ -161,12 +162,13 @@ def _side(joints: Sequence[int], frames: int) -> dict[str, np.ndarray]:
 def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> Positions:
     """The pieces faded into each other; then the path of the hips scaled (A.6)."""
     joints = len(question.body.joints)
-    total, weight = np.zeros((question.frames, joints, 3)), np.zeros((question.frames, 1, 1))
+    frames = len(question.places)
+    total, weight = np.zeros((frames, joints, 3)), np.zeros((frames, 1, 1))
     for piece, answer in answers:
         share = _fade(piece.stop - piece.start)[:, None, None]
         total[piece.start : piece.stop] += share * (answer + piece.centre)
         weight[piece.start : piece.stop] += share
-    places = total / weight
+    places = (total / weight)[: question.frames]
     places += (question.ratio - 1.0) * places[:, :1]
     whole = question.body.positions(places, rates.FPS)
     found = rates.at(whole, question.source.frames, question.source.fps)

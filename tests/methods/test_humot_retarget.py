@@ -58,13 +58,22 @@ def test_windows_cover_a_clip_and_fade_into_each_other(method):
     for frames in (5, 30, 31, 44, 45, 46, 100):
         question = Question.of(dance("one", frames), BODIES["one"], "leg_length", True)
         pieces = list(_pieces(question, "overlapping"))
-        weight = np.zeros(frames)
+        weight = np.zeros(max(frames, WINDOW))
         for piece in pieces:
-            assert piece.stop - piece.start == min(WINDOW, frames)
+            assert piece.stop - piece.start == WINDOW
             weight[piece.start : piece.stop] += _fade(piece.stop - piece.start)
         assert (weight > 0.0).all()
         assert [piece.start for piece in pieces][:-1] == list(range(0, max(frames - WINDOW, 0), HOP))
     assert len(list(_pieces(question, "whole"))) == 1
+
+
+@pytest.mark.parametrize("frames", [1, 2, 12])
+def test_a_clip_shorter_than_a_window_waits_where_it_ends(method, frames):
+    source = dance("one", frames)
+    waiting = source.at(np.minimum(np.arange(WINDOW), frames - 1))
+    found, wanted = (carried(method, each, BODIES["legs"]).positions for each in (source, waiting))
+    assert len(found) == frames
+    np.testing.assert_allclose(found, wanted[:frames], atol=1e-5)
 
 
 def test_positions_are_taken_like_motions(method):
@@ -167,7 +176,7 @@ def test_a_part_is_centred_where_the_whole_body_is(method, monkeypatch, kept):
     monkeypatch.setattr(
         "retarget_bench.methods.humot.learner.Autoencoder.forward",
         lambda self, given, asked, frames: (
-            seen.append(given) or asked["template"][:, None].repeat(1, 5, 1, 1)
+            seen.append(given) or asked["template"][:, None].repeat(1, WINDOW, 1, 1)
         ),
     )
     whole = BODIES["one"]
