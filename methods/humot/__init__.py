@@ -52,7 +52,7 @@ class HuMoT(Learned):
     split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
         split, whose validation they are; ``clip`` trains on all of them.
     root_rule: what the path of the hips is scaled by, one of ``root_rules.SCALING_RULES``. The paper's is
-        ``leg_length``; ``hip_height`` is nearer to the answer on puppets and on Mixamo.
+        ``leg_length`` (A.6), with which bodies of other proportions float or sink.
     windows: ``overlapping`` by half, as long as those of training, faded into each other; or ``whole``.
     """
 
@@ -87,7 +87,7 @@ class HuMoT(Learned):
         mirrored: bool = True,
         hop: int = 6,
         split: Literal["clip", "chunk"] = "clip",
-        root_rule: root_rules.ScalingRule = "leg_length",
+        root_rule: root_rules.ScalingRule = "hip_height",
         windows: Literal["overlapping", "whole"] = "overlapping",
         weights: str = "puppets",
     ) -> None:
