@@ -6,10 +6,11 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
+from retarget_bench.axes import top
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.charts import Frame, Look, Scale
-from retarget_bench.report.means import told, top, worst
+from retarget_bench.report.means import told, worst
 from retarget_bench.report.pictures import Looks, Picture, by_split
 from retarget_bench.summary import Mean
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 
 import numpy as np
 
@@ -13,8 +13,6 @@ from retarget_bench.summary import Mean
 
 WORST = 6
 """Cases that are kept behind the point of a curve and behind a joint."""
-ROOM = 2.5
-"""A chart's axis ends at so many times the median method's number where some method is farther off."""
 
 
 def grouped(split: Split, by: str) -> dict[str, list[Mean | None]]:
@@ -43,15 +41,6 @@ def worst(numbers: np.ndarray, better: str, goal: float = 1.0, most: int = WORST
     loss = statistics.losses(numbers, {"better": better, "goal": goal})
     order = [int(case) for case in np.argsort(-loss, kind="stable") if not np.isnan(loss[case])]
     return " ".join(f"{case}:{numbers[case]:.4g}" for case in order[:most])
-
-
-def top(highest: Sequence[float], decimals: int = 2) -> float:
-    """Where an axis ends, from the highest number of every method: what is far worse is left out.
-
-    decimals: with which the numbers are written; methods that have nothing but zeros then do not count.
-    """
-    known = [each for each in highest if np.isfinite(each) and each >= 0.5 * 10.0**-decimals]
-    return float(min(max(known), ROOM * float(np.median(known)))) if known else 10.0**-decimals
 
 
 def told(mean: Mean, decimals: int, unit: str) -> str:

@@ -8,10 +8,11 @@ import numpy as np
 from markupsafe import Markup
 
 from retarget_bench import statistics
+from retarget_bench.axes import top
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.charts import Frame, Look, Scale
-from retarget_bench.report.means import finite, grouped, told, top
+from retarget_bench.report.means import finite, grouped, told
 from retarget_bench.report.pictures import Looks, Picture, by_split
 from retarget_bench.summary import Mean
 
