@@ -3,6 +3,7 @@
 function pointers(player) {
   const { canvas, camera } = player;
   const held = new Map();
+  let before = null; // the view when the first of them came
   const gap = () => {
     const [a, b] = [...held.values()];
     return { x: (a.x + b.x) / 2, y: (a.y + b.y) / 2, apart: Math.hypot(a.x - b.x, a.y - b.y) };
@@ -12,33 +13,40 @@ function pointers(player) {
     return rooms.length ? 1 / (scales[0] * rooms[0].size) : 0;
   };
   const moved = (event) => {
-    const before = held.get(event.pointerId);
-    if (!before) return;
+    const last = held.get(event.pointerId);
+    if (!last) return;
     const old = held.size === 2 ? gap() : null;
-    const dx = event.clientX - before.x, dy = event.clientY - before.y;
-    held.set(event.pointerId, { x: event.clientX, y: event.clientY, pans: before.pans });
+    const dx = event.clientX - last.x, dy = event.clientY - last.y;
+    held.set(event.pointerId, { x: event.clientX, y: event.clientY, pans: last.pans });
     if (old) {
       const now = gap();
       zoom(camera, now.apart / Math.max(old.apart, 1));
       pan(camera, (now.x - old.x) * perPixel(), (now.y - old.y) * perPixel());
-    } else if (before.pans || event.shiftKey) pan(camera, dx * perPixel(), dy * perPixel());
+    } else if (last.pans || event.shiftKey) pan(camera, dx * perPixel(), dy * perPixel());
     else orbit(camera, -dx * 0.009, dy * 0.007);
     redraw(player);
   };
   listen(player, canvas, "pointerdown", (event) => {
     if (held.size === 2) return;
+    if (!held.size) before = { ...camera };
     held.set(event.pointerId, { x: event.clientX, y: event.clientY, pans: event.button > 0 });
     canvas.setPointerCapture(event.pointerId);
     canvas.classList.add("rp-held");
   });
   listen(player, canvas, "pointermove", moved);
-  for (const end of ["pointerup", "pointercancel"]) {
-    listen(player, canvas, end, (event) => {
-      held.delete(event.pointerId);
-      if (!held.size) canvas.classList.remove("rp-held");
-    });
-  }
-  /* A finger that goes sideways is ours, one that goes up or down scrolls the page, two are ours. */
+  const ended = (event) => {
+    const ours = held.delete(event.pointerId);
+    if (!held.size) canvas.classList.remove("rp-held");
+    return ours;
+  };
+  listen(player, canvas, "pointerup", ended);
+  /* A finger that goes sideways is ours, two are ours. One that goes up or down scrolls the page: the browser says so
+     only when it has turned the view a little, which is taken back. */
+  listen(player, canvas, "pointercancel", (event) => {
+    if (!ended(event)) return;
+    Object.assign(camera, before);
+    redraw(player);
+  });
   listen(player, canvas, "touchmove", (event) => event.touches.length > 1 && event.preventDefault(), false);
   listen(player, canvas, "contextmenu", (event) => event.preventDefault());
   listen(player, canvas, "wheel", (event) => {
