@@ -36,3 +36,18 @@ def until(opened, told: str) -> None:
 
 SHOWN = "parseInt(document.querySelector('.rp-readout').textContent)"
 """The frame in the read-out, in JavaScript."""
+
+RED = """(share) => {
+    const shown = document.querySelector(".rp-canvas"), { width, height } = shown;
+    const strip = Math.ceil(share * width);
+    const canvas = Object.assign(document.createElement("canvas"), { width, height });
+    const context = canvas.getContext("2d", { willReadFrequently: true });
+    context.drawImage(shown, 0, 0);
+    let seen = 0;
+    for (const x of [0, width - strip]) {
+        const { data } = context.getImageData(x, Math.round(height / 5), strip, Math.round(height * 4 / 5));
+        for (let at = 0; at < data.length; at += 4) if (data[at] > 40 + 2 * data[at + 1]) seen++;
+    }
+    return seen;
+}"""
+"""Pixels that are red, in so much of the picture's width at its left and at its right."""

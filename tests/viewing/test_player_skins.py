@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from acted import acted, clad, clad_scene, figure, scene
-from playing import button, frame, picture
+from playing import RED, button, frame, picture
 from viewing_toys.toy_moves import body
 
 from retarget_bench.errors import BenchError
@@ -23,21 +23,6 @@ SURFACE = """async (frames) => {
     const surface = (frame) => [...RetargetPlayer.surfaceAt(figures[0], frame, all)];
     return { faces: [...faces], places: frames.map(surface) };
 }"""
-
-RED = """(share) => {
-    const shown = document.querySelector(".rp-canvas"), { width, height } = shown;
-    const strip = Math.ceil(share * width);
-    const canvas = Object.assign(document.createElement("canvas"), { width, height });
-    const context = canvas.getContext("2d", { willReadFrequently: true });
-    context.drawImage(shown, 0, 0);
-    let seen = 0;
-    for (const x of [0, width - strip]) {
-        const { data } = context.getImageData(x, Math.round(height / 5), strip, Math.round(height * 4 / 5));
-        for (let at = 0; at < data.length; at += 4) if (data[at] > 40 + 2 * data[at + 1]) seen++;
-    }
-    return seen;
-}"""
-"""Pixels that are red, in so much of the picture's width at its left and at its right."""
 
 
 def ball(rings: int, joints: int = 1) -> Mesh:

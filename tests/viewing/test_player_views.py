@@ -1,8 +1,24 @@
-"""Where the player looks: scrolling is no turning."""
+"""Where the player looks: bodies are whole in their panels, scrolling is no turning."""
 
 from __future__ import annotations
 
-from playing import picture
+from acted import acted, figure
+from playing import RED, button, frame, picture
+from viewing_toys.toy_moves import DOG, body
+
+from retarget_bench.viewing.scene import Scene
+
+
+def test_heads_and_tails_are_in_the_panel_with_all_that_is_round_about_them(mounted):
+    joints = DOG | {"Head": ("Neck", (0, 0.05, 0.5))}  # farther from the hips than anything else
+    long = figure("long", "motion", acted(body("dog", joints), 2))
+    options = {"colours": {"long": "#d00000"}}
+    opened = mounted(Scene("dog", (long,), 30.0), options=options, width=400)
+    for name in ("Side", "Contacts"):
+        button(opened, name).click()
+    frame(opened)
+    assert opened.evaluate(RED, 0.5) > 500
+    assert opened.evaluate(RED, 0.004) == 0
 
 
 def test_a_finger_that_scrolls_the_page_leaves_the_view_as_it_was(mounted):

@@ -83,6 +83,21 @@ function projected(figure, view) {
 
 const PLACE = {}; // of the piece that is drawn
 const DOT = 40; // millimetres: radius of a body that is one joint
+const HEAD = { before: 0.55, long: 0.75, narrow: 0.86 }; // in its radii: from joint to ball, to the other ball, its size
+
+/* Metres that bones go beyond each joint, on any side of it. */
+function thickness({ parents, radii, heads }) {
+  const found = new Float32Array(parents.length);
+  const thicken = (joint, radius) => (found[joint] = Math.max(found[joint], radius / 1000));
+  if (parents.length === 1) thicken(0, DOT);
+  parents.forEach((parent, joint) => {
+    if (parent < 0 || !radii[2 * joint]) return;
+    thicken(parent, radii[2 * joint]);
+    thicken(joint, radii[2 * joint + 1]);
+  });
+  for (const [joint, , radius] of heads) thicken(joint, (HEAD.before + HEAD.long + HEAD.narrow) * radius);
+  return found;
+}
 
 /* Bones and heads of a figure as things to be drawn: how far they are, and how. */
 function pieces(figure, thin, found) {
@@ -116,12 +131,12 @@ function placed(piece, out) {
     dy = out.y - screen[below + 1];
     deep = (screen[below + 2] - screen[from + 2]) * screen[from + 3];
     const share = out.a / (Math.hypot(dx, dy, deep) || 1);
-    out.x += 0.55 * dx * share;
-    out.y += 0.55 * dy * share;
-    dx *= 0.75 * share;
-    dy *= 0.75 * share;
-    deep *= 0.75 * share;
-    out.b *= 0.86;
+    out.x += HEAD.before * dx * share;
+    out.y += HEAD.before * dy * share;
+    dx *= HEAD.long * share;
+    dy *= HEAD.long * share;
+    deep *= HEAD.long * share;
+    out.b *= HEAD.narrow;
   }
   out.length = Math.hypot(dx, dy);
   out.cos = out.length > 1e-6 ? dx / out.length : 1;

@@ -23,10 +23,11 @@ function smoothPath(figure, frames, fps, ground) {
   return path;
 }
 
-/* Metres: how high a figure reaches above the floor, and how far sideways of its path, with its skin, too. */
+/* Metres: how high joints are above the floor, and how far bones are sideways of the path, and the skin. */
 function reach(figure, frames, ground) {
   const { positions, path } = figure;
   const joints = figure.body.parents.length;
+  const thick = thickness(figure.body);
   const around = figure.turns ? figure.body.skin.around : new Map();
   let up = 0, wide = 0, worn = 0;
   for (let frame = 0; frame < frames; frame++) {
@@ -35,8 +36,8 @@ function reach(figure, frames, ground) {
       const x = positions[at], z = positions[at + 2];
       up = Math.max(up, positions[at + 1] - floorAt(ground, x, z));
       const aside = Math.hypot(x - path[3 * frame], z - path[3 * frame + 2]);
-      wide = Math.max(wide, aside);
-      worn = Math.max(worn, aside + (around.get(joint) || 0));
+      wide = Math.max(wide, aside + thick[joint]);
+      worn = Math.max(worn, aside + Math.max(around.get(joint) || 0, thick[joint]));
     }
   }
   return { up, wide, worn };
