@@ -3,7 +3,6 @@
 const LIGHT = [-0.48, 0.62, 0.62]; // from the upper left, behind the eye
 const AMBIENT = 0.46, DIFFUSE = 0.72, LEVELS = 8;
 const RIGHT_DIMMED = 0.8; // the right side is darker, so that sides can be told apart
-const HEAT = ["#bcc4cf", "#cfc3a6", "#dfb97b", "#e8a653", "#ec8d36", "#e76f24", "#da4f1d", "#c32f1b", "#a31420"];
 const HEAT_TOP = 20; // % of height
 
 function rgb(hex) {

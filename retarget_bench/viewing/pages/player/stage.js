@@ -12,6 +12,7 @@ function themeOf(root) {
     const key = name.replace(/-(.)/g, (_, letter) => letter.toUpperCase());
     theme[key] = style.getPropertyValue(`--rp-${name}`).trim();
   }
+  theme.heat = style.getPropertyValue("--rp-heat").trim().split(/\s+/);
   theme.font = style.fontFamily;
   return theme;
 }
@@ -102,7 +103,7 @@ function viewOf(player, plan, i, figures, frame) {
 /* The colour of a piece: its figure's, or how far its joint is off the reference. */
 function toneOf(player, figure, from, to) {
   const { show } = player;
-  if (show.heat && figure.reference) return heat(figure, to);
+  if (show.heat && figure.reference) return heat(player.theme.heat, figure, to);
   if (show.contacts && rests(player, figure, from, to)) return player.theme.contact;
   return player.colours[figure.id][figure.body.sides[to] === "r" ? 2 : 1];
 }
@@ -112,11 +113,12 @@ function painter(player) {
     player.shade(toneOf(player, figure, from, to), sideways, front);
 }
 
-function heat(figure, joint) {
+/* The colour of a joint on a scale from good, which is near the colour of the paper, to bad. */
+function heat(scale, figure, joint) {
   const r = figure.reference.now, n = figure.now, at = 3 * joint;
   const off = Math.hypot(n[at] - r[at], n[at + 1] - r[at + 1], n[at + 2] - r[at + 2]);
   const share = (100 * off) / figure.body.height / HEAT_TOP;
-  return HEAT[Math.min(Math.floor(share * HEAT.length) || 0, HEAT.length - 1)];
+  return scale[Math.min(Math.floor(share * scale.length) || 0, scale.length - 1)];
 }
 
 /* Whether a bone lies on a foot that stands: it begins there, or ends there and is the last one. */
@@ -132,7 +134,7 @@ function rests(player, figure, from, to) {
 /* What colours mean while they show how far joints are off. */
 function drawHeatKey(player) {
   const { context, theme, height } = player;
-  HEAT.forEach((colour, i) => {
+  theme.heat.forEach((colour, i) => {
     context.fillStyle = colour;
     context.fillRect(12 + 12 * i, height - 30, 12, 8);
   });
