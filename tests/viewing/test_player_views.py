@@ -1,12 +1,26 @@
-"""Where the player looks: bodies are whole in their panels, scrolling is no turning."""
+"""Where the player looks: bodies are whole in their panels, scrolling is no turning, the far may leave."""
 
 from __future__ import annotations
 
-from acted import acted, figure
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from acted import FRAMES, acted, figure, scene
 from playing import RED, button, frame, picture
 from viewing_toys.toy_moves import DOG, body
 
-from retarget_bench.viewing.scene import Scene
+from retarget_bench.viewing.scene import Figure, Scene
+
+HEARD = """() => {
+    window.said = new Set();
+    const letters = CanvasRenderingContext2D.prototype.fillText;
+    CanvasRenderingContext2D.prototype.fillText = function (text, ...where) {
+        said.add(text);
+        letters.call(this, text, ...where);
+    };
+}"""
+"""From now on, everything that is written on the picture is in ``said``."""
 
 
 def test_heads_and_tails_are_in_the_panel_with_all_that_is_round_about_them(mounted):
@@ -42,3 +56,45 @@ def test_a_finger_that_scrolls_the_page_leaves_the_view_as_it_was(mounted):
     assert opened.evaluate("scrollY") > 20
     assert opened.evaluate("turned") > 0, "the view was turned before the browser took the finger away"
     assert opened.evaluate("ended") == ["pointercancel"]
+
+
+def gone(made: Scene, label: str, far: float) -> Scene:
+    """The same, but a figure goes so many metres away by the last frame."""
+    way = np.linspace(0.0, far, made.frames)[:, None, None] * [1.0, 0.0, 0.0]
+
+    def moved(each: Figure) -> Figure:
+        return replace(each, positions=each.positions + way, motion=None)
+
+    return replace(made, figures=tuple(moved(f) if f.label == label else f for f in made.figures))
+
+
+def alone_and_among(opened, labels: list[str], label: str) -> tuple[int, int, list[str]]:
+    """Red pixels of some figures, and with one more; and what is said to be out of view then."""
+    opened.evaluate("(labels) => view.select(labels)", labels)
+    frame(opened)
+    before = opened.evaluate(RED, 0.5)
+    opened.evaluate(HEARD)
+    opened.evaluate("(labels) => view.select(labels)", [*labels, label])
+    frame(opened)
+    told = [text for text in opened.evaluate("[...said]") if "out of view" in text]
+    return before, opened.evaluate(RED, 0.5), [text.split()[0] for text in told]
+
+
+@pytest.mark.parametrize("follow", [True, False])
+def test_who_goes_far_away_does_not_make_the_others_tiny(mounted, follow):
+    options = {"overlay": True, "frame": FRAMES - 1, "colours": {"reference": "#d00000"}}
+    opened = mounted(gone(scene(), "leaning", 30.0), options=options)
+    button(opened, "Floor faults").click()  # red, too
+    if not follow:
+        button(opened, "Follow").click()
+    before, after, told = alone_and_among(opened, ["source", "reference", "good", "sunk"], "leaning")
+    assert before > 500
+    assert abs(after - before) < 0.05 * before
+    assert told == ["leaning"]
+
+
+def test_aligned_or_alone_it_is_in_view_wherever_it_goes(mounted):
+    opened = mounted(gone(scene(), "leaning", 30.0), options={"overlay": True, "frame": FRAMES - 1})
+    assert alone_and_among(opened, [], "leaning")[2] == []
+    button(opened, "Align").click()
+    assert alone_and_among(opened, ["reference", "good"], "leaning")[2] == []

@@ -104,6 +104,7 @@ function prepared(scene) {
   }
   const shown = figures.filter((each) => each.positions);
   scene.shown = shown;
+  scene.lead = reference || shown.find((each) => each.part === "source");
   for (const body of scene.bodies) body.reach = largest(shown.filter((each) => each.body === body));
   scene.reach = largest(shown);
   scene.worst = worstFrames(shown, frames, fps);

@@ -63,24 +63,46 @@ function spread(player, list) {
   return far;
 }
 
+/* Those in one place that have to be seen: source, reference, and who stays near these. Whoever goes far away from
+   them may leave the picture, so that the others are not tiny. */
+function nearest(scene, list) {
+  const lead = scene.lead;
+  if (!lead) return list;
+  const most = sizeOf(lead.reach);
+  const stays = ({ path }) => {
+    for (let i = 0; i < path.length; i += 3) {
+      if (Math.hypot(path[i] - lead.path[i], path[i + 2] - lead.path[i + 2]) > most) return false;
+    }
+    return true;
+  };
+  const near = list.filter((figure) => figure.part !== "prediction" || stays(figure));
+  return near.length ? near : list;
+}
+
 /* The panels of what is chosen: each a rectangle and the figures in it. Kept until something changes. */
 function layout(player) {
   const { scene, show, width, height } = player;
   const list = chosen(player), shown = list.filter((figure) => figure.positions);
   const together = show.overlay && shown.length > 0;
   const groups = together ? [shown] : list.map((figure) => [figure]);
-  const apart = Math.max(0, ...groups.map((group) => {
+  const stacked = together && show.align && show.follow;
+  const near = stacked || !together ? shown : nearest(scene, shown);
+  const apart = Math.max(0, ...(together ? [near] : groups).map((group) => {
     const seen = group.filter((figure) => figure.positions);
-    return seen.length && !(together && show.align && show.follow) ? spread(player, seen) : 0;
+    return seen.length && !stacked ? spread(player, seen) : 0;
   }));
-  const room = needed(reachOf(player, list, scene.reach), apart);
+  const room = needed(reachOf(player, near, together ? largest(near) : scene.reach), apart);
   const boxes = panels(groups.length, width, height, room.across, room.up * (1 + (2 * TITLE) / height));
   const rooms = groups.map(([figure]) =>
     together || show.size || !figure.positions ? room
       : needed(reachOf(player, [figure], figure.body.reach), apart));
   const scales = rooms.map((each) => Math.min(boxes[0].w / each.across, (boxes[0].h - TITLE) / each.up));
-  return { groups, boxes, rooms, scales, together, backdrop: backdrop(player, boxes), fitted: new Map(),
+  return { groups, near, boxes, rooms, scales, together, backdrop: backdrop(player, boxes), fitted: new Map(),
     missing: together ? list.filter((each) => !each.positions) : [] };
+}
+
+function sizeOf({ up, wide }) {
+  return Math.max(up, 1.2 * wide);
 }
 
 /* Metres that have to fit into a panel, and the size of what is seen, which the eye keeps away from. */
@@ -88,7 +110,7 @@ function needed({ up, wide }, apart) {
   return {
     across: 2.05 * (wide + apart),
     up: 1.08 * up + 0.3 * wide + 0.35 * apart,
-    size: Math.max(up, 1.2 * wide),
+    size: sizeOf({ up, wide }),
     middle: 0.49 * up,
   };
 }
@@ -148,7 +170,7 @@ function seenIn(player, plan, place) {
   const group = plan.groups[place];
   if (!group[0].positions) return null;
   const frame = Math.min(Math.round(player.time), player.scene.frames - 1);
-  const view = viewOf(player, plan, place, group, frame);
+  const view = viewOf(player, plan, place, plan.together ? plan.near : group, frame);
   const apart = plan.together && player.show.align;
   return { view, views: group.map((figure) => (apart ? viewOf(player, plan, place, [figure], frame) : view)) };
 }

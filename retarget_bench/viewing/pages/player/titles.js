@@ -42,6 +42,15 @@ function underOf(player, figure, frame, room) {
   return deep > 0 ? `${(100 * deep).toFixed(1)} cm ${UNDER.find(([least]) => room >= least)[1]}` : "";
 }
 
+/* Words for a figure of which no joint is in a box of the screen. */
+function awayOf({ positions, screen }, { x, y, w, h }) {
+  if (!positions) return "";
+  for (let at = 0; at < screen.length; at += 4) {
+    if (screen[at] > x && screen[at] < x + w && screen[at + 1] > y && screen[at + 1] < y + h) return "";
+  }
+  return "out of view";
+}
+
 function drawSwatch(context, x, y, colour) {
   context.fillStyle = colour;
   context.beginPath();
@@ -69,7 +78,8 @@ function drawTitles(player, box, figures, frame) {
   context.font = `600 12px ${theme.font}`;
   figures.forEach((figure, i) => {
     const y = box.y + 18 + 17 * i;
-    const numbers = [offOf(figure, frame), underOf(player, figure, frame, room / 3)].filter(Boolean).join(" · ");
+    const told = [offOf(figure, frame), underOf(player, figure, frame, room / 3), awayOf(figure, box)];
+    const numbers = told.filter(Boolean).join(" · ");
     const name = fitted(player, figure.label, Math.max(room - fitted(player, numbers, room).long - 12, 40)).told;
     drawSwatch(context, box.x + 10, y, colours[figure.id][0]);
     write(player, `${name}   ${numbers}`, box.x + 26, y, room, theme.ink);
