@@ -89,12 +89,28 @@ def places(
     known = ", ".join(sorted({place.dataset for place in asked or found}))
     if not asked:
         where = ", ".join(map(str, roots))
-        there = sorted({f"{place.dataset} ({place.split})" for place in found})
-        hint = f"; there are results of {', '.join(there)}" if there else f"; {maker} makes some"
+        hint = _instead(found, dataset, splits) or f"; {maker} makes some"
         raise BenchError(f"no results of {dataset or ', '.join(splits)} in {where}{hint}")
     if len({place.dataset for place in asked}) > 1:
         raise BenchError(f"these are results of several data sets: choose one by -d out of {known}")
     return _of_methods(asked, methods) if methods else asked
+
+
+def _instead(found: Sequence[Place], dataset: str | None, splits: Sequence[str]) -> str:
+    """What to ask for instead, to get some of the results that there are."""
+    asked = [place for place in found if place.dataset == dataset] or found
+    there = sorted({(place.dataset, place.split) for place in asked}, key=lambda each: each[::-1])
+    if not there:
+        return ""
+    options = [
+        " ".join(
+            ([f"-d {name}"] if dataset not in (None, name) else [])
+            + ([f"-s {split}"] if split not in splits else [])
+        )
+        for name, split in there
+    ]
+    told = ", ".join(f"{name} ({split})" for name, split in there)
+    return f"; there are results of {told}: ask for them by {' or '.join(dict.fromkeys(options))}"
 
 
 def task_places(
