@@ -34,9 +34,11 @@ LOOK: dict[str, Any] = {
     "xtick.labelsize": 7, "ytick.labelsize": 7, "legend.fontsize": 7,
     "axes.grid": True, "grid.alpha": 0.3, "grid.linewidth": 0.5, "axes.linewidth": 0.6,
     "hatch.linewidth": 0.5,
-    "pdf.fonttype": 42, "svg.hashsalt": "retarget-bench", "text.parse_math": False, "text.usetex": False,
+    "pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "retarget-bench",
+    "text.parse_math": False, "text.usetex": False,
 }  # fmt: skip
-"""Fonts are embedded as TrueType, which publishers ask for; names are text, whatever signs they have."""
+"""PDFs embed fonts as TrueType, which publishers ask for; SVG has words as text. Names are
+drawn as they are, whatever signs they have."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +95,17 @@ def told(name: str) -> str:
     if len(clean) > LONGEST:
         clean = f"{clean[: LONGEST // 2]}…{clean[-LONGEST // 2 + 1 :]}"
     return f"\u200a{clean}" if clean.startswith("_") else clean or "(no name)"
+
+
+def short(number: float) -> str:
+    """Two decimals, or as many as four signs have room for."""
+    return (
+        f"{number:.2f}"
+        if abs(number) < 9.995
+        else f"{number:.1f}"
+        if abs(number) < 99.95
+        else f"{number:.0f}"
+    )
 
 
 def title(figure: Figure, page: Page, text: str) -> None:

@@ -13,7 +13,7 @@ import numpy as np
 
 from retarget_bench.breakdown import UNKNOWN, broken_down, structures_of
 from retarget_bench.errors import BenchError
-from retarget_bench.plotting import canvas, values
+from retarget_bench.plotting import canvas, edges, values
 from retarget_bench.plotting.dots import dots
 from retarget_bench.summary import Mean, section
 
@@ -98,24 +98,30 @@ def draw(
             "--dots draws errors without one"
         )
     if body is None:
-        _dots(path, errors, what, canvas.looks(values.headers([panel]), page), title, page)
+        _dots(path, errors, what, values.headers([panel]), title, page)
     else:
         _skeletons(path, errors, what, body, title, page)
 
 
 # --------------------------------------------------------------------------------------------------- dots
 def _dots(
-    path: Path, errors: Joints, what: values.Shown, look: Mapping[str, Any], title: str, page: canvas.Page
+    path: Path,
+    errors: Joints,
+    what: values.Shown,
+    headers: Mapping[str, Mapping[str, Any]],
+    title: str,
+    page: canvas.Page,
 ) -> None:
     order = sorted(range(len(errors.joints)), key=lambda joint: -_worst(errors, joint))
     means = {label: [row[joint] for joint in order] for label, row in errors.means.items()}
     means = {label: row for label, row in means.items() if any(row)}
+    edge = edges.edge({label: filter(None, row) for label, row in means.items()}, headers, what.declared)
     with canvas.drawn(path, page.width, 0.5 + 0.19 * len(order)) as figure:
         axes = figure.subplots()
-        dots(axes, [errors.joints[joint] for joint in order], means, look)
+        dots(axes, [errors.joints[joint] for joint in order], means, canvas.looks(headers, page), edge)
         axes.set(xlabel=what.axis)
         axes.set_xlim(left=0)
-        canvas.title(figure, page, f"{title}, bars 95 %")
+        canvas.title(figure, page, f"{title}, bars 95 %{edges.told([edge])}")
         canvas.legend(figure, [axes])
 
 

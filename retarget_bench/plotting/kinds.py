@@ -10,7 +10,7 @@ import numpy as np
 
 from retarget_bench.breakdown import broken_down
 from retarget_bench.panel import Panel
-from retarget_bench.plotting import canvas, values
+from retarget_bench.plotting import canvas, edges, values
 from retarget_bench.plotting.dots import dots
 from retarget_bench.statistics import losses
 from retarget_bench.summary import Mean, section
@@ -27,20 +27,26 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     """
     canvas.ending(path)
     what = values.shown(panels, value)
-    look = canvas.looks(values.headers(panels), page)
+    headers = values.headers(panels)
+    look = canvas.looks(headers, page)
     found = [(panel.split, by_kind(panel, value)) for panel in panels if value in panel.values]
     across = min(len(found), page.across(2.2))
     rows = [found[first : first + across] for first in range(0, len(found), across)]
     heights = [0.6 + ROW * max(len(kinds) for _, kinds in row) for row in rows]
+    far: list[edges.Edge] = []
     with canvas.drawn(path, page.width, sum(heights) + 0.2) as figure:
         grid = figure.subplots(len(rows), across, squeeze=False, height_ratios=heights)
         for axes, (split, kinds) in zip(grid.flat, found, strict=False):
             labels = {label: look[label] for each in kinds.values() for label in each}
-            dots(axes, list(kinds), {k: [each.get(k) for each in kinds.values()] for k in labels}, look)
+            means = {label: [each.get(label) for each in kinds.values()] for label in labels}
+            edge = edges.edge({k: filter(None, row) for k, row in means.items()}, headers, what.declared)
+            far.append(edge)
+            dots(axes, list(kinds), means, look, edge)
             axes.set(title=split, xlabel=canvas.wrapped(what.axis, 0.6 * page.width / across))
         for axes in grid.flat[len(found) :]:
             axes.set_visible(False)
-        canvas.title(figure, page, f"{canvas.told(panels[0].dataset)}: by kind of performance, bars 95 %")
+        what_of = f"{canvas.told(panels[0].dataset)}: by kind of performance, bars 95 %"
+        canvas.title(figure, page, what_of + edges.told(far))
         canvas.legend(figure, list(grid.flat))
 
 

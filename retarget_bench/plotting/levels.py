@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from retarget_bench.plotting import canvas
+from retarget_bench.plotting import canvas, edges
 
 if TYPE_CHECKING:
     from retarget_bench.halves import Half
@@ -72,10 +72,19 @@ def _line(
     return Line(told, half, look, tuple(scores))
 
 
-def banded(panel: Any, name: str, points: Sequence[tuple[float, Mean]], look: Mapping[str, Any]) -> None:
-    """A line, and a band where all of it has intervals."""
+def banded(
+    panel: Any,
+    name: str,
+    points: Sequence[tuple[float, Mean]],
+    look: Mapping[str, Any],
+    edge: edges.Edge | None = None,
+) -> None:
+    """A line, and a band where all of it has intervals; the highest point of a line that leaves the axis is
+    kept for the edge."""
     if not points:
         return
+    if edge is not None:
+        edge.keep(*max(points, key=lambda point: point[1].value), look)
     at = [each for each, _ in points]
     panel.plot(at, [mean.value for _, mean in points], label=name, **look)
     known = [mean.interval for _, mean in points if mean.interval is not None]

@@ -110,15 +110,4 @@ def _map(
     for (line, column), number in np.ndenumerate(table):
         if written and not np.isnan(number):
             ink = "white" if number > middle else "0.1"
-            axes.text(column, line, _short(number), ha="center", va="center", fontsize=6, color=ink)
-
-
-def _short(number: float) -> str:
-    """Two decimals, or as many as four signs have room for."""
-    return (
-        f"{number:.2f}"
-        if abs(number) < 9.995
-        else f"{number:.1f}"
-        if abs(number) < 99.95
-        else f"{number:.0f}"
-    )
+            axes.text(column, line, canvas.short(number), ha="center", va="center", fontsize=6, color=ink)

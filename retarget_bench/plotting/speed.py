@@ -12,7 +12,7 @@ import numpy as np
 from retarget_bench import statistics
 from retarget_bench.errors import BenchError
 from retarget_bench.panel import Panel
-from retarget_bench.plotting import canvas, values
+from retarget_bench.plotting import canvas, edges, values
 from retarget_bench.summary import section
 
 if TYPE_CHECKING:
@@ -27,7 +27,8 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     """
     canvas.ending(path)
     what = values.shown(panels, value)
-    look = canvas.looks(values.headers(panels), page)
+    headers = values.headers(panels)
+    look = canvas.looks(headers, page)
     sections = [section(panel.narrowed(value)) for panel in panels]
     timed = [[score for score in each.scores if score.fps and value in score.means] for each in sections]
     if not any(timed):
@@ -38,32 +39,41 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     shown = [(each, scores) for each, scores in zip(sections, timed, strict=True) if scores]
     across = min(len(shown), page.across(1.9))
     down = -(-len(shown) // across)
+    found: list[edges.Edge] = []
     with canvas.drawn(path, page.width, 0.4 + 2.1 * down) as figure:
         grid = figure.subplots(down, across, squeeze=False, sharex=True)
         for axes, (each, scores) in zip(grid.flat, shown, strict=False):
-            _marks(axes, scores, value, look)
+            edge = edges.edge({s.label: [s.means[value]] for s in scores}, headers, what.declared)
+            found.append(edge)
+            _marks(axes, scores, value, look, edge)
             ranked = [(s.fps or 0.0, s.means[value].value) for s in scores if not s.unranked]
             _front(axes, ranked, what.declared)
             axes.set(title=f"{each.split}: {each.clips} clips", xlabel="frames per second, one thread")
             canvas.spaced_by_ratio(axes.xaxis, decades=True)
+            axes.set_ylim(edge.ends)
+        edges.above(grid.flat, found)
         for axes in grid[:, 0]:
             axes.set_ylabel(what.axis)
         for axes in grid.flat[len(shown) :]:
             axes.set_visible(False)
-        canvas.title(
-            figure,
-            page,
-            f"{canvas.told(panels[0].dataset)}: quality against speed (bars 95 %; hollow: not ranked)",
-        )
+        told = f"quality against speed (bars 95 %; hollow: not ranked{edges.told(found)})"
+        canvas.title(figure, page, f"{canvas.told(panels[0].dataset)}: {told}")
         canvas.legend(figure, list(grid.flat))
 
 
-def _marks(axes: Any, scores: Iterable[Score], value: str, look: Mapping[str, Mapping[str, Any]]) -> None:
+def _marks(
+    axes: Any,
+    scores: Iterable[Score],
+    value: str,
+    look: Mapping[str, Mapping[str, Any]],
+    edge: edges.Edge,
+) -> None:
     for score in scores:
         mean = score.means[value]
         plain = {**look[score.label], "linestyle": "none", "markersize": 5.5}
         hollow = {"markerfacecolor": "white"} if score.unranked else {}
         axes.plot([score.fps], [mean.value], **plain, **hollow, label=canvas.told(score.label), zorder=3)
+        edge.keep(score.fps or 0.0, mean, {**plain, **hollow})
         if mean.interval is not None:
             axes.vlines(
                 score.fps, mean.interval.low, mean.interval.high, color=plain["color"], linewidth=0.9

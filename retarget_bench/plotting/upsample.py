@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from pathlib import Path
-from statistics import fmean, median
+from statistics import fmean
 from typing import TYPE_CHECKING
 
-from retarget_bench import marks
+from retarget_bench import axes, marks
 from retarget_bench.errors import BenchError
-from retarget_bench.plotting import canvas
+from retarget_bench.plotting import canvas, edges
 from retarget_bench.plotting.levels import banded, lines, told
 from retarget_bench.tasks import levels
 from retarget_bench.tasks.questions import MAJOR
@@ -20,8 +20,6 @@ if TYPE_CHECKING:
     from retarget_bench.summary import Mean, Section
 
 PANELS = {"restored_cm": "all joints", "restored_cm.missing": "joints that are not given"}
-HIGHEST = 2.5
-"""How many times the median method's largest error the picture shows; what is worse leaves it."""
 
 Points = list[tuple[float, "Mean"]]
 
@@ -53,20 +51,23 @@ def draw(
             "these results have no restored_cm, which the metric restoration gives; bench task upsample "
             "with -m restoration, or without -m, computes it"
         )
+    found: list[edges.Edge] = []
     beside = min(len(PANELS), page.across(3.0))
     with canvas.drawn(path, page.width, 2.6 * len(PANELS) / beside) as figure:
         panels = list(figure.subplots(len(PANELS) // beside, beside, sharex=True, squeeze=False).flat)
         for panel, (value, title) in zip(panels, PANELS.items(), strict=True):
+            top = _top([line.points(value, at) for line in known])
+            found.append(edges.Edge(-edges.BELOW * top, top))
             for line in known:
-                banded(panel, line.name, line.points(value, at), line.look)
+                banded(panel, line.name, line.points(value, at), line.look, found[-1])
                 for place, mean in line.points(value, apart):
                     hollow = {**line.look, "markerfacecolor": "white", "markersize": 6}
                     panel.plot([place], [mean.value], **hollow)
-            top = _top([line.points(value, at) for line in known])
-            panel.set(title=title, ylim=(0, top), ylabel="error, cm")
+            panel.set(title=title, ylim=found[-1].ends, ylabel="error, cm")
+        edges.above(panels, found)
         for panel in panels[-beside:]:
             panel.set_xlabel("joints given, per cent" + (f" (large: {MAJOR} joints)" if apart else ""))
-        canvas.title(figure, page, told(sections[0]))
+        canvas.title(figure, page, told(sections[0]) + edges.told(found))
         canvas.legend(figure, panels)
 
 
@@ -88,4 +89,4 @@ def major_share(places: Iterable[Place]) -> float | None:
 def _top(lines: Iterable[Points]) -> float:
     """The upper end of an axis: above all lines, but for those that are far worse than most."""
     highest = [max(mean.value for _, mean in points) for points in lines if points]
-    return max(1e-3, 1.05 * min(max(highest), HIGHEST * median(highest))) if highest else 1.0
+    return 1.05 * axes.top(highest, 3)

@@ -4,19 +4,25 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
+from matplotlib import style
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from stored import header
 
 from retarget_bench import cli, cliques, panel, records, summary
 from retarget_bench.api import CaseInfo
+from retarget_bench.axes import ROOM
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.plotting import canvas, joints, speed
+from retarget_bench.plotting import canvas, edges, joints, speed
+from retarget_bench.plotting.dots import dots
 from retarget_bench.records import Entry, Place
+from retarget_bench.statistics import Interval
+from retarget_bench.summary import Mean
 
 HOSTILE = ("$\\frac{1}", "_hidden & 50% #1", "<script>alert('x')</script>\n\x07")
 BODIES = ("ann", "bob", "$\\cat_^")
@@ -240,17 +246,65 @@ def test_pictures_are_as_wide_as_is_asked(plotted, kind, width):
     assert not plotted(kind, "--no-title").get_suptitle()
 
 
+ALL = ("pairs", "ties", "speed", "kinds", "growth", "joints --dots")
+
+
 @pytest.mark.filterwarnings("error::UserWarning")
-def test_names_are_drawn_as_they_are_and_fonts_are_embedded(results, tmp_path):
+@pytest.mark.parametrize("kind", ALL)
+def test_words_stay_words_in_every_kind(results, tmp_path, kind):
+    """PDFs embed TrueType and no outlines (Type 3), SVG has text; nothing is a picture of letters."""
     for form in ("svg", "pdf"):
         with pytest.raises(SystemExit) as stop:
-            cli.main(["plot", "kinds", str(results[0]), "-o", str(tmp_path / f"out.{form}")])
+            cli.main(["plot", *kind.split(), str(results[0]), "-o", str(tmp_path / f"out.{form}")])
         assert not stop.value.code
-    written = (tmp_path / "out.svg").read_text()
-    assert "<script" not in written
-    assert all(f"<!-- {name} -->" in written for name in ("$\\frac{1}", "$\\sit$"))
-    assert b"/FontFile2" in (tmp_path / "out.pdf").read_bytes()
-    assert b"/Type3" not in (tmp_path / "out.pdf").read_bytes()
+    drawn = ElementTree.parse(tmp_path / "out.svg")
+    words = "".join(
+        "".join(each.itertext()) + "\n" for each in drawn.iter("{http://www.w3.org/2000/svg}text")
+    )
+    assert all(canvas.told(name) in words for name in HOSTILE)
+    assert "50% of {data}_$x" in words
+    pdf = (tmp_path / "out.pdf").read_bytes()
+    assert b"/FontFile2" in pdf
+    assert b"/Type3" not in pdf
+
+
+# ------------------------------------------------------------------------------------------------ the edge
+def about(**controls: bool) -> dict[str, dict]:
+    return {name: {"method": {"control": control}} for name, control in controls.items()}
+
+
+def test_what_is_far_worse_stands_outside_with_its_number():
+    means = {"a": [Mean(2.0, 9, 9)], "b": [Mean(3.0, 9, 9)], "still": [Mean(291.4, 9, 9)]}
+    headers = about(a=False, b=False, still=True)
+    edge = edges.edge(means, headers, {"better": "lower"})
+    assert edge.end == ROOM * 2.5
+    with style.context(["default", canvas.LOOK]):
+        panel = Figure().subplots()
+        look = {"color": "k", "marker": "o", "markersize": 3.5, "linestyle": "-"}
+        dots(panel, ["walk"], {k: list(row) for k, row in means.items()}, dict.fromkeys(means, look), edge)
+    assert panel.get_xlim()[1] == edge.end
+    assert [text.get_text() for text in panel.texts] == ["291"]
+    assert edges.told([edge])
+    assert not edges.told([edges.Edge()])
+
+
+@pytest.mark.parametrize(
+    ("declared", "numbers"),
+    [({"better": "higher"}, (0.1, 0.1, 0.9)), ({"better": "none"}, (1.0, 1.0, 90.0)),
+     ({"better": "lower"}, (1.0, 1.0, 2.4))],
+)  # fmt: skip
+def test_axes_without_anything_far_worse_show_everything(declared, numbers):
+    means = {name: [Mean(number, 9, 9)] for name, number in zip("abc", numbers, strict=True)}
+    assert edges.edge(means, about(a=False, b=False, c=False), declared).ends is None
+
+
+def test_intervals_of_what_stands_within_lengthen_an_axis_up_to_twice():
+    means = {"a": [Mean(2.0, 20, 20, Interval(1.0, 7.0))], "b": [Mean(90.0, 20, 20, Interval(50.0, 99.0))]}
+    headers = about(a=False, b=True)
+    assert edges.edge(means, headers, {"better": "lower"}).end == 7.0
+    assert edges.edge(means, headers, {"better": "lower"}, bands=True).end == 5.0
+    means["a"] = [Mean(2.0, 20, 20, Interval(1.0, 700.0))]
+    assert edges.edge(means, headers, {"better": "lower"}).end == 10.0
 
 
 @pytest.mark.parametrize(
@@ -276,7 +330,12 @@ def test_names_are_one_line_that_legends_show(name, told):
         ),
         (["joints", "-o", "a.png"], "--dots draws without them"),
         (["pairs", "-o", "a.jpg"], "pictures are written as .png, .pdf, .svg"),
-        (["speed", "-o", "a.png", "-s", "self"], "no results of self in"),
+        (
+            ["speed", "-o", "a.png", "-s", "self"],
+            "results of data (cross): ask for them by -s cross",
+        ),
+        (["joints", "-o", "a.png", "-s", "intra"], "ask for them by -s cross"),
+        (["kinds", "-o", "a.png", "-d", "b", "-s", "self"], "ask for them by -d data -s cross"),
     ],
 )
 def test_what_cannot_be_drawn_is_a_sentence(results, tmp_path, monkeypatch, capsys, arguments, words):
