@@ -258,6 +258,7 @@ def test_words_stay_words_in_every_kind(results, tmp_path, kind):
             cli.main(["plot", *kind.split(), str(results[0]), "-o", str(tmp_path / f"out.{form}")])
         assert not stop.value.code
     drawn = ElementTree.parse(tmp_path / "out.svg")
+    assert not [each for each in drawn.iter() if str(each.tag).lower().endswith("script")]
     words = "".join(
         "".join(each.itertext()) + "\n" for each in drawn.iter("{http://www.w3.org/2000/svg}text")
     )
