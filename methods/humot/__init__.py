@@ -46,8 +46,8 @@ class HuMoT(Learned):
     consistency: weight of the consistency of bone lengths (0: "no BLC").
     facing, sized: windows go through the networks turned ahead, and bodies in the usual size; answers come
         back from both. Not in the paper.
-    varied: training bodies have other proportions than the data's, drawn apart for what is given and what is
-        asked for, and limbs are held otherwise (``variety.py``). Not in the paper.
+    varied: training bodies have other proportions than the data's, drawn apart for what is given and
+        what is asked for, and limbs are held otherwise (``variety.py``). Not in the paper.
     turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
     split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
         split, whose validation they are; ``clip`` trains on all of them.
