@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.comparison import Comparison
-from retarget_bench.ground import ground_height
+from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.motion.ground import ground_height
 
 LIMIT = 0.01
 """Metres: depths and gaps up to this are no fault."""

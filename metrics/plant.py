@@ -10,9 +10,9 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.comparison import Comparison, Schedule
-from retarget_bench.ground import ground_height
+from retarget_bench.evaluation.comparison import Comparison, Schedule
 from retarget_bench.motion.contact import runs
+from retarget_bench.motion.ground import ground_height
 
 RADIUS = 0.005
 """Heights: a foot within this of one place stays there. The circle measures one per cent of the height,

@@ -18,37 +18,25 @@ from typing import TYPE_CHECKING, Literal, Protocol
 import numpy as np
 
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.ground import FLAT
+from retarget_bench.motion.ground import Ground as Ground
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.motion import Prediction as Prediction
 
 if TYPE_CHECKING:
-    from retarget_bench.comparison import Comparison
+    from retarget_bench.evaluation.comparison import Comparison
 
 SPLITS = ("self", "intra", "cross")
 """self: same character; intra: same structure, another character; cross: another structure."""
 
 TASKS = ("retarget", "reconstruct", "denoise", "upsample")
-"""All but the first are derived from any data set's own motion (``retarget_bench/tasks``)."""
+"""All but the first are derived from any data set's own motion (``retarget_bench/evaluation/tasks``)."""
 
-Prediction = Motion | Positions
 Direction = Literal["lower", "higher", "target", "none"]
 Parameters = Mapping[str, str | int | float | bool]
 
 
 # --------------------------------------------------------------------------------------------- cases
-@dataclass(frozen=True)
-class Ground:
-    """The floor of a case: flat at ``height`` metres, or a height field.
-
-    A height field is ``heights`` ``(rows, columns)`` metres over a grid with ``spacing`` metres between
-    samples, whose first sample lies at ``origin`` = (x, z); rows run along z, columns along x.
-    """
-
-    height: float = 0.0
-    heights: np.ndarray | None = None
-    origin: tuple[float, float] = (0.0, 0.0)
-    spacing: float = 1.0
-
-
 @dataclass(frozen=True, eq=False)
 class Contacts:
     """Which contact joints are planted in which frame.
@@ -127,7 +115,7 @@ class Case:
     target: Character
     reference: Prediction | None = None
     contacts: Contacts | None = None
-    ground: Ground = Ground()
+    ground: Ground = FLAT
     conditions: Mapping[str, float] = field(default_factory=dict)
     alternative: Prediction | None = None
     touches: tuple[Touch, ...] | None = None

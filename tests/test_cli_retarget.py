@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import cli, registry
+from retarget_bench import cli
 from retarget_bench.commands.new import plugin_source
 from retarget_bench.motion import bvh, importer
+from retarget_bench.plugins import registry
 
 
 @pytest.fixture(autouse=True)

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
-from retarget_bench.ground import ground_height
+from retarget_bench.motion.ground import ground_height
 
 FIELD = np.array([[0.0, 1.0, 2.0], [10.0, 11.0, 12.0]])
 """Rows along z, columns along x."""

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from retarget_bench import palette
+from retarget_bench.figures import palette
 
 SEES = {
     "usual": np.eye(3),

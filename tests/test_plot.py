@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from retarget_bench import cli, summary
-from retarget_bench.plotting import canvas
-from retarget_bench.plotting import recall as picture
-from retarget_bench.statistics import Interval
-from retarget_bench.summary import Mean, Score, Section
+from retarget_bench import cli
+from retarget_bench.analysis import summary
+from retarget_bench.analysis.statistics import Interval
+from retarget_bench.analysis.summary import Mean, Score, Section
+from retarget_bench.figures.plotting import canvas
+from retarget_bench.figures.plotting import recall as picture
 
 EPSILONS = ("0.05", "0.1", "1", "4")
 
@@ -147,9 +148,9 @@ def test_what_is_drawn_is_what_tables_say(runs, tmp_path, capsys, figures):
 
 
 def summary_places(root: Path):
-    from retarget_bench import records
+    from retarget_bench.results import store
 
-    return records.find_results(root)
+    return store.find_results(root)
 
 
 def test_only_the_methods_asked_for_are_drawn(runs, tmp_path, capsys, figures):

@@ -11,15 +11,16 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from retarget_bench import attention as asking
-from retarget_bench import cli, registry
+from retarget_bench import cli
 from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.evaluation import attention as asking
+from retarget_bench.figures.plotting import attention as picture
+from retarget_bench.figures.plotting import canvas
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.plotting import attention as picture
-from retarget_bench.plotting import canvas
+from retarget_bench.plugins import registry
 
 ROWS = (
     ("Hips", "", (0.0, 0.9, 0.0)),
@@ -323,8 +324,6 @@ def test_what_cannot_be_shown_is_a_sentence(method, tmp_path, monkeypatch, capsy
 def test_asking_needs_no_torch():
     import subprocess
 
-    code = (
-        "import sys, retarget_bench.attention, retarget_bench.commands.plot; print('torch' in sys.modules)"
-    )
+    code = "import sys, retarget_bench.evaluation.attention, retarget_bench.commands.plot; print('torch' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

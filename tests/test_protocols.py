@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from retarget_bench import protocols, registry
+from retarget_bench.analysis import protocols
 from retarget_bench.api import MetricCard, Value
+from retarget_bench.plugins import registry
 
 PAGE = Path(__file__).parents[1] / "docs" / "protocols.md"
 

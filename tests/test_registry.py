@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench import registry
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
 
 METHOD = '''"""Turns nothing into nothing."""
 from __future__ import annotations

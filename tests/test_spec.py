@@ -13,7 +13,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.errors import BenchError
-from retarget_bench.spec import Spec, read_value, write_value
+from retarget_bench.plugins.spec import Spec, read_value, write_value
 
 NAMES = st.from_regex(r"[A-Za-z0-9][A-Za-z0-9_.-]{0,30}", fullmatch=True)
 KEYS = st.from_regex(r"[A-Za-z_][A-Za-z0-9_]{0,10}", fullmatch=True)
@@ -138,6 +138,6 @@ def test_the_slug_is_the_hash_of_sorted_json_and_does_not_move():
 def test_specs_travel_between_processes_and_are_the_same_there():
     spec = Spec.parse("m[b=2,a=x]")
     assert pickle.loads(pickle.dumps(spec)) == spec
-    code = "from retarget_bench.spec import Spec; print(Spec.parse('m[b=2,a=x]').slug)"
+    code = "from retarget_bench.plugins.spec import Spec; print(Spec.parse('m[b=2,a=x]').slug)"
     there = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert there.stdout.strip() == spec.slug

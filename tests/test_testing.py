@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench import registry, testing
 from retarget_bench.commands.new import plugin_source
 from retarget_bench.errors import BenchError
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.verification import contract
 
 METHODS = [entry.name for entry in registry.names("methods") if entry.origin == registry.BUILT_IN]
 POSTS = [entry.name for entry in registry.names("posts") if entry.origin == registry.BUILT_IN]
@@ -20,21 +21,21 @@ METRICS = [entry.name for entry in registry.names("metrics") if entry.origin == 
 def test_built_in_methods_keep_the_contract(name):
     if reason := getattr(registry.create("methods", name), "untrained", ""):
         pytest.skip(reason)
-    testing.assert_contract("methods", name)
+    contract.assert_contract("methods", name)
 
 
 @pytest.mark.parametrize("name", METRICS)
 def test_built_in_metrics_keep_the_contract(name):
-    testing.assert_contract("metrics", name)
+    contract.assert_contract("metrics", name)
 
 
 @pytest.mark.parametrize("name", POSTS)
 def test_built_in_post_processes_keep_the_contract(name):
-    testing.assert_contract("posts", name)
+    contract.assert_contract("posts", name)
 
 
 def test_the_embedded_data_set_keeps_the_contract():
-    testing.assert_contract("datasets", "puppets[size=tiny]")
+    contract.assert_contract("datasets", "puppets[size=tiny]")
 
 
 # ----------------------------------------------------------------------- faults, each found by its check
@@ -61,7 +62,7 @@ def plant(folder: Path, kind: str, change: dict[str, str], name: str = "faulty")
 
 
 def failures(kind: registry.Kind, name: str, data: str) -> dict[str, str]:
-    return {each.demand: each.problem for each in testing.check(kind, name, data) if not each.passed}
+    return {each.demand: each.problem for each in contract.check(kind, name, data) if not each.passed}
 
 
 ANSWER = "return target.motion(copied.rotations, root, source.fps)"
@@ -186,7 +187,7 @@ def test_a_faulty_method_fails_the_check_that_is_meant_for_it(tmp_path, bows, fa
     (told,) = (text for name, text in found.items() if name.startswith(demand))
     assert problem in told
     with pytest.raises(AssertionError, match="breaks its contract"):
-        testing.assert_contract("methods", "faulty", bows)
+        contract.assert_contract("methods", "faulty", bows)
 
 
 VALUE = '{"faulty.mean": 100 * float(apart.mean()) / comparison.height}'
@@ -331,13 +332,13 @@ def test_a_faulty_data_set_fails_the_check_that_is_meant_for_it(tmp_path, monkey
 
 def test_what_cannot_be_built_is_an_error_and_no_failed_check(bows):
     with pytest.raises(BenchError, match="nothing_like_it"):
-        list(testing.check("methods", "nothing_like_it", bows))
+        list(contract.check("methods", "nothing_like_it", bows))
 
 
 def test_a_data_set_without_cases_is_an_error_of_the_data(tmp_path, bows):
     plant(tmp_path, "dataset", {"for clip in CLIPS\n": "for clip in ()\n"}, "empty")
     with pytest.raises(BenchError, match="'empty' has no case"):
-        list(testing.check("metrics", "position", "empty"))
+        list(contract.check("metrics", "position", "empty"))
 
 
 @pytest.mark.parametrize(
@@ -346,4 +347,4 @@ def test_a_data_set_without_cases_is_an_error_of_the_data(tmp_path, bows):
 def test_data_sets_of_files_keep_the_contract(real_data, name, folder):
     if not (real_data / folder).is_dir():
         pytest.skip(f"no {folder} among the real motion data")
-    testing.assert_contract("datasets", Spec(name, {"root": str(real_data / folder)}))
+    contract.assert_contract("datasets", Spec(name, {"root": str(real_data / folder)}))

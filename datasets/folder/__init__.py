@@ -8,10 +8,10 @@ from pathlib import Path
 from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
-from retarget_bench.catalogue import fingerprint, some
 from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 from retarget_bench.motion import importer
+from retarget_bench.motion.bvh.catalogue import fingerprint, some
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, resampled_frames
 from retarget_bench.motion.roles import load_overrides

@@ -8,11 +8,11 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.catalogue import Entry, bvh_files, catalogue, contents, some, subfolders
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import free_name
 from retarget_bench.motion import bvh
-from retarget_bench.motion.bvh_document import Hierarchy
+from retarget_bench.motion.bvh.catalogue import Entry, bvh_files, catalogue, contents, some, subfolders
+from retarget_bench.motion.bvh.document import Hierarchy
 
 LAYOUTS = "DIR/clip.bvh, or DIR/Body/clip.bvh with one folder per body"
 ROUNDING = 1e-3

@@ -8,8 +8,8 @@ from pathlib import Path
 from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
-from retarget_bench.catalogue import Entry, catalogue, fingerprint, some
 from retarget_bench.errors import BenchError
+from retarget_bench.motion.bvh.catalogue import Entry, catalogue, fingerprint, some
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import resampled_frames
 

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal
 
-from retarget_bench.catalogue import bvh_files, contents, some
 from retarget_bench.errors import BenchError
+from retarget_bench.motion.bvh.catalogue import bvh_files, contents, some
 
 Part = Literal["train", "validation", "test"]
 Protocol = Literal["auto", "pan", "own"]

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.lazy import LazyClips
+from retarget_bench.training.lazy_clips import LazyClips
 
 from .motions import Clip, Motions
 

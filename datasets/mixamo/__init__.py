@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
-from retarget_bench.catalogue import Entry, catalogue, fingerprint
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion.bvh.catalogue import Entry, catalogue, fingerprint
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 

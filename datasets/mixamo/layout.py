@@ -6,8 +6,8 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from retarget_bench.catalogue import bvh_files, contents, some, subfolders
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion.bvh.catalogue import bvh_files, contents, some, subfolders
 
 NOT_CHARACTERS = ("std_bvhs", "mean_var")
 """Folders of the archive of SAN's authors that hold rest poses and statistics, not clips."""

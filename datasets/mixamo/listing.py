@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo
-from retarget_bench.catalogue import Entry, some
 from retarget_bench.errors import BenchError
+from retarget_bench.motion.bvh.catalogue import Entry, some
 from retarget_bench.motion.motion import resampled_frames
 
 from .protocols import Selection

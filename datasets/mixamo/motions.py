@@ -6,9 +6,9 @@ from collections import OrderedDict
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from retarget_bench.catalogue import Entry
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
+from retarget_bench.motion.bvh.catalogue import Entry
 from retarget_bench.motion.motion import Motion
 
 from .rigs import Rig, rig

@@ -6,10 +6,10 @@ from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
 
-from retarget_bench.catalogue import Entry
 from retarget_bench.errors import BenchError
+from retarget_bench.motion.bvh.catalogue import Entry
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.lazy import LazyClips
+from retarget_bench.training.lazy_clips import LazyClips
 
 from .motions import Motions
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from retarget_bench.api import Ground
-from retarget_bench.ground import ground_height
+from retarget_bench.motion.ground import ground_height
 
 from .bodies import Body
 from .score import SIDES, Score, Stairs, sign

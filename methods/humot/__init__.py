@@ -13,10 +13,10 @@ from retarget_bench.errors import BenchError, SkeletonError
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
-from retarget_bench.spec import Scalar
-from retarget_bench.training.learned import Learned
-from retarget_bench.training.material import Material
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Material
+from retarget_bench.training.learned_method import Learned
 
 from .ablations import ABLATIONS
 from .body import body, unfit

@@ -12,9 +12,9 @@ from torch import Tensor, nn
 
 from retarget_bench.api import Method
 from retarget_bench.errors import BenchError
+from retarget_bench.training.config import Recipe
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.material import Material
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.data import Material
 
 from .body import Body, sized, stature
 from .design import Design

@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
-from retarget_bench.training.material import Clip
+from retarget_bench.training.data import Clip
 
 
 def held_out(clip: Clip, starts: Sequence[int]) -> frozenset[int]:

@@ -11,7 +11,7 @@ from retarget_bench.errors import SkeletonError
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.structures import BODY22, reduce
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.config import Recipe
 
 from .form import Lengths
 from .retargeter import Retargeter, Terms, Yaw, common_reasons

@@ -15,16 +15,16 @@ from retarget_bench.motion import facing, root_rules, transfer
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.spec import Scalar
-from retarget_bench.training.learned import Learned
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training.learned_method import Learned
 
 from . import form
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from retarget_bench.training.material import Material
-    from retarget_bench.training.recipe import Recipe
+    from retarget_bench.training.config import Recipe
+    from retarget_bench.training.data import Material
 
     from .generator import Generator
     from .learner import Learner

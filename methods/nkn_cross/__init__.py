@@ -8,19 +8,19 @@ from typing import TYPE_CHECKING, Literal
 from zlib import crc32
 
 from retarget_bench.api import MethodCard
-from retarget_bench.comparison import body_joints
 from retarget_bench.errors import NotSupported, SkeletonError
+from retarget_bench.evaluation.comparison import body_joints
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
-from retarget_bench.spec import Scalar
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training.config import Recipe
 
 from ..nkn import PARAMETERS, Nkn
 from ..nkn.form import Lengths
 from ..nkn.retargeter import SIGNATURE, Retargeter, Signature, Terms, Yaw, common_reasons
 
 if TYPE_CHECKING:
-    from retarget_bench.training.material import Material
+    from retarget_bench.training.data import Material
 
     from ..nkn.learner import Learner
 

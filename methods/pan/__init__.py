@@ -12,10 +12,10 @@ from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.spec import Scalar
-from retarget_bench.training.learned import Learned
-from retarget_bench.training.material import Material
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Material
+from retarget_bench.training.learned_method import Learned
 
 from .ablations import ABLATIONS
 from .body import Body, own
@@ -258,7 +258,7 @@ class Pan(Learned):
         return answers.given()
 
     def attention(self, source: Motion) -> Mapping[str, Any]:
-        """What parts of the body heed (``retarget_bench/attention.py``)."""
+        """What parts of the body heed (``retarget_bench/evaluation/attention.py``)."""
         from .attention import attended
 
         return attended(self, source)

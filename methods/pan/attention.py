@@ -22,7 +22,7 @@ WHOLE = ("whole body",)
 
 
 def attended(method: Pan, source: Motion) -> dict[str, Any]:
-    """What ``retarget_bench.attention.Attention`` has, of a source that the method supports.
+    """What ``retarget_bench.evaluation.attention.Attention`` has, of a source that the method supports.
 
     The weight of a slot is that of the joint that it leads to; the weight of the root's slot is that of the
     hips. Weights of slots that lead to no joint of this body belong to none.

@@ -11,9 +11,9 @@ from torch import Tensor, nn
 
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
+from retarget_bench.training.config import Recipe
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.material import Material
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.data import Material
 
 from .beginning import begin_alike
 from .body import Body

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from retarget_bench.training.material import Material
+from retarget_bench.training.data import Material
 
 from .body import Body
 from .form import Form

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from retarget_bench.api import Context, Prediction
-from retarget_bench.motion import fit
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.fitting import fit
 from retarget_bench.motion.motion import Motion
-from retarget_bench.post import PostCard
+from retarget_bench.plugins.post_processors import PostCard
 
 
 class Fit:

@@ -10,7 +10,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, CONTACT_SPEED, planted, runs
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.motion.roles import HANDS
-from retarget_bench.post import PostCard
+from retarget_bench.plugins.post_processors import PostCard
 
 CHUNK = 4096
 """Frames that are solved together: they do not depend on each other, and more would cost memory."""

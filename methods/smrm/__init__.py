@@ -13,9 +13,9 @@ from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.learned import Learned
-from retarget_bench.training.material import Material
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Material
+from retarget_bench.training.learned_method import Learned
 
 from .ablations import ABLATIONS
 from .form import Form, Normalisation, Root, Yaw, unfit

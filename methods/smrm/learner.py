@@ -14,9 +14,9 @@ from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, rotation
 from retarget_bench.training import parallel
+from retarget_bench.training.config import Recipe
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.material import Material, Windows
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.data import Material, Windows
 
 from ..nkn.discriminator import Discriminator
 from . import losses

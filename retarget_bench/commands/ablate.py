@@ -68,10 +68,12 @@ def command(
     bench ablate pan table5 -d 'puppets[size=default]' --test puppets
     """
     del plugins
-    from retarget_bench import files, plan, registry
+    from retarget_bench import files
     from retarget_bench.commands.train import Voice
-    from retarget_bench.rendering import WITH_INTERVALS
-    from retarget_bench.spec import Spec
+    from retarget_bench.evaluation import plan
+    from retarget_bench.plugins import registry
+    from retarget_bench.plugins.spec import Spec
+    from retarget_bench.tables.rendering import WITH_INTERVALS
     from retarget_bench.training import ablating
     from retarget_bench.training.train import Asked
 

@@ -10,7 +10,7 @@ import click
 
 from retarget_bench.commands import options
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
 
 
 @click.command("check")
@@ -63,7 +63,7 @@ def command(
     Metrics on frozen motions, and methods on a few cases, are compared with golden rows. Exit status 0:
     same; 1: something moved, for better or worse; 2: something could not be measured.
     """
-    from retarget_bench.check import gate, golden, report
+    from retarget_bench.verification.gate import golden, report, run
 
     del plugins
     if accept != bool(because and because.strip()):
@@ -73,7 +73,7 @@ def command(
     folder = baseline or golden.built_in()
     spec = _dataset(folder, dataset, root)
     try:
-        found = gate.check(folder, methods, spec, _progress(), accept=accept, forget=forget)
+        found = run.check(folder, methods, spec, _progress(), accept=accept, forget=forget)
     except (BenchError, click.ClickException):
         raise
     except Exception:  # Python would end with 1, which says that something was measured and moved
@@ -84,17 +84,17 @@ def command(
     if summary is not None:
         _append(summary, report.markdown(found.lines, found.verdict))
     if accept:
-        if gate.nothing_moved(found):
+        if run.nothing_moved(found):
             click.echo("Nothing to accept: the golden rows are as they were.")
         else:
-            click.echo(f"Accepted, and logged in {gate.accept(folder, found, because or '')}.")
+            click.echo(f"Accepted, and logged in {run.accept(folder, found, because or '')}.")
     return found.verdict
 
 
 def _dataset(folder: Path, dataset: str | None, root: str | None) -> Spec | None:
     """The data set that is asked for, or None for that of the golden rows."""
     from retarget_bench import defaults
-    from retarget_bench.check import golden
+    from retarget_bench.verification.gate import golden
 
     if dataset is None and root is None:
         return None

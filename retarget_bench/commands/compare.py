@@ -12,9 +12,9 @@ from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
-    from retarget_bench.panel import Panel
-    from retarget_bench.records import Place
-    from retarget_bench.versus import Versus
+    from retarget_bench.analysis.pairwise import Versus
+    from retarget_bench.results.result_matrix import Panel
+    from retarget_bench.results.store import Place
 
 FORMATS = ("text", "md", "csv")
 
@@ -53,7 +53,7 @@ def command(
     is in both is compared with itself, as after a change.
     """
     from retarget_bench import files
-    from retarget_bench.versus_text import RENDERERS
+    from retarget_bench.tables.rendering.pairwise_text import RENDERERS
 
     folders = [Path(name) for name in (first, second)]
     wanted = None if columns is None else [each.strip() for each in columns.split(",") if each.strip()]
@@ -73,9 +73,9 @@ def command(
 
 def _places(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[Place]:
     """Results under the roots, self pairs always among them: some values of other splits pool them."""
-    from retarget_bench import records
+    from retarget_bench.results import store
 
-    places = [place for root in roots for place in records.find_results(root)]
+    places = [place for root in roots for place in store.find_results(root)]
     return [p for p in places if dataset in (None, p.dataset) and p.split in (*splits, "self")]
 
 
@@ -83,16 +83,18 @@ def _panels(
     roots: Sequence[Path], dataset: str | None, splits: Sequence[str], names: Sequence[str]
 ) -> list[Panel]:
     """The results under the roots; only those of the named methods are read, where each has some."""
-    from retarget_bench import panel, records, versus
+    from retarget_bench.analysis import pairwise
+    from retarget_bench.results import result_matrix as panel
+    from retarget_bench.results import store
 
-    if empty := [root for root in roots if not records.find_results(root)]:
+    if empty := [root for root in roots if not store.find_results(root)]:
         raise BenchError(f"no results in {empty[0]}; bench run makes some")
     places = _places(roots, dataset, splits)
     if not places:
         where = f" of {dataset}" if dataset else ""
         raise BenchError(f"no results{where} in {', '.join(map(str, roots))}; bench run makes some")
-    labels = [records.read_header(place.header)["method"]["label"] for place in places]
-    wanted = {versus.label_of(name, labels) for name in names}
+    labels = [store.read_header(place.header)["method"]["label"] for place in places]
+    wanted = {pairwise.label_of(name, labels) for name in names}
     if wanted and None not in wanted:
         places = [place for place, label in zip(places, labels, strict=True) if label in wanted]
     return [each for each in panel.panels(places) if each.split in splits]
@@ -113,7 +115,7 @@ def _checked(panels: Sequence[Panel], wanted: list[str] | None) -> list[str] | N
 
 def _values(panel: Panel, wanted: list[str] | None, everything: bool) -> list[str]:
     """Value ids to compare on a split: those asked for, all, or the columns of a table."""
-    from retarget_bench.table import FIRST_SIGHT, stand_in
+    from retarget_bench.tables.builder import FIRST_SIGHT, stand_in
 
     there = list(dict.fromkeys(value for value, index in panel.keys if not index))
     if everything or wanted is not None:
@@ -125,23 +127,23 @@ def _values(panel: Panel, wanted: list[str] | None, everything: bool) -> list[st
 def _of_labels(
     panels: Sequence[Panel], first: str, second: str, values: Sequence[Sequence[str]]
 ) -> list[Versus]:
-    from retarget_bench import versus
+    from retarget_bench.analysis import pairwise
 
     for name in (first, second):
-        if not any(versus.find(panel, name) for panel in panels):
-            raise versus.unknown(panels, name)
+        if not any(pairwise.find(panel, name) for panel in panels):
+            raise pairwise.unknown(panels, name)
     found = []
     for panel, asked in zip(panels, values, strict=True):
-        one, two = versus.find(panel, first), versus.find(panel, second)
+        one, two = pairwise.find(panel, first), pairwise.find(panel, second)
         if one and two:
-            found.append(versus.versus(panel, one, two, asked))
+            found.append(pairwise.versus(panel, one, two, asked))
     return _filled(found, f"{first} and {second}")
 
 
 def _of_folders(
     panels: Sequence[Panel], folders: Sequence[Path], values: Sequence[Sequence[str]]
 ) -> list[Versus]:
-    from retarget_bench import versus
+    from retarget_bench.analysis import pairwise
 
     found = []
     for panel, asked in zip(panels, values, strict=True):
@@ -149,7 +151,7 @@ def _of_folders(
             {row.header["method"]["label"]: row for row in panel.rows if row.place.root == folder}
             for folder in folders
         )
-        found += [versus.versus(panel, one[label], two[label], asked) for label in one if label in two]
+        found += [pairwise.versus(panel, one[label], two[label], asked) for label in one if label in two]
     return _filled(found, " and ".join(map(str, folders)))
 
 

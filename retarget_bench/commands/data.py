@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
-from retarget_bench import registry
 from retarget_bench.commands import options
+from retarget_bench.plugins import registry
 
 
 @click.group("data")
@@ -38,12 +38,12 @@ def export(dataset: str, folder: Path, form: str, root: str | None, plugins: tup
     del plugins, form
     from tqdm import tqdm
 
-    from retarget_bench import publishing
+    from retarget_bench.exchange import dataset_export
 
     spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
     data = registry.create("datasets", spec)
     with tqdm(unit="clip", leave=False, disable=None) as bar:
-        for done, total in publishing.export(data, str(spec), folder):
+        for done, total in dataset_export.export(data, str(spec), folder):
             bar.total = total
             bar.update(done - bar.n)
     files = [path for path in folder.rglob("*") if path.is_file()]

@@ -35,12 +35,13 @@ def command(
     joints, alignment, self pairs, unit). A factor that is not the same in every case cannot turn one
     published number into another.
     """
-    from retarget_bench import explain, records
+    from retarget_bench.analysis import protocol_factors
+    from retarget_bench.results import store
 
-    places = [p for p in records.find_results(root) if dataset in (None, p.dataset)]
+    places = [p for p in store.find_results(root) if dataset in (None, p.dataset)]
     if not places:
         raise BenchError(f"no results in {root}; bench run makes some")
-    found = {place: records.read_results(place) for place in places}
+    found = {place: store.read_results(place) for place in places}
     labels = {place: each.header["method"]["label"] for place, each in found.items()}
     wanted = [p for p in places if method in (None, labels[p]) and split in (None, p.split)]
     if not wanted:
@@ -48,12 +49,12 @@ def command(
         raise BenchError(f"no such result in {root}; there are {', '.join(there)}")
     selves = {(place.dataset, place.method): each for place, each in found.items() if place.split == "self"}
     asked = [name.strip() for name in between.split(",") if name.strip()]
-    write = explain.markdown if form == "md" else explain.text
+    write = protocol_factors.markdown if form == "md" else protocol_factors.text
     pages, refused = [], []
     for place in wanted:
         try:
-            page = explain.explain(found[place], selves.get((place.dataset, place.method)))
-            pages.append(write(page, explain.chosen(page, asked, every=every)))
+            page = protocol_factors.explain(found[place], selves.get((place.dataset, place.method)))
+            pages.append(write(page, protocol_factors.chosen(page, asked, every=every)))
         except BenchError as error:
             refused.append(error)
     if not pages:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import click
 
-from retarget_bench import registry
 from retarget_bench.commands import options
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 
 @click.command("export-cases")
@@ -28,7 +28,7 @@ def command(
     del plugins
     from tqdm import tqdm
 
-    from retarget_bench.exporting import export
+    from retarget_bench.exchange.case_export import export
 
     spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
     data = registry.create("datasets", spec)

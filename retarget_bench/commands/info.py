@@ -8,9 +8,9 @@ from typing import Any
 
 import click
 
-from retarget_bench import parameters, registry
 from retarget_bench.commands.options import plugin_names, plugin_option
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import parameters, registry
+from retarget_bench.plugins.spec import Spec
 
 WIDTH = 100
 FACTS = (
@@ -38,7 +38,7 @@ def command(name: str | None, protocols: bool, plugins: tuple[str, ...]) -> None
     """
     del plugins
     if protocols:
-        from retarget_bench import protocols as page
+        from retarget_bench.analysis import protocols as page
 
         click.echo(page.render(), nl=False)
     elif name is None:
@@ -83,7 +83,7 @@ def description(kind: registry.Kind, spec: Spec) -> list[str]:
 def _weights(factory: Any, spec: Spec) -> list[str]:
     """The cards of shipped weights; of a spec that names weights, theirs alone."""
     from retarget_bench.training import weights
-    from retarget_bench.training.described import described
+    from retarget_bench.training.card_text import described
 
     if asked := spec.parameters.get("weights"):
         places = {str(asked): factory.shipped().get(str(asked)) or weights.locate(str(asked))}

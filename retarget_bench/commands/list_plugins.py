@@ -6,8 +6,8 @@ from collections import Counter
 
 import click
 
-from retarget_bench import registry
 from retarget_bench.commands.options import plugin_option
+from retarget_bench.plugins import registry
 
 TITLES = {
     "methods": "Methods",

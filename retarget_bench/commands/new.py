@@ -7,9 +7,9 @@ from pathlib import Path
 
 import click
 
-from retarget_bench import registry
 from retarget_bench.errors import BenchError
 from retarget_bench.files import write_text
+from retarget_bench.plugins import registry
 
 TEMPLATES = Path(registry.__file__).parent / "templates"
 KINDS: dict[str, registry.Kind] = {

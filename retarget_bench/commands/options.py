@@ -10,8 +10,9 @@ from typing import Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from retarget_bench import defaults, registry
-from retarget_bench.spec import Spec
+from retarget_bench import defaults
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 F = TypeVar("F", bound=Callable[..., Any])
 

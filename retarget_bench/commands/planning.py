@@ -8,9 +8,10 @@ from typing import Any, TypeVar
 
 import click
 
-from retarget_bench import defaults, registry
+from retarget_bench import defaults
 from retarget_bench.commands import options
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -22,7 +23,7 @@ def _read_suite(ctx: click.Context, param: click.Parameter, path: Path | None) -
     """What the file says becomes the defaults of the other options, so that flags win."""
     del param
     if path is not None:
-        from retarget_bench import suite
+        from retarget_bench.plugins import suite
 
         settings = {_SUITE_NAMES.get(name, name): value for name, value in suite.read(path).items()}
         ctx.default_map = {**(ctx.default_map or {}), **settings}
@@ -96,7 +97,7 @@ def make_plan(
     **others: Any,
 ) -> Any:
     """A Plan. No methods: all that take part in a plain run of the task; no metrics: all that do."""
-    from retarget_bench import plan
+    from retarget_bench.evaluation import plan
 
     others.pop("plugins", None)
     task = Spec.parse(others.get("task", "retarget")).name
@@ -137,7 +138,7 @@ def _default_metrics(task: str = "retarget") -> tuple[str, ...]:
     declare a value which another one has already; built-in ones first."""
     from retarget_bench.api import TASKS
     from retarget_bench.errors import BenchError
-    from retarget_bench.score import declared_values
+    from retarget_bench.evaluation.score import declared_values
 
     kept: dict[str, Any] = {}
     working = {
@@ -171,7 +172,7 @@ def carry_out(plan: Any, what: str) -> list[Any]:
     """Run a plan under a progress bar (shown on a terminal); returns the places of its results."""
     from tqdm import tqdm
 
-    from retarget_bench import run
+    from retarget_bench.evaluation import runner
 
     with tqdm(desc=what, unit="case", leave=False, disable=None) as bar:
 
@@ -179,4 +180,4 @@ def carry_out(plan: Any, what: str) -> list[Any]:
             bar.total = total
             bar.update(done - bar.n)
 
-        return run.run(plan, progress)
+        return runner.run(plan, progress)

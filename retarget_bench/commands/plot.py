@@ -41,9 +41,9 @@ def recall(
     Precision is drawn below recall, which alone says nothing: a foot that never moves keeps every contact.
     RESULTS: folders written by `bench run` with the metric pan_contact. [default: runs]
     """
-    from retarget_bench import summary
-    from retarget_bench.plotting import canvas
-    from retarget_bench.plotting import recall as picture
+    from retarget_bench.analysis import summary
+    from retarget_bench.figures.plotting import canvas
+    from retarget_bench.figures.plotting import recall as picture
 
     canvas.ending(output)
     places = plot_options.places(roots, dataset, methods, splits)

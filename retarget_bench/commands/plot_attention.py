@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench import registry
 from retarget_bench.commands import options
 from retarget_bench.commands.reading import reading_options
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
     from retarget_bench.motion.motion import Motion
-    from retarget_bench.spec import Spec
+    from retarget_bench.plugins.spec import Spec
 
 
 @click.command("attention")
@@ -52,9 +52,9 @@ def attention(
     if (case_id is None) == (source is None):
         raise BenchError("say whose motion: the source of --case ID, or --source FILE, and not both")
     times = _times(at)
-    from retarget_bench import attention as asking
-    from retarget_bench.plotting import attention as picture
-    from retarget_bench.spec import Spec
+    from retarget_bench.evaluation import attention as asking
+    from retarget_bench.figures.plotting import attention as picture
+    from retarget_bench.plugins.spec import Spec
 
     spec = Spec.parse(method).alone
     looked = registry.create("methods", spec)
@@ -97,7 +97,7 @@ def _of_case(spec: Spec, case_id: str) -> Motion:
     """The source of a case. Raises BenchError where there is no such case, or it has no rotations."""
     import difflib
 
-    from retarget_bench import plan
+    from retarget_bench.evaluation import plan
     from retarget_bench.motion.motion import Motion
 
     data = plan.dataset(registry.canonical("datasets", spec))

@@ -11,8 +11,8 @@ import click
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
-    from retarget_bench.plotting.canvas import Page
-    from retarget_bench.records import Place
+    from retarget_bench.figures.plotting.canvas import Page
+    from retarget_bench.results.store import Place
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -65,10 +65,10 @@ def page_options(function: F) -> F:
 
 def page(width: str, no_title: bool, roots: Sequence[Path]) -> Page:
     """What ``--width`` and ``--no-title`` ask for, with colours by rank among all results in RESULTS."""
-    from retarget_bench import placing
-    from retarget_bench.plotting import canvas
+    from retarget_bench.figures import method_order
+    from retarget_bench.figures.plotting import canvas
 
-    ranked = placing.ranked(placing.everything(roots or (Path("runs"),)))
+    ranked = method_order.ranked(method_order.everything(roots or (Path("runs"),)))
     return canvas.Page(canvas.WIDTHS[width], not no_title, ranked)
 
 
@@ -80,11 +80,11 @@ def places(
     task: str = "retarget",
 ) -> list[Place]:
     """The results asked for, of one data set. Raises BenchError where there are none, or of several."""
-    from retarget_bench import records
+    from retarget_bench.results import store
 
     roots = roots or (Path("runs"),)
     maker = "bench run" if task == "retarget" else f"bench task {task}"
-    found = [place for root in roots for place in records.find_results(root, task)]
+    found = [place for root in roots for place in store.find_results(root, task)]
     asked = [place for place in found if dataset in (None, place.dataset) and place.split in splits]
     known = ", ".join(sorted({place.dataset for place in asked or found}))
     if not asked:
@@ -131,13 +131,14 @@ def task_places(
 
 def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
     """The results of these methods, in the order of the names. Raises BenchError for an unknown one."""
-    from retarget_bench import panel, records, versus
+    from retarget_bench.analysis import pairwise
+    from retarget_bench.results import result_matrix, store
 
-    label_of = {place: str(records.read_header(place.header)["method"]["label"]) for place in places}
+    label_of = {place: str(store.read_header(place.header)["method"]["label"]) for place in places}
     chosen: list[Place] = []
     for name in names:
-        label = versus.label_of(name, set(label_of.values()))
+        label = pairwise.label_of(name, set(label_of.values()))
         if label is None:
-            raise versus.unknown(panel.panels(places), name)
+            raise pairwise.unknown(result_matrix.panels(places), name)
         chosen += [place for place in places if label_of[place] == label and place not in chosen]
     return chosen

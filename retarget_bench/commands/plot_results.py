@@ -13,7 +13,7 @@ from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
     from retarget_bench.motion.character import Character
-    from retarget_bench.records import Place
+    from retarget_bench.results.store import Place
 
 ERROR = "mpjpe_h.world"
 RESULTS = "\n\nRESULTS: folders written by `bench run`. [default: runs]"
@@ -36,11 +36,11 @@ def _command(name: str, value: str, told: str) -> click.Command:
         width: str,
         no_title: bool,
     ) -> None:
-        from retarget_bench.panel import panels
-        from retarget_bench.plotting import canvas
+        from retarget_bench.figures.plotting import canvas
+        from retarget_bench.results.result_matrix import panels
 
         canvas.ending(output)
-        picture: Any = importlib.import_module(f"retarget_bench.plotting.{name}")
+        picture: Any = importlib.import_module(f"retarget_bench.figures.plotting.{name}")
         found = panels(plot_options.places(roots, dataset, methods, splits))
         picture.draw(output, found, value, plot_options.page(width, no_title, roots))
         click.echo(f"wrote {output}")
@@ -104,9 +104,9 @@ def joints(
     from their left. With --dots a row per joint, the worst at the top, and 95 % intervals.
     RESULTS: folders written by `bench run`. [default: runs]
     """
-    from retarget_bench.panel import panels
-    from retarget_bench.plotting import canvas
-    from retarget_bench.plotting import joints as picture
+    from retarget_bench.figures.plotting import canvas
+    from retarget_bench.figures.plotting import joints as picture
+    from retarget_bench.results.result_matrix import panels
 
     canvas.ending(output)
     places = plot_options.places(roots, dataset, methods, (split,))
@@ -118,10 +118,12 @@ def joints(
 
 def _bodies(place: Place, root: str | None) -> dict[str, Character]:
     """The characters of the data set that results are of. Raises BenchError where it is not here."""
-    from retarget_bench import plan, records, registry
-    from retarget_bench.spec import Spec
+    from retarget_bench.evaluation import plan
+    from retarget_bench.plugins import registry
+    from retarget_bench.plugins.spec import Spec
+    from retarget_bench.results import store
 
-    told = records.read_header(place.header)["dataset"]
+    told = store.read_header(place.header)["dataset"]
     spec = Spec(str(told["name"]), dict(told.get("parameters", {})))
     try:
         data = plan.dataset(

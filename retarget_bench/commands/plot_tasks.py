@@ -25,13 +25,13 @@ def denoise(
     methods have two lines of one colour: full for structures that training had, dashed for others.
     RESULTS: folders written by `bench task denoise`. [default: runs]
     """
-    from retarget_bench import halves, summary
-    from retarget_bench.plotting import canvas
-    from retarget_bench.plotting import denoise as picture
+    from retarget_bench.analysis import seen_unseen, summary
+    from retarget_bench.figures.plotting import canvas
+    from retarget_bench.figures.plotting import denoise as picture
 
     canvas.ending(output)
     places = plot_options.task_places(roots, dataset, methods, "denoise")
-    sections, apart = summary.sections(places, "level"), halves.halves(places, "level")
+    sections, apart = summary.sections(places, "level"), seen_unseen.halves(places, "level")
     picture.draw(output, sections, apart, plot_options.page(width, no_title, roots))
     click.echo(f"wrote {output}")
 
@@ -51,13 +51,13 @@ def upsample(
     Learned methods have two lines of one colour: full for structures that training had, dashed for others.
     RESULTS: folders written by `bench task upsample`. [default: runs]
     """
-    from retarget_bench import halves, summary
-    from retarget_bench.plotting import canvas
-    from retarget_bench.plotting import upsample as picture
+    from retarget_bench.analysis import seen_unseen, summary
+    from retarget_bench.figures.plotting import canvas
+    from retarget_bench.figures.plotting import upsample as picture
 
     canvas.ending(output)
     places = plot_options.task_places(roots, dataset, methods, "upsample")
-    sections, apart = summary.sections(places, "level"), halves.halves(places, "level")
+    sections, apart = summary.sections(places, "level"), seen_unseen.halves(places, "level")
     major = picture.major_share(places)
     picture.draw(output, sections, major, apart, plot_options.page(width, no_title, roots))
     click.echo(f"wrote {output}")

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench import registry
 from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 if TYPE_CHECKING:
     from retarget_bench.api import CaseInfo, Dataset
-    from retarget_bench.probe.asking import Reply, Subject
-    from retarget_bench.probe.probes import Probe
-    from retarget_bench.records import Place
+    from retarget_bench.results.store import Place
+    from retarget_bench.verification.probe.asking import Reply, Subject
+    from retarget_bench.verification.probe.probes import Probe
 
 
 @click.command("probe")
@@ -72,7 +72,7 @@ def command(
 
 
 def _probes(only: str) -> list[Probe]:
-    from retarget_bench.probe.probes import PROBES
+    from retarget_bench.verification.probe.probes import PROBES
 
     known = {probe.id: probe for probe in PROBES}
     asked = [name.strip() for name in only.split(",") if name.strip()]
@@ -86,8 +86,8 @@ Questions = tuple[list["Subject"], list[list["Subject"]]]
 
 
 def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
-    from retarget_bench.plan import dataset
-    from retarget_bench.probe.asking import groups_of, spread
+    from retarget_bench.evaluation.plan import dataset
+    from retarget_bench.verification.probe.asking import groups_of, spread
 
     data = dataset(spec)
     offered = [split for split in splits if split in data.card.splits]
@@ -101,7 +101,7 @@ def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
 
 
 def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
-    from retarget_bench.probe.asking import Subject, subject
+    from retarget_bench.verification.probe.asking import Subject, subject
 
     found = []
     for info in infos:
@@ -115,7 +115,7 @@ def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
 def _of_files(source: Path, target: Path) -> Questions:
     from retarget_bench.api import CaseInfo
     from retarget_bench.motion import importer
-    from retarget_bench.probe.asking import Subject, pieces, subject
+    from retarget_bench.verification.probe.asking import Subject, pieces, subject
 
     performer, body = importer.load(source), importer.load(target)
     for side in (performer, body):
@@ -139,8 +139,8 @@ def _answers(
 ) -> dict[Spec, list[Reply]]:
     from tqdm import tqdm
 
-    from retarget_bench.plan import method
-    from retarget_bench.probe.asking import ask
+    from retarget_bench.evaluation.plan import method
+    from retarget_bench.verification.probe.asking import ask
 
     answers = {}
     with tqdm(total=len(specs) * len(subjects), desc="bench probe", unit="case", leave=False) as bar:
@@ -151,9 +151,10 @@ def _answers(
 
 def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> bool:
     """Print the table, what is off, and where the rows lie. Whether something is off."""
-    from retarget_bench import summary, table
-    from retarget_bench.probe import report
-    from retarget_bench.rendering import RENDERERS
+    from retarget_bench.analysis import summary
+    from retarget_bench.tables import builder
+    from retarget_bench.tables.rendering import RENDERERS
+    from retarget_bench.verification.probe import report
 
     if data is None:
         for spec, replies in answers.items():
@@ -163,7 +164,7 @@ def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> b
         for spec, replies in answers.items():
             places += report.store(spec, data, replies, out)
         found = summary.sections(places)
-        click.echo(RENDERERS["text"](table.tables(found, table.all_columns(found)[:-1])))
+        click.echo(RENDERERS["text"](builder.tables(found, builder.all_columns(found)[:-1])))
     off = [
         sentence for spec, replies in answers.items() for sentence in report.findings(str(spec), replies)
     ]

@@ -15,8 +15,8 @@ from retarget_bench.errors import BenchError
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-    from retarget_bench.viewing.drawing import Look
-    from retarget_bench.viewing.scene import Scene
+    from retarget_bench.viewer.drawing import Look
+    from retarget_bench.viewer.scene import Scene
 
 VIEWS = ("three-quarter", "front", "side")
 FASTEST = 30.0
@@ -98,8 +98,8 @@ def command(
     bench render 'rex>fox/dog_sit' --sheet -o sit.png
     """
     del plugins
-    from retarget_bench.viewing import clips
-    from retarget_bench.viewing.drawing import Look
+    from retarget_bench.viewer import clips
+    from retarget_bench.viewer.drawing import Look
 
     kind = clips.ending(output)
     if sheet and kind != clips.STILL:
@@ -148,8 +148,8 @@ def _one(scene: Scene, frames: Sequence[int], frame: int | None) -> int:
 
 
 def _still(output: Path, scene: Scene, look: Look, frame: int) -> str:
-    from retarget_bench.viewing import clips
-    from retarget_bench.viewing.drawing import Picture
+    from retarget_bench.viewer import clips
+    from retarget_bench.viewer.drawing import Picture
 
     clips.write_still(output, Picture(scene, look, [frame]).at(frame))
     return f"frame {frame + 1}, {look.size[0]} x {look.size[1]} pixels"
@@ -165,7 +165,7 @@ def _sheet(
 ) -> str:
     from dataclasses import replace
 
-    from retarget_bench.viewing import clips, sheet
+    from retarget_bench.viewer import clips, sheet
 
     shown = sheet.moments(frames, columns)
     if size is None:
@@ -177,8 +177,8 @@ def _sheet(
 def _clip(output: Path, scene: Scene, look: Look, frames: Sequence[int], rate: float) -> str:
     from tqdm import tqdm
 
-    from retarget_bench.viewing import clips
-    from retarget_bench.viewing.drawing import Picture
+    from retarget_bench.viewer import clips
+    from retarget_bench.viewer.drawing import Picture
 
     clips.check_length(output, look.size, len(frames))
     picture = Picture(scene, look, frames)

@@ -64,9 +64,10 @@ def command(
     RESULTS: folders written by `bench run` and `bench task`. [default: runs]
     """
     del plugins  # known through the registry from here on
-    from retarget_bench import files, placing
-    from retarget_bench.cells import count
+    from retarget_bench import files
+    from retarget_bench.figures import method_order
     from retarget_bench.report import chapters, choosing, motions, page
+    from retarget_bench.tables.model import count
 
     if output.suffix.lower() not in (".html", ".htm"):
         raise BenchError(f"{output}: a report is a page; end its name in .html")
@@ -75,7 +76,7 @@ def command(
     found = chapters.chapters(roots, task, dataset, methods, root, asked)
     chosen = [] if no_player else choosing.chosen(found, clips, cases)
     shown = motions.motions(found, chosen, skins=skins)
-    files.write_text(output, page.page(found, shown, placing.ranked(chapters.results(roots)), title))
+    files.write_text(output, page.page(found, shown, method_order.ranked(chapters.results(roots)), title))
     told = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""
     click.echo(f"wrote {output} ({output.stat().st_size / 1e6:.1f} MB{told})")
     for note in shown.notes:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench import defaults, registry
+from retarget_bench import defaults
 from retarget_bench.commands.options import plugin_names, plugin_option, seed_option
 from retarget_bench.commands.reading import reading_options
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
     from retarget_bench.motion.importer import Imported
@@ -68,7 +69,8 @@ def command(
     for given in (source, target):
         if out.exists() and given.exists() and out.samefile(given):
             raise BenchError(f"{out} would overwrite {given}; choose another name for the result")
-    from retarget_bench.motion import bvh_like, importer
+    from retarget_bench.motion import importer
+    from retarget_bench.motion.bvh import like
 
     performer = importer.load(source, unit=unit, up=up, root=root_place, roles=roles, fps=fps)
     body = importer.load(target, unit=target_unit, up=target_up, root=target_root_place, roles=target_roles)
@@ -81,7 +83,7 @@ def command(
             "one body has four legs and the other two: what each limb should do is a guess", err=True
         )
     answer = _retargeted(method, performer, body, seed)
-    for note in bvh_like.write(out, answer, body, root=target_root_place):
+    for note in like.write(out, answer, body, root=target_root_place):
         click.echo(f"{out}: {note}", err=True)
     click.echo(_summary(out, method, performer, body))
 
@@ -90,8 +92,8 @@ def _retargeted(method: str, performer: Imported, body: Imported, seed: int) -> 
     """The method's answer, with rotations fitted where it has none; raises BenchError with its reason where
     there is no answer."""
     from retarget_bench.api import Case, CaseInfo, Context
+    from retarget_bench.evaluation.predict import predict
     from retarget_bench.motion.motion import Motion
-    from retarget_bench.predict import predict
 
     source, target = performer.motion, body.motion.character
     names = (source.character.name, target.name)
@@ -103,7 +105,7 @@ def _retargeted(method: str, performer: Imported, body: Imported, seed: int) -> 
         raise BenchError(f"{method} gave no motion ({outcome.status}): {outcome.message}")
     if isinstance(outcome.prediction, Motion):
         return outcome.prediction
-    from retarget_bench.motion import fit
+    from retarget_bench.motion.fitting import fit
 
     fitted = fit.fit(outcome.prediction)
     click.echo(f"rotations were fitted to positions: {fitted.residual}")

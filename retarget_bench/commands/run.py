@@ -19,9 +19,11 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     With no METHOD: all that are untrained or come with weights. Results are kept; a second run computes
     only what is missing, and an interrupted one goes on where it stopped.
     """
-    from retarget_bench import summary, table, timing
+    from retarget_bench.analysis import summary
     from retarget_bench.errors import BenchError
-    from retarget_bench.rendering import text
+    from retarget_bench.evaluation import timing
+    from retarget_bench.tables import builder
+    from retarget_bench.tables.rendering import text
 
     plan = planning.make_plan(methods, **given)
     places = planning.carry_out(plan, "bench run")
@@ -30,5 +32,5 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     there = [place for place in places if place.header.exists()]
     if not there:
         raise BenchError(f"no results in {plan.root}, and --redo never makes none")
-    click.echo(text(table.tables(summary.sections(there))))
+    click.echo(text(builder.tables(summary.sections(there))))
     click.echo(f"All values: bench table {plan.root} --all. Rows lie in {plan.root}/.")

@@ -25,8 +25,9 @@ def command(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     A FOLDER holds one .npz or .bvh per case, named as in the manifest that `bench export-cases` wrote;
     where the manifest lies in the folder, its data set is used.
     """
-    from retarget_bench import summary, table
-    from retarget_bench.rendering import text
+    from retarget_bench.analysis import summary
+    from retarget_bench.tables import builder
+    from retarget_bench.tables.rendering import text
 
     folder = Path(what[0])
     if folder.is_dir():
@@ -40,7 +41,7 @@ def command(what: tuple[str, ...], name: str | None, **given: Any) -> None:
     plan = planning.make_plan(what, stage="score", **given)
     places = planning.carry_out(plan, "bench score")
     found = summary.sections(place for place in places if place.header.exists())
-    click.echo(text(table.tables(found)), nl=False)
+    click.echo(text(builder.tables(found)), nl=False)
 
 
 def _label(folder: Path) -> str:

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
-from retarget_bench import defaults, registry
+from retarget_bench import defaults
 from retarget_bench.commands.options import dataset_spec, plugin_names, plugin_option
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
-    from retarget_bench.viewing.scene import Scene
+    from retarget_bench.viewer.scene import Scene
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -87,7 +88,7 @@ def scene_of(
     """The scene of a case, or of files, that a command's words describe. Raises BenchError."""
     from dataclasses import replace
 
-    from retarget_bench.viewing import finding, scenes
+    from retarget_bench.viewer import finding, scenes
 
     if finding.are_files(names):
         found = _of_files(names, root)
@@ -109,7 +110,7 @@ def _of_files(names: Sequence[str], root: str | None) -> Scene:
     """A stored prediction is shown with its case; other files as they are."""
     from dataclasses import replace
 
-    from retarget_bench.viewing import finding, scenes
+    from retarget_bench.viewer import finding, scenes
 
     paths = [Path(name) for name in names]
     stored = [finding.place_of(path) for path in paths]
@@ -123,10 +124,10 @@ def _of_files(names: Sequence[str], root: str | None) -> Scene:
 
 def _asked(name: str, methods: Sequence[str], dataset: str | None, root: str | None) -> Scene:
     """A case of a data set with what methods answer now."""
-    from retarget_bench import plan
     from retarget_bench.api import TASKS
-    from retarget_bench.spec import Spec
-    from retarget_bench.viewing import finding, scenes
+    from retarget_bench.evaluation import plan
+    from retarget_bench.plugins.spec import Spec
+    from retarget_bench.viewer import finding, scenes
 
     if not methods:
         raise BenchError("say which methods to ask: --ask -m METHOD")
@@ -138,6 +139,6 @@ def _asked(name: str, methods: Sequence[str], dataset: str | None, root: str | N
 
 def _moved(places: Sequence[Any], root: str | None) -> Any:
     """The data set of results, at the place where its data lie now; None where that was not said."""
-    from retarget_bench.viewing import stored
+    from retarget_bench.viewer import stored
 
     return None if root is None else stored.told(places[0]).dataset.with_parameters(root=root)

@@ -56,7 +56,7 @@ def command(
 
 
 def _make(folder: Path, results: Path, label: str) -> int:
-    from retarget_bench.submission.making import make
+    from retarget_bench.exchange.submission.making import make
 
     left = make(folder, results, label)
     click.echo(f"wrote {folder}. To be filled in, then checked with bench submit --check {folder}:")
@@ -66,7 +66,7 @@ def _make(folder: Path, results: Path, label: str) -> int:
 
 
 def _check(folder: Path) -> int:
-    from retarget_bench.submission.checking import check
+    from retarget_bench.exchange.submission.checking import check
 
     found = check(folder)
     for finding in found:
@@ -78,8 +78,8 @@ def _check(folder: Path) -> int:
 
 def _board(folder: Path, output: Path) -> int:
     from retarget_bench import files
-    from retarget_bench.rendering import WITH_INTERVALS
-    from retarget_bench.submission.board import board
+    from retarget_bench.exchange.submission.board import board
+    from retarget_bench.tables.rendering import WITH_INTERVALS
 
     form = output.suffix.lower().lstrip(".")
     if form not in ("html", "md", "tex", "csv"):

@@ -67,8 +67,9 @@ def command(
 
     What `bench probe` wrote beside them is a table of its own: --probes.
     """
-    from retarget_bench import files, records
-    from retarget_bench.rendering import RENDERERS, WITH_INTERVALS
+    from retarget_bench import files
+    from retarget_bench.results import store
+    from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
     if paper is not None and (columns is not None or everything or by or at_least):
         raise BenchError(
@@ -85,7 +86,7 @@ def command(
     roots = roots or (Path("runs"),)
     places = []
     for root in roots:
-        if not (found := records.find_results(root, task)):
+        if not (found := store.find_results(root, task)):
             what = "results of probes" if probes else "results"
             raise BenchError(f"no {what} in {root}; {maker} makes some")
         places += [place for place in found if dataset in (None, place.dataset)]
@@ -107,7 +108,7 @@ def command(
 
 def _task_of(paper: str, task: str, maker: str) -> tuple[str, str]:
     """The task that a published table is of, and what makes its results."""
-    from retarget_bench import papers
+    from retarget_bench.tables.published import papers
 
     wanted = papers.published(paper).task
     return (task, maker) if wanted == "retarget" else (wanted, f"bench task {wanted}")
@@ -121,31 +122,32 @@ def _tables(
     by: Any,
     at_least: int | None,
 ) -> list[Any]:
-    from retarget_bench import summary, table
-    from retarget_bench.grouping import FPS
-    from retarget_bench.tasks import DERIVED
-    from retarget_bench.tasks.tables import BY, task_tables
+    from retarget_bench.analysis import summary
+    from retarget_bench.evaluation.tasks import DERIVED
+    from retarget_bench.tables import builder
+    from retarget_bench.tables.groups import FPS
+    from retarget_bench.tables.task_tables import BY, task_tables
 
     if task in DERIVED and columns is None and not everything and at_least is None:
         return task_tables(places, task, by)
     if task in DERIVED and columns is not None and task != "reconstruct":
         by = by or BY[task]
     found = summary.sections(places, by, at_least)
-    wanted: tuple[str, ...] = table.FIRST_SIGHT
+    wanted: tuple[str, ...] = builder.FIRST_SIGHT
     if everything:
         # nobody times probes, nor derived tasks
         timed = places[0].task == "retarget"
-        wanted = tuple(column for column in table.all_columns(found) if timed or column != FPS)
+        wanted = tuple(column for column in builder.all_columns(found) if timed or column != FPS)
     elif columns is not None:
         wanted = tuple(column.strip() for column in columns.split(",") if column.strip())
-        if by is None and (over := table.curve_index(found, wanted)):
+        if by is None and (over := builder.curve_index(found, wanted)):
             by, found = over, summary.sections(places, over, at_least)
-    return table.tables(found, wanted, by or "")
+    return builder.tables(found, wanted, by or "")
 
 
 def _published(places: Sequence[Any], name: str) -> list[Any]:
-    from retarget_bench import paper_sets, papers
-    from retarget_bench.paper_table import paper_table
+    from retarget_bench.tables.published import paper_sets, papers
+    from retarget_bench.tables.published.paper_table import paper_table
 
     published = papers.published(name)
     if published.task == "reconstruct":

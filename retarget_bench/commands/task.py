@@ -89,10 +89,10 @@ def upsample(levels: str | None, **given: Any) -> None:
 def _carry_out(
     name: str, levels: str | None, methods: tuple[str, ...], motions: int | None, **given: Any
 ) -> None:
-    from retarget_bench import tasks
     from retarget_bench.errors import BenchError
-    from retarget_bench.rendering import text
-    from retarget_bench.tasks.tables import task_tables
+    from retarget_bench.evaluation import tasks
+    from retarget_bench.tables.rendering import text
+    from retarget_bench.tables.task_tables import task_tables
 
     task = str(tasks.canonical(name, levels, motions or 0))
     plan = planning.make_plan(methods, splits=("self",), task=task, **given)

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import click
 
-from retarget_bench import defaults, registry
+from retarget_bench import defaults
 from retarget_bench.commands.options import dataset_spec, plugin_names, plugin_option, root_option
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 
 @click.command("test")
@@ -37,11 +38,11 @@ def command(name: str, dataset: str | None, root: str | None, plugins: tuple[str
 
 def _tested(kind: registry.Kind, spec: Spec, data: Spec) -> int:
     """Print every check of one plug-in; the number of those that failed."""
-    from retarget_bench import testing
+    from retarget_bench.verification import contract
 
     click.echo(f"{registry.find(kind, spec.name)}")
     checks = []
-    for check in testing.check(kind, spec, data):
+    for check in contract.check(kind, spec, data):
         click.echo(f"  {check}")
         checks.append(check)
     failed = sum(not check.passed for check in checks)

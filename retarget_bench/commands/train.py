@@ -11,12 +11,12 @@ import click
 
 from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
 
 if TYPE_CHECKING:
     from retarget_bench.training.checkpoint import Checkpoint
+    from retarget_bench.training.config import Precision
     from retarget_bench.training.loop import Moment
-    from retarget_bench.training.recipe import Precision
     from retarget_bench.training.request import Request
     from retarget_bench.training.train import Asked, Trained
 
@@ -113,7 +113,7 @@ def command(
 
 def _data(datasets: tuple[str, ...], root: str | None) -> Spec | None:
     """The data set that ``-d`` and ``--root`` name, or several of them as one."""
-    from retarget_bench.training.together import spec_of
+    from retarget_bench.training.joint_datasets import spec_of
 
     if not datasets:
         if root is not None:
@@ -239,8 +239,8 @@ def _again(asked: Asked) -> str:
 
 
 def _ending(done: Trained) -> str:
+    from retarget_bench.training.joint_datasets import tested
     from retarget_bench.training.request import without_places
-    from retarget_bench.training.together import tested
 
     method = Spec.parse(done.asked.method).with_parameters(weights=str(done.folder))
     data = tested(Spec.parse(done.asked.dataset))

@@ -47,9 +47,10 @@ def command(
     del plugins
     from tqdm import tqdm
 
-    from retarget_bench import plan
-    from retarget_bench.features import material, network
-    from retarget_bench.features.train import Recipe, train
+    from retarget_bench.evaluation import plan
+    from retarget_bench.training.features import data as material
+    from retarget_bench.training.features import network
+    from retarget_bench.training.features.train import Recipe, train
 
     spec = options.dataset_spec(dataset, root)
     data, folder = plan.dataset(spec), out or network.own_folder()

@@ -13,7 +13,7 @@ from retarget_bench.commands.showing import methods_option, task_option
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
-    from retarget_bench.viewing.shelf import Shelf
+    from retarget_bench.viewer.shelf import Shelf
 
 PORT = 8080
 
@@ -63,7 +63,7 @@ def command(
     bench view walk.bvh retargeted.bvh
     """
     del plugins
-    from retarget_bench.viewing import live
+    from retarget_bench.viewer import live
 
     live.viser()
     shelf, case = _shelf(sources, results, methods, dataset, data, task, root)
@@ -90,9 +90,9 @@ def _shelf(
     root: str | None = None,
 ) -> tuple[Shelf, str | None]:
     """What the words describe, and the case to begin with. Raises BenchError where there is nothing."""
-    from retarget_bench.spec import Spec
-    from retarget_bench.viewing import finding
-    from retarget_bench.viewing.shelf import Shelf
+    from retarget_bench.plugins.spec import Spec
+    from retarget_bench.viewer import finding
+    from retarget_bench.viewer.shelf import Shelf
 
     folders = [Path(source) for source in sources if Path(source).is_dir()]
     if sources and not folders and finding.are_files(sources):
@@ -112,8 +112,8 @@ def _shelf(
 
 def _of_files(files: Sequence[Path], root: str | None) -> tuple[Shelf, str | None]:
     """Files as they are; a stored prediction with its case."""
-    from retarget_bench.viewing import finding
-    from retarget_bench.viewing.shelf import Shelf
+    from retarget_bench.viewer import finding
+    from retarget_bench.viewer.shelf import Shelf
 
     if len(files) == 1 and (stored := finding.place_of(files[0])) is not None:
         place, case = stored
@@ -127,7 +127,7 @@ def _free(port: int) -> None:
     """Raises BenchError where somebody else listens at a port."""
     import socket
 
-    from retarget_bench.viewing.live import HOST
+    from retarget_bench.viewer.live import HOST
 
     with socket.socket() as probe:
         probe.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)

@@ -179,3 +179,7 @@ def _grid(frames: int, fps: float, wanted: float) -> tuple[np.ndarray, np.ndarra
     at = np.arange(length) * (fps / wanted)
     low = np.minimum(np.floor(at + 1e-9).astype(int), frames - 1)
     return low, np.clip(at - low, 0.0, 1.0)
+
+
+Prediction = Motion | Positions
+"""What a method may answer with, and what a source may be."""

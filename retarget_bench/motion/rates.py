@@ -6,9 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from retarget_bench.api import Prediction
 from retarget_bench.motion import rotation
-from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.motion import Motion, Positions, Prediction
 
 FPS = 30.0
 ROUNDED = 1e-3 * (1 + 1e-6)

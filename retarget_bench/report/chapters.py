@@ -11,29 +11,24 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from retarget_bench import (
-    marks,
-    panel,
-    placing,
-    plan,
-    records,
-    registry,
-    statistics,
-    summary,
-    versus,
-)
+from retarget_bench.analysis import pairwise, statistics, summary
+from retarget_bench.analysis.breakdown import UNKNOWN
+from retarget_bench.analysis.summary import Section
 from retarget_bench.api import TASKS
-from retarget_bench.breakdown import UNKNOWN
-from retarget_bench.cells import Cell, Column, Group, Table
 from retarget_bench.errors import BenchError
-from retarget_bench.grouping import FPS
+from retarget_bench.evaluation import plan
+from retarget_bench.evaluation.tasks import levels
+from retarget_bench.figures import method_order
 from retarget_bench.motion.character import Character
-from retarget_bench.panel import Panel
-from retarget_bench.records import Place
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.report import layout
-from retarget_bench.spec import Spec
-from retarget_bench.summary import Section
-from retarget_bench.tasks import levels
+from retarget_bench.results import case_metadata, store
+from retarget_bench.results import result_matrix as panel
+from retarget_bench.results.result_matrix import Panel
+from retarget_bench.results.store import Place
+from retarget_bench.tables.groups import FPS
+from retarget_bench.tables.model import Cell, Column, Group, Table
 
 
 @dataclass(frozen=True)
@@ -107,8 +102,8 @@ class Split:
         structures: dict[str, str] = {}
         conditions: dict[str, dict[str, float]] = {}
         for row in self.panel.rows:
-            structures |= marks.read_structures(row.place) or {}
-            conditions |= marks.read_conditions(row.place)
+            structures |= case_metadata.read_structures(row.place) or {}
+            conditions |= case_metadata.read_conditions(row.place)
         found["structure"] = [structures.get(info.target, UNKNOWN) for info in cases]
         if conditions:
             found["level"] = [levels.name(conditions.get(info.id, {})) for info in cases]
@@ -184,7 +179,7 @@ def chapters(
         raise BenchError(f"no such results here; there are those of {', '.join(there)}")
     if methods:
         chosen = _of_methods(chosen, methods)
-    groups = placing.apart(chosen)
+    groups = method_order.apart(chosen)
     layout.check(groups, columns)
     bar = tqdm(groups, desc="reading results", unit="chapter", leave=False, disable=None)
     made = (_chapter(places, data, columns) for places in bar)
@@ -195,7 +190,7 @@ def results(roots: Sequence[Path]) -> list[Place]:
     """All that there are, of all tasks. Raises BenchError where a root has none."""
     found: list[Place] = []
     for root in roots:
-        here = placing.everything([root])
+        here = method_order.everything([root])
         if not here:
             raise BenchError(f"no results in {root}; bench run --out {root} makes some")
         found += here
@@ -203,12 +198,12 @@ def results(roots: Sequence[Path]) -> list[Place]:
 
 
 def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
-    labels = {place: str(records.read_header(place.header)["method"]["label"]) for place in places}
+    labels = {place: str(store.read_header(place.header)["method"]["label"]) for place in places}
     wanted = set()
     for name in names:
-        label = versus.label_of(name, set(labels.values()))
+        label = pairwise.label_of(name, set(labels.values()))
         if label is None:
-            raise versus.unknown(panel.panels(places), name)
+            raise pairwise.unknown(panel.panels(places), name)
         wanted.add(label)
     return [place for place in places if labels[place] in wanted]
 
@@ -222,7 +217,7 @@ def _chapter(places: Sequence[Place], data: str | None, columns: Sequence[str]) 
     shown = {each.split: known for each in panels if (known := _columns(made, each))}
     if usual := _usual(made, shown):
         shown |= {each.split: [usual] for each in panels if each.split not in shown and each.own.any()}
-    order = placing.order(sections, {split: columns[0].id for split, columns in shown.items()})
+    order = method_order.order(sections, {split: columns[0].id for split, columns in shown.items()})
     splits = tuple(
         Split(
             _ordered(each, order),

@@ -14,8 +14,8 @@ from typing import Any
 
 from markupsafe import Markup, escape
 
-from retarget_bench.palette import COLOURS
-from retarget_bench.rendering.words import printable
+from retarget_bench.figures.palette import COLOURS
+from retarget_bench.tables.rendering.words import printable
 
 MARKS = (
     "M0-4A4 4 0 1 1 0 4A4 4 0 1 1 0-4Z",

@@ -6,13 +6,13 @@ from collections.abc import Mapping
 
 from markupsafe import Markup
 
-from retarget_bench.axes import top
+from retarget_bench.analysis.summary import Mean
+from retarget_bench.figures.axis_limits import top
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.charts import Frame, Look, Scale
 from retarget_bench.report.means import told, worst
 from retarget_bench.report.pictures import Looks, Picture, by_split
-from retarget_bench.summary import Mean
 
 WIDTH, HEIGHT = 360.0, 240.0
 LEFT, RIGHT, BOTTOM, TOP = 46.0, 350.0, 200.0, 24.0

@@ -8,15 +8,15 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench import statistics
-from retarget_bench.cells import Column
-from retarget_bench.records import case_file
-from retarget_bench.rendering.words import printable
+from retarget_bench.analysis import statistics
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.charts import Look
 from retarget_bench.report.looks import colours
 from retarget_bench.report.motions import Motions
-from retarget_bench.viewing import player
+from retarget_bench.results.store import case_file
+from retarget_bench.tables.model import Column
+from retarget_bench.tables.rendering.words import printable
+from retarget_bench.viewer import player
 
 PAGE = 12_000_000
 """Bytes that a page is to stay below."""

@@ -9,8 +9,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from markupsafe import Markup
 
-from retarget_bench import statistics
-from retarget_bench.breakdown import broken_down
+from retarget_bench.analysis import statistics
+from retarget_bench.analysis.breakdown import broken_down
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character

@@ -5,15 +5,18 @@ from __future__ import annotations
 import difflib
 from collections.abc import Sequence
 
-from retarget_bench import panel, placing, set_groups, summary, table
-from retarget_bench.breakdown import By
-from retarget_bench.cells import Table
+from retarget_bench.analysis import summary
+from retarget_bench.analysis.breakdown import By
+from retarget_bench.analysis.summary import Section
 from retarget_bench.errors import BenchError
-from retarget_bench.grouping import FPS
-from retarget_bench.records import Place
-from retarget_bench.summary import Section
-from retarget_bench.tasks import DERIVED
-from retarget_bench.tasks.tables import BY, task_tables
+from retarget_bench.evaluation.tasks import DERIVED
+from retarget_bench.figures import method_order
+from retarget_bench.results import result_matrix
+from retarget_bench.results.store import Place
+from retarget_bench.tables import builder, set_groups
+from retarget_bench.tables.groups import FPS
+from retarget_bench.tables.model import Table
+from retarget_bench.tables.task_tables import BY, task_tables
 
 
 def check(groups: Sequence[Sequence[Place]], columns: Sequence[str]) -> None:
@@ -22,7 +25,7 @@ def check(groups: Sequence[Sequence[Place]], columns: Sequence[str]) -> None:
         return
     known: set[str] = set()
     for places in groups:
-        known |= set(table.all_columns(summary.sections(places)))
+        known |= set(builder.all_columns(summary.sections(places)))
     for column in columns:
         if column not in known:
             near = difflib.get_close_matches(column, known, 3, 0.5) or sorted(known)[:6]
@@ -34,14 +37,14 @@ def check(groups: Sequence[Sequence[Place]], columns: Sequence[str]) -> None:
 def tables(places: Sequence[Place], sections: Sequence[Section], columns: Sequence[str]) -> list[Table]:
     """The tables of one task on one data set. columns: those that it does not have are left out."""
     task = places[0].task.split("-")[0]
-    there = set(table.all_columns(sections))
+    there = set(builder.all_columns(sections))
     wanted = [column for column in columns if column in there]
     by: By | None = BY[task] if task in DERIVED and task != "reconstruct" else None
     if by is not None:  # neither speeds nor values of sets are known by parts
         wanted = [column for column in wanted if column not in (FPS, *set_groups.declared(sections))]
     if not wanted:
-        return task_tables(places, task) if task in DERIVED else table.tables(sections, with_sets=True)
+        return task_tables(places, task) if task in DERIVED else builder.tables(sections, with_sets=True)
     if by is None and not set(wanted) - {FPS, *set_groups.declared(sections)}:
-        mains = (placing.main_value(each, task) for each in panel.panels(places))
+        mains = (method_order.main_value(each, task) for each in result_matrix.panels(places))
         wanted = [*dict.fromkeys(main for main in mains if main is not None), *wanted]
-    return table.tables(summary.sections(places, by) if by else sections, wanted, by or "")
+    return builder.tables(summary.sections(places, by) if by else sections, wanted, by or "")

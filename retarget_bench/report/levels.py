@@ -4,15 +4,15 @@ from __future__ import annotations
 
 from markupsafe import Markup
 
-from retarget_bench.axes import top
+from retarget_bench.analysis.summary import Mean
+from retarget_bench.evaluation.tasks import levels
+from retarget_bench.figures.axis_limits import top
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.charts import Frame, Scale
 from retarget_bench.report.curves import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH
 from retarget_bench.report.means import grouped, means, told
 from retarget_bench.report.pictures import Looks, Picture, by_split
-from retarget_bench.summary import Mean
-from retarget_bench.tasks import levels
 
 BEFORE, AFTER = "given_cm", "restored_cm"
 ROOM = 1.25

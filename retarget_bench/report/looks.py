@@ -6,7 +6,7 @@ import colorsys
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from retarget_bench import palette, placing
+from retarget_bench.figures import method_order, palette
 from retarget_bench.report.chapters import Chapter
 from retarget_bench.report.charts import SHADES, Look, look
 
@@ -25,7 +25,7 @@ def looks(chapters: Sequence[Chapter], ranked: Mapping[str, Mapping[str, Any]]) 
     """
     found = {
         label: look(0, place) if control else look(place)
-        for label, (place, control) in placing.seats(ranked).items()
+        for label, (place, control) in method_order.seats(ranked).items()
     }
     return {label: found[label] for chapter in chapters for label in chapter.labels}
 

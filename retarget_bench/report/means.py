@@ -6,10 +6,10 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from retarget_bench import statistics
-from retarget_bench.cells import count
+from retarget_bench.analysis import statistics
+from retarget_bench.analysis.summary import Mean
 from retarget_bench.report.chapters import Split
-from retarget_bench.summary import Mean
+from retarget_bench.tables.model import count
 
 WORST = 6
 """Cases that are kept behind the point of a curve and behind a joint."""

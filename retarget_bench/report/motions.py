@@ -7,12 +7,12 @@ from dataclasses import dataclass, field
 
 from tqdm import tqdm
 
-from retarget_bench.cells import count
 from retarget_bench.errors import BenchError
 from retarget_bench.report.chapters import Chapter
 from retarget_bench.report.choosing import Chosen
-from retarget_bench.viewing import player, scenes
-from retarget_bench.viewing.packing import packed
+from retarget_bench.tables.model import count
+from retarget_bench.viewer import player, scenes
+from retarget_bench.viewer.packing import packed
 
 ROOM = 10_500_000
 """Bytes of packed scenes in a page: with tables and charts it stays below 12 MB."""

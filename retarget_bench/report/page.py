@@ -11,8 +11,6 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 import retarget_bench
-from retarget_bench.cells import count
-from retarget_bench.rendering import as_html
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.charts import Look
@@ -20,7 +18,9 @@ from retarget_bench.report.index import index
 from retarget_bench.report.looks import looks, style
 from retarget_bench.report.motions import Motions
 from retarget_bench.report.pictures import pictures
-from retarget_bench.viewing import player
+from retarget_bench.tables.model import count
+from retarget_bench.tables.rendering import as_html
+from retarget_bench.viewer import player
 
 if TYPE_CHECKING:
     from jinja2 import Environment

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from markupsafe import Markup
 
-from retarget_bench.breakdown import UNKNOWN
+from retarget_bench.analysis.breakdown import UNKNOWN
+from retarget_bench.analysis.summary import Mean
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.means import means, told, unit_text, worst
 from retarget_bench.report.pictures import Looks, Picture, by_split
-from retarget_bench.summary import Mean
 
 SQUARE, NAMES, ABOVE = 30.0, 74.0, 84.0
 LONGEST = 12

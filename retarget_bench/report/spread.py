@@ -7,14 +7,14 @@ from collections.abc import Sequence
 import numpy as np
 from markupsafe import Markup
 
-from retarget_bench import statistics
-from retarget_bench.axes import top
+from retarget_bench.analysis import statistics
+from retarget_bench.analysis.summary import Mean
+from retarget_bench.figures.axis_limits import top
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.charts import Frame, Look, Scale
 from retarget_bench.report.means import finite, grouped, told
 from retarget_bench.report.pictures import Looks, Picture, by_split
-from retarget_bench.summary import Mean
 
 WIDTH, NAMES, LINE, ABOVE, BELOW = 460.0, 140.0, 23.0, 24.0, 40.0
 LONGEST = 19

@@ -1,1 +1,5 @@
-"""What learned methods share: motion to train on, the loop, checkpoints, and weights with their cards."""
+"""What learned methods share: training data, the loop, checkpoints, weights with their cards.
+
+Imports evaluation, for validation, and tables, for ablations.
+Offers the training contract and loop, joint data sets, weights files, layers and feature networks.
+"""

@@ -8,14 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench import columns, plan, records, registry, statistics, versions
+from retarget_bench.analysis import statistics
 from retarget_bench.api import CaseInfo
-from retarget_bench.cells import EMPTY, FAILED, NOT_APPLICABLE, Cell, Footnotes, Group, Table, count
-from retarget_bench.cells import Column as Heading
-from retarget_bench.cells import Row as Line
 from retarget_bench.errors import BenchError
-from retarget_bench.records import Place
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import columns, compatibility, store
+from retarget_bench.results.store import Place
+from retarget_bench.tables.model import EMPTY, FAILED, NOT_APPLICABLE, Cell, Footnotes, Group, Table, count
+from retarget_bench.tables.model import Column as Heading
+from retarget_bench.tables.model import Row as Line
 from retarget_bench.training.ablation import Ablation, Column, Row
 from retarget_bench.training.train import Asked, Voice, finished, train
 
@@ -149,8 +152,8 @@ def numbers_of(asked: plan.Plan, trained: Sequence[Trained]) -> list[Numbers]:
 
 
 def _numbers(places: Sequence[Place]) -> Numbers:
-    headers = [records.read_header(place.header) for place in places]
-    newest = versions.newest(headers)
+    headers = [store.read_header(place.header) for place in places]
+    newest = compatibility.newest(headers)
     found: dict[str, dict[CaseInfo, float]] = {}
     for place, header in zip(places, headers, strict=True):
         part = columns.read(place, header, newest)

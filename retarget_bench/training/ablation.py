@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from retarget_bench.spec import Scalar
+from retarget_bench.plugins.spec import Scalar
 
 
 @dataclass(frozen=True)

@@ -10,13 +10,13 @@ from typing import Any
 import torch
 
 from retarget_bench.api import Dataset
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import curve, parallel
 from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.clips import Cast
-from retarget_bench.training.material import Material
+from retarget_bench.training.data import Material
+from retarget_bench.training.joint_datasets import Together
 from retarget_bench.training.request import Request, without_places
-from retarget_bench.training.together import Together
 
 POINTS = 40
 """Of the loss curve on a card."""

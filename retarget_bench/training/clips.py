@@ -7,8 +7,8 @@ from typing import Any
 
 from retarget_bench.api import Dataset, TrainingClips
 from retarget_bench.errors import NotSupported
-from retarget_bench.executor import LocalPool
-from retarget_bench.registry import files as plugin_files
+from retarget_bench.evaluation.process_pool import Function, LocalPool
+from retarget_bench.plugins.registry import files as plugin_files
 
 Cast = Mapping[str, Mapping[str, TrainingClips]]
 """Structure -> character -> its clips."""
@@ -35,11 +35,11 @@ def held_out(data: Dataset) -> Dataset | None:
 
 
 def by_character(
-    task: str, names: Sequence[str], common: Mapping[str, Any], jobs: int, progress: Progress
+    task: Function, names: Sequence[str], common: Mapping[str, Any], jobs: int, progress: Progress
 ) -> dict[str, Any]:
     """Character -> what a task makes of it, in the order of the names.
 
-    task: ``module:function``; it gets ``common``, the name under ``character``, and ``plugins``.
+    task: a function of a module; it gets ``common``, the name under ``character``, and ``plugins``.
     Raises NotSupported where it fails.
     """
     payloads = [{**common, "character": name, "plugins": plugin_files()} for name in names]

@@ -18,8 +18,8 @@ from torch import Tensor, nn
 from retarget_bench.api import Method, MethodCard
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.material import Material
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Material
 
 Batch = Mapping[str, Any]
 """Name -> array or tensor, nested mappings allowed; the loop moves it to the device as it is."""

@@ -10,7 +10,7 @@ import numpy as np
 from retarget_bench import defaults
 from retarget_bench.files import atomic
 from retarget_bench.training import log
-from retarget_bench.training.turns import NORM
+from retarget_bench.training.phases import NORM
 
 NAME = "loss.png"
 SMOOTHED = 200

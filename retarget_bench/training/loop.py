@@ -21,9 +21,9 @@ from retarget_bench.errors import BenchError
 from retarget_bench.training import checkpoint, log, parallel
 from retarget_bench.training.budget import Budget
 from retarget_bench.training.checkpoint import Best, Checkpoint
+from retarget_bench.training.config import Recipe
 from retarget_bench.training.contract import Learner
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import moved, turns
+from retarget_bench.training.phases import moved, turns
 from retarget_bench.training.validate import Judge, Scores
 
 SAVED = 60.0

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any, TypeVar, get_origin, get_type_hints
 
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation.plan import without_location
 from retarget_bench.files import write_text
-from retarget_bench.plan import without_location
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.budget import Budget
-from retarget_bench.training.recipe import Precision, Recipe
-from retarget_bench.training.together import apart, spec_of
+from retarget_bench.training.config import Precision, Recipe
+from retarget_bench.training.joint_datasets import apart, spec_of
 
 SCHEMA = 1
 NAME = "run.json"

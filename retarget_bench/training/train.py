@@ -11,21 +11,22 @@ from typing import Any, Protocol
 
 import torch
 
-from retarget_bench import plan, registry
 from retarget_bench.errors import BenchError
-from retarget_bench.header import versions
-from retarget_bench.spec import Spec
-from retarget_bench.training import checkpoint, curve, parallel, request, together, weights
+from retarget_bench.evaluation import plan
+from retarget_bench.evaluation.header import versions
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training import checkpoint, curve, joint_datasets, parallel, request, weights
 from retarget_bench.training.budget import Budget
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.clips import held_out
+from retarget_bench.training.config import Precision, Recipe
+from retarget_bench.training.data import Material, gather
 from retarget_bench.training.lock import locked
 from retarget_bench.training.loop import Loop, Moment
-from retarget_bench.training.material import Material, gather
-from retarget_bench.training.recipe import Precision, Recipe
+from retarget_bench.training.phases import explicit
 from retarget_bench.training.request import Request
-from retarget_bench.training.turns import explicit
 from retarget_bench.training.validate import Judge
 
 FOLDER = Path("runs/train")
@@ -109,7 +110,7 @@ def _begun(asked: Asked, held: ExitStack) -> tuple[Path, Request]:
 
 def _train(folder: Path, wanted: Request, asked: Asked, voice: Voice, device: torch.device) -> Trained:
     spec, data_spec = Spec.parse(wanted.method), Spec.parse(wanted.dataset)
-    data, recipe = together.dataset(data_spec), wanted.recipe
+    data, recipe = joint_datasets.dataset(data_spec), wanted.recipe
     material = parallel.in_turn(
         lambda: gather(data_spec, spec, recipe.fps, asked.jobs, _first_only(voice.gathering))
     )
@@ -194,7 +195,7 @@ def _same(kept: Request, asked: Asked, method: Spec | None) -> Request:
     given = {"method": method and str(method), "preset": asked.preset, "seed": asked.seed}
     request.contradicted(kept, {**given, "budget": asked.budget, "precision": asked.precision})
     if asked.dataset is not None:
-        data = str(together.canonical(asked.dataset))
+        data = str(joint_datasets.canonical(asked.dataset))
         if request.without_places(data) != request.without_places(kept.dataset):
             request.contradicted(kept, {"dataset": data})
         kept = replace(kept, dataset=data)
@@ -202,7 +203,7 @@ def _same(kept: Request, asked: Asked, method: Spec | None) -> Request:
     trainee.same(kept)
     if asked.init is not None:
         request.contradicted(kept, {"init": trainee.weights(asked.init).hash})
-    if together.dataset(Spec.parse(kept.dataset)).content != kept.content:
+    if joint_datasets.dataset(Spec.parse(kept.dataset)).content != kept.content:
         raise BenchError(_OTHER_DATA.format(kept.dataset))
     return kept
 
@@ -217,7 +218,7 @@ def _with_motion(wanted: Request, material: Material) -> Request:
 def _new(asked: Asked, method: Spec) -> Request:
     if asked.dataset is None:
         raise BenchError("say what to train on: -d DATASET")
-    data = together.canonical(asked.dataset)
+    data = joint_datasets.canonical(asked.dataset)
     trainee = _Trainee(method)
     name = asked.preset or request.PRESET
     recipe = request.preset(method.name, trainee.presets, name)
@@ -235,8 +236,8 @@ def _new(asked: Asked, method: Spec) -> Request:
         recipe=recipe,
         version=trainee.version,
         facts=trainee.facts,
-        label=together.dataset(data).label,
-        content=together.dataset(data).content,
+        label=joint_datasets.dataset(data).label,
+        content=joint_datasets.dataset(data).content,
         init=str(before.get("hash", "")),
         init_path=asked.init or "",
         seen=seen,
@@ -300,7 +301,7 @@ class _Keeper:
 
     def __init__(self, folder: Path, asked: Request, material: Material, device: torch.device) -> None:
         self._folder, self._asked, self._material, self._device = folder, asked, material, device
-        self._data = together.dataset(Spec.parse(asked.dataset))
+        self._data = joint_datasets.dataset(Spec.parse(asked.dataset))
         self._drawn = time.perf_counter()
 
     def __call__(self, at: Checkpoint, better: bool) -> None:

@@ -11,11 +11,13 @@ from typing import Any
 import torch
 from torch import nn
 
-from retarget_bench import defaults, plan, predict, records, score
+from retarget_bench import defaults
 from retarget_bench.api import Case, CaseInfo, Context, Dataset, Method
-from retarget_bench.batches import batches
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import plan, predict, score
+from retarget_bench.evaluation.batches import batches
 from retarget_bench.files import digest
+from retarget_bench.results import store
 
 TASK = "retarget"
 Scores = Mapping[str, Mapping[str, float]]
@@ -100,7 +102,7 @@ class Judge:
         return means | {"n": len(rows)}
 
     def _context_of(self, case: Case) -> Context:
-        return Context(seed=records.case_seed(0, "validation", case.info.id), device=str(self._device))
+        return Context(seed=store.case_seed(0, "validation", case.info.id), device=str(self._device))
 
 
 def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:

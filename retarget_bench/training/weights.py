@@ -24,10 +24,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from retarget_bench import tensors as files
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.spec import Scalar, Spec
-from retarget_bench.training import fields
+from retarget_bench.plugins.spec import Scalar, Spec
+from retarget_bench.training import card_fields
+from retarget_bench.training import tensor_files as files
 
 if TYPE_CHECKING:
     from torch import Tensor, nn
@@ -95,7 +95,7 @@ def read_card(path: str | Path) -> Mapping[str, Any]:
     """The card alone, which is quick, its known fields of their types. Raises FileError."""
     place = locate(path)
     card = files.read_card(place, SCHEMA, NEEDED, _WHAT)
-    if why := fields.wrong(card):
+    if why := card_fields.wrong(card):
         raise FileError(place, f"is damaged: {why}")
     return card
 

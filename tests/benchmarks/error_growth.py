@@ -18,9 +18,10 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench import records, summary
-from retarget_bench.statistics import ENOUGH_CLIPS
-from retarget_bench.summary import Mean, Section
+from retarget_bench.analysis import summary
+from retarget_bench.analysis.statistics import ENOUGH_CLIPS
+from retarget_bench.analysis.summary import Mean, Section
+from retarget_bench.results import store
 
 ENDS = 5
 """Seconds at the beginning and at the end whose means are printed."""
@@ -101,7 +102,7 @@ def main() -> None:
     parser.add_argument("--split", action="append", help="only this split (may be given again)")
     parser.add_argument("--up-to", type=float, help="where the vertical axis ends")
     options = parser.parse_args()
-    places = [place for root in options.results for place in records.find_results(root)]
+    places = [place for root in options.results for place in store.find_results(root)]
     sections = summary.sections(places, "second", options.at_least)
     sections = [each for each in sections if not options.split or each.split in options.split]
     for dataset in dict.fromkeys(section.dataset for section in sections):

@@ -16,8 +16,8 @@ from tqdm import tqdm
 sys.path.insert(0, str(Path(__file__).parents[1] / "metrics"))
 from corruptions import HARMS, Study, mirror, reverse
 
-from retarget_bench import registry
 from retarget_bench.metrics.fid import SHIPPED
+from retarget_bench.plugins import registry
 
 ALL = {**HARMS, "time reversed": (reverse, (1.0,)), "mirrored": (mirror, (1.0,))}
 

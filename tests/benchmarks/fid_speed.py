@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
-from retarget_bench import registry
-from retarget_bench.features import network, windows
 from retarget_bench.metrics.fid import SHIPPED
 from retarget_bench.metrics.fid.frechet import frechet
+from retarget_bench.plugins import registry
+from retarget_bench.training.features import network, windows
 
 WINDOWS = 1200
 REPEATS = 3

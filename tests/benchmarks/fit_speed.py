@@ -24,12 +24,12 @@ import numpy as np
 from pymotion.ops import skeleton_np as pymotion
 from scipy.optimize import least_squares
 
-from retarget_bench import registry
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.fit import fit
+from retarget_bench.motion.fitting.fit import fit
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plugins import registry
 
 FEW = 4
 """Frames of each clip that SciPy is asked for: it takes a second for each."""

@@ -22,7 +22,7 @@ import numpy as np
 
 from retarget_bench.motion import importer, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.fit import Fitted, fit
+from retarget_bench.motion.fitting.fit import Fitted, fit
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import SIDES
 

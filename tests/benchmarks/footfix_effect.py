@@ -13,9 +13,10 @@ from pathlib import Path
 
 from tqdm import tqdm
 
-from retarget_bench import run, summary
-from retarget_bench.plan import Plan
-from retarget_bench.spec import Spec
+from retarget_bench.analysis import summary
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins.spec import Spec
 
 VALUES = ("contact_recall", "contact_precision", "foot_slide_h", "mpjpe_h.world", "acceleration")
 
@@ -35,7 +36,7 @@ def main(methods: list[str]) -> None:
             bar.total = total
             bar.update(done - bar.n)
 
-        places = run.run(plan, progress)
+        places = runner.run(plan, progress)
     print("split   method                        " + "".join(f"{value:>18}" for value in VALUES))
     for section in summary.sections(places):
         for score in section.scores:

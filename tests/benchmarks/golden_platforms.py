@@ -28,9 +28,9 @@ SETTINGS = {
 
 def measure() -> None:
     """One run in this process; prints the verdict and the farthest row as JSON."""
-    from retarget_bench.check import gate, golden
+    from retarget_bench.verification.gate import golden, run
 
-    found = gate.check(golden.built_in(), (), None, lambda done, total: None)
+    found = run.check(golden.built_in(), (), None, lambda done, total: None)
     farthest = max(found.lines, key=lambda line: line.passed)
     row = " ".join((farthest.subject, farthest.where, farthest.value))
     print(json.dumps([found.verdict, len(found.lines), farthest.passed, row]))

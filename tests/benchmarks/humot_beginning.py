@@ -23,10 +23,10 @@ from retarget_bench.methods.humot.body import body
 from retarget_bench.methods.humot.design import PAPER_COUNT, SMALL, Design
 from retarget_bench.methods.humot.learner import Choices, Learner
 from retarget_bench.methods.humot.network.temporal import TemporalConvolution
-from retarget_bench.spec import Spec
-from retarget_bench.training.material import Material, gather
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import moved, turns
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Material, gather
+from retarget_bench.training.phases import moved, turns
 
 HALF = replace(
     PAPER_COUNT, width=64, latent=64, blocks=(2, 2), motion=(3, 16, 32), norm="layer", affine=True

@@ -11,8 +11,9 @@ windows of all three kinds gives as many of each, and beside each window of (b) 
 own clip.
 
 Errors are distances of a body's joints in cm, mean over frames, joints, windows of a clip, and clips;
-intervals are over clips (``retarget_bench/statistics.py``), those of differences by bootstrap, paired where
-the clips are the same. ``still`` is the error of each window's mean pose: how much there is to be told.
+intervals are over clips (``retarget_bench/analysis/statistics.py``), those of differences by
+bootstrap, paired where the clips are the same. ``still`` is the error of each window's mean pose: how much
+there is to be told.
 """
 
 from __future__ import annotations
@@ -26,18 +27,18 @@ from typing import Any
 import numpy as np
 from tqdm import tqdm
 
-from retarget_bench import plan
+from retarget_bench.analysis.statistics import LEVEL, mean_intervals
 from retarget_bench.api import SPLITS, Context, Dataset
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import plan
 from retarget_bench.methods.humot.body import body
 from retarget_bench.methods.humot.split import held_out
 from retarget_bench.motion.motion import Motion
-from retarget_bench.spec import Spec
-from retarget_bench.statistics import LEVEL, mean_intervals
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
 from retarget_bench.training.clips import held_out as validation
 from retarget_bench.training.clips import training_clips
-from retarget_bench.training.material import Clip
+from retarget_bench.training.data import Clip
 
 KINDS = ("trained on", "held out of the same clips", "of clips never trained on")
 RESAMPLES = 10_000

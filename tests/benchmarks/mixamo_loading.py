@@ -18,7 +18,7 @@ def measure(root: str, parameters: dict[str, str]) -> None:
     """Print what one process needs for everything."""
     from retarget_bench.api import SPLITS
     from retarget_bench.datasets.mixamo import Mixamo
-    from retarget_bench.spec import read_value
+    from retarget_bench.plugins.spec import read_value
 
     begin = time.perf_counter()
     dataset = Mixamo(root, **{name: read_value(text) for name, text in parameters.items()})

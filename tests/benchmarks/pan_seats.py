@@ -13,11 +13,12 @@ from collections import defaultdict
 
 import numpy as np
 
-from retarget_bench import plan, predict, registry
+from retarget_bench.evaluation import plan, predict
+from retarget_bench.evaluation.score import score
 from retarget_bench.methods.pan.body import cast, missing
 from retarget_bench.methods.pan.seats import FOUR, Seat
-from retarget_bench.score import score
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 ODD, VALUES = "h36m17", ("mpjpe_h.root", "mpjpe_h.world")
 

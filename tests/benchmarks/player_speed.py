@@ -18,12 +18,12 @@ from tempfile import TemporaryDirectory
 
 from tqdm import tqdm
 
-from retarget_bench import plan
-from retarget_bench.spec import Spec
-from retarget_bench.viewing import player
-from retarget_bench.viewing.packing import packed
-from retarget_bench.viewing.scene import Scene
-from retarget_bench.viewing.scenes import of_case_asked
+from retarget_bench.evaluation import plan
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.viewer import player
+from retarget_bench.viewer.packing import packed
+from retarget_bench.viewer.scene import Scene
+from retarget_bench.viewer.scenes import of_case_asked
 
 sys.path[:0] = [str(Path(__file__).parents[2]), str(Path(__file__).parents[1] / "viewing")]
 

@@ -23,13 +23,13 @@ from torch import Tensor, nn
 
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
+from retarget_bench.evaluation.plan import dataset, method
 from retarget_bench.methods.nkn import plugin as Nkn
 from retarget_bench.methods.nkn.cells import KINDS, Layer
-from retarget_bench.plan import dataset, method
-from retarget_bench.spec import Spec
-from retarget_bench.training.material import Clip, Material
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import moved
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Clip, Material
+from retarget_bench.training.phases import moved
 
 ROWS, FRAMES, HIDDEN, CHANNELS, BONES = 16, 60, 512, 70, 63
 CLIPS, LONG = 32, 300

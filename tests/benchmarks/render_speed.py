@@ -19,12 +19,12 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib import animation, pyplot
 
-from retarget_bench import plan
 from retarget_bench.api import TASKS
-from retarget_bench.spec import Spec
-from retarget_bench.viewing.drawing import Look, Picture
-from retarget_bench.viewing.scene import Scene
-from retarget_bench.viewing.scenes import of_case_asked
+from retarget_bench.evaluation import plan
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.viewer.drawing import Look, Picture
+from retarget_bench.viewer.scene import Scene
+from retarget_bench.viewer.scenes import of_case_asked
 
 PUPPETS = Spec.parse("puppets[size=tiny]")
 METHODS = [Spec("copy_rotations"), Spec("ik")]

@@ -29,9 +29,9 @@ import method_bodies
 
 from retarget_bench.api import Context
 from retarget_bench.methods.smrm import SMRM
-from retarget_bench.training.material import Clip, Material
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import moved
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Clip, Material
+from retarget_bench.training.phases import moved
 
 ROWS, FRAMES, HIDDEN, SEEN, BODY = 32, 30, 512, 69, 66
 CLIPS, LONG = 32, 300

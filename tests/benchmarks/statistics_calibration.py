@@ -22,7 +22,8 @@ sys.path[:0] = [str(Path(__file__).parents[2]), str(Path(__file__).parents[1] / 
 
 from clip_simulation import OWN, RECKLESS, STEADY, errors  # noqa: E402
 
-from retarget_bench import panel, records, statistics  # noqa: E402
+from retarget_bench.analysis import statistics  # noqa: E402
+from retarget_bench.results import result_matrix, store  # noqa: E402
 
 CLIPS = (10, 13, 20, 30, 50, 94)
 EFFECTS = (0.95, 0.9, 0.8)
@@ -122,7 +123,7 @@ def tables() -> list[tuple[int, list[float]]]:
 def real(root: Path, repeats: int) -> list[tuple[str, list[float]]]:
     """Per value, from pairs of methods: per cent told apart after a shift to a mean of 0."""
     found = []
-    for each in panel.panels(records.find_results(root)):
+    for each in result_matrix.panels(store.find_results(root)):
         if each.split == "self" or len(each.rows) < 2:
             continue
         for key in [

@@ -25,11 +25,12 @@ from tqdm import tqdm
 ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
-from retarget_bench import records, registry  # noqa: E402
 from retarget_bench.api import CaseInfo, Value  # noqa: E402
-from retarget_bench.plan import metrics, value_facts  # noqa: E402
-from retarget_bench.records import Entry, Place  # noqa: E402
-from retarget_bench.score import declared_values  # noqa: E402
+from retarget_bench.evaluation.plan import metrics, value_facts  # noqa: E402
+from retarget_bench.evaluation.score import declared_values  # noqa: E402
+from retarget_bench.plugins import registry  # noqa: E402
+from retarget_bench.results import store  # noqa: E402
+from retarget_bench.results.store import Entry, Place  # noqa: E402
 
 CLIPS, REPEATS = 106, 3
 POINTS, JOINTS = [f"{0.01 * n:g}" for n in range(7)], [f"joint_{n}" for n in range(22)]
@@ -73,7 +74,7 @@ def write(root: Path, cases: int, methods: int) -> int:
         random = np.random.default_rng(number)
         method = {"name": f"method_{number}", "label": f"method_{number}", "control": False}
         header = {
-            "schema": records.SCHEMA,
+            "schema": store.SCHEMA,
             "keys": {},
             "method": method | {"privileged": [], "stochastic": False},
             "dataset": {"label": "made up", "content": "1", "notes": []},
@@ -88,7 +89,7 @@ def write(root: Path, cases: int, methods: int) -> int:
             for info in infos
         ]
         place = Place(root, "made_up", "retarget", "cross", method["name"])
-        records.write_results(place, header, entries, infos)
+        store.write_results(place, header, entries, infos)
     return sum(path.read_bytes().count(b"\n") - 1 for path in root.rglob("method_*.csv"))
 
 

@@ -14,10 +14,10 @@ from collections import defaultdict
 
 import numpy as np
 
-from retarget_bench.plan import dataset, method
-from retarget_bench.predict import context_for, predict
-from retarget_bench.spec import Spec
-from retarget_bench.tasks import canonical
+from retarget_bench.evaluation.plan import dataset, method
+from retarget_bench.evaluation.predict import context_for, predict
+from retarget_bench.evaluation.tasks import canonical
+from retarget_bench.plugins.spec import Spec
 
 CANDIDATES = {
     "denoise": [

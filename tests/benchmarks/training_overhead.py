@@ -23,9 +23,9 @@ from torch import Tensor, nn
 
 from retarget_bench.training import checkpoint
 from retarget_bench.training.budget import Budget
+from retarget_bench.training.config import Recipe
 from retarget_bench.training.contract import Phase
 from retarget_bench.training.loop import Loop
-from retarget_bench.training.recipe import Recipe
 
 NKN = 5_870_172 + 280_413
 

@@ -14,7 +14,6 @@ from conftest import plain_rig, skeleton
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench import testing
 from retarget_bench.api import SPLITS
 from retarget_bench.datasets.lafan_dog import LafanDog
 from retarget_bench.datasets.lafan_dog.motions import cut
@@ -23,7 +22,8 @@ from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh, kinematics
 from retarget_bench.motion.character import Character
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.verification import contract
 
 PEOPLE = ("dance1_subject1", "ground1_subject5", "push1_subject2", "multipleActions1_subject1")
 DOGS = ("D1_009_KAN01_001", "D1_009_KAN01_002", "D1_047z_KAN01_002", "D1_031_KAN01_001", "D1_003_KAN01_001")
@@ -292,7 +292,7 @@ def real(real_data: Path) -> LafanDog:
 
 def test_real_takes_keep_the_contract(real: LafanDog, real_data: Path) -> None:
     assert real.cases("retarget", "cross")
-    testing.assert_contract("datasets", Spec("lafan_dog", {"root": str(real_data)}))
+    contract.assert_contract("datasets", Spec("lafan_dog", {"root": str(real_data)}))
 
 
 def test_real_takes_have_every_role_and_the_bones_that_turn(real: LafanDog) -> None:

@@ -13,9 +13,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import publishing
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import BenchError
+from retarget_bench.exchange import dataset_export
 from retarget_bench.motion import bvh
 
 
@@ -120,7 +120,7 @@ class Few(Puppets):
 
 
 def exported(folder: Path, stop: int = 10**6) -> None:
-    for done, total in publishing.export(Few(), "puppets", folder):
+    for done, total in dataset_export.export(Few(), "puppets", folder):
         assert 0 < done <= total == 16
         if done == stop:
             return
@@ -171,7 +171,7 @@ def test_an_interrupted_export_goes_on_and_a_damaged_one_is_repaired(tmp_path: P
     exported(tmp_path / "again", stop=5)
     begun = {p: p.stat().st_mtime_ns for p in (tmp_path / "again").rglob("*.bvh")}
     assert not (tmp_path / "again" / "manifest.json").exists()
-    with (tmp_path / "again" / publishing.JOURNAL).open("a") as journal:
+    with (tmp_path / "again" / dataset_export.JOURNAL).open("a") as journal:
         journal.write("a line that was cut")
     exported(tmp_path / "again", stop=9)
     exported(tmp_path / "again")
@@ -191,7 +191,7 @@ def test_an_export_touches_no_other_folder(tmp_path: Path) -> None:
     assert contents(tmp_path / "mine") == {"letter.txt": b"dear"}
     exported(tmp_path / "one")
     with pytest.raises(BenchError, match="another export"):
-        next(publishing.export(Few(seed=3), "puppets[seed=3]", tmp_path / "one"))
+        next(dataset_export.export(Few(seed=3), "puppets[seed=3]", tmp_path / "one"))
     (tmp_path / "one" / "manifest.json").write_text("{}")
     with pytest.raises(BenchError, match="no manifest"):
         exported(tmp_path / "one")

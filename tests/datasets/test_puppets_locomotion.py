@@ -17,7 +17,7 @@ from retarget_bench.datasets.puppets.performances.walking import walk
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.score import SIDES, Score, sign
 from retarget_bench.datasets.puppets.solver import Solution, solve
-from retarget_bench.ground import ground_height
+from retarget_bench.motion.ground import ground_height
 
 FLYING = ("jog", "run", "jump", "leap", "hop")
 BUILDS = ("ada", "pip", "gibbon", "titan")

@@ -10,12 +10,12 @@ from typing import Any
 
 import pytest
 
-from retarget_bench import registry
 from retarget_bench.api import SPLITS
 from retarget_bench.datasets.puppets import corpus
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.clips import SIZES
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 FILE = Path(corpus.__file__).with_name("release.json")
 """Written by ``freeze_puppets.py``."""

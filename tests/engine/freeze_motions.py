@@ -15,13 +15,13 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench import registry
 from retarget_bench.api import Case, CaseInfo, Contacts, Dataset, Prediction
-from retarget_bench.check import frozen, golden
 from retarget_bench.cli import main as bench
+from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion
-from retarget_bench.predict import as_scored
+from retarget_bench.plugins import registry
+from retarget_bench.verification.gate import frozen, golden
 
 WINDOW = 64
 """Frames: what feature networks look at."""

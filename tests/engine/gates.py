@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from retarget_bench.check import frozen, golden, snapshot
+from retarget_bench.verification.gate import frozen, golden, snapshot
 
 FOLDER = golden.built_in()
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import replace
 from functools import cache
 
-from retarget_bench.plan import dataset
-from retarget_bench.probe.asking import Subject, groups_of, subject
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation.plan import dataset
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.verification.probe.asking import Subject, groups_of, subject
 
 DATA = dataset(Spec.parse("puppets"))
 SPLITS = ("intra", "cross")

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from retarget_bench import records, run
-from retarget_bench.plan import Plan
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 
 
 def asked(root: Path, *methods: str, clips: int = 3, **changes: Any) -> Plan:
@@ -24,7 +25,7 @@ def asked(root: Path, *methods: str, clips: int = 3, **changes: Any) -> Plan:
     )
 
 
-def carry_out(*args: Any, **changes: Any) -> list[records.Results]:
+def carry_out(*args: Any, **changes: Any) -> list[store.Results]:
     """What comes of ``asked(*args, **changes)``."""
-    places = run.run(asked(*args, **changes), lambda done, total: None)
-    return [records.read_results(place) for place in places]
+    places = runner.run(asked(*args, **changes), lambda done, total: None)
+    return [store.read_results(place) for place in places]

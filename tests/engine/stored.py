@@ -5,9 +5,9 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from retarget_bench import records
 from retarget_bench.api import CaseInfo
-from retarget_bench.records import Entry, Place
+from retarget_bench.results import store as records
+from retarget_bench.results.store import Entry, Place
 
 VALUES = {
     "mpjpe_h.world": {

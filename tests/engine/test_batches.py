@@ -15,9 +15,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from small_plans import asked, carry_out
 
-from retarget_bench import batches, plan, records, registry, run
 from retarget_bench.api import CaseInfo
-from retarget_bench.records import STATUSES
+from retarget_bench.evaluation import batches, plan, runner
+from retarget_bench.plugins import registry
+from retarget_bench.results import store
+from retarget_bench.results.store import STATUSES
 from retarget_bench.training import validate
 
 HERE = Path(__file__).parent
@@ -39,7 +41,7 @@ def _toys():
         registry.add_file(file)
 
 
-def mates(results: records.Results, case: str) -> float:
+def mates(results: store.Results, case: str) -> float:
     """With how many cases a case was asked, itself included, told from its error (0: alone)."""
     entry = next(entry for entry in results.entries if entry.case == case)
     target = results.cases[case].target
@@ -151,7 +153,7 @@ def test_what_dies_beside_a_batch_does_not_move_it(tmp_path):
 
 def test_progress_counts_cases(tmp_path):
     seen = []
-    run.run(asked(tmp_path, "toy_batches", clips=10), lambda done, total: seen.append((done, total)))
+    runner.run(asked(tmp_path, "toy_batches", clips=10), lambda done, total: seen.append((done, total)))
     assert seen == [(0, 20), (16, 20), (20, 20)]
 
 
@@ -175,9 +177,9 @@ def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
     first.place.header.unlink()
     for file in (first.place.folder / "toy_batches").glob("*.npz"):
         file.unlink()
-    records.open_journal(first.place, first.header["keys"])
+    store.open_journal(first.place, first.header["keys"])
     for entry in first.entries[:2]:
-        records.append_journal(first.place, entry)
+        store.append_journal(first.place, entry)
     (again,) = carry_out(tmp_path, "toy_batches")
     assert again.place.rows.read_bytes() == wanted
     assert len(list((first.place.folder / "toy_batches").glob("*.npz"))) == 4
@@ -185,7 +187,7 @@ def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
 
 def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
     (both,) = carry_out(tmp_path / "a", "toy_batches", clips=20)
-    run.run(
+    runner.run(
         asked(tmp_path / "b", "toy_batches", clips=20, stage="predict", jobs=2), lambda done, total: None
     )
     (apart,) = carry_out(tmp_path / "b", "toy_batches", clips=20, stage="score")

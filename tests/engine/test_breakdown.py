@@ -7,11 +7,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import marks, records, registry, run, summary
+from retarget_bench.analysis import summary
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
-from retarget_bench.plan import Plan
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import case_metadata, store
 
 HERE = Path(__file__).parent
 VALUE = "mpjpe_h.world"
@@ -31,7 +34,7 @@ def results(tmp_path_factory) -> Path:
         metrics=("position",),
         root=root,
     )
-    run.run(plan, lambda done, total: None)
+    runner.run(plan, lambda done, total: None)
     return root
 
 
@@ -42,7 +45,7 @@ def own(results, tmp_path) -> Path:
 
 
 def sections(root: Path, by: summary.By) -> dict[str, summary.Section]:
-    return {section.part: section for section in summary.sections(records.find_results(root), by)}
+    return {section.part: section for section in summary.sections(store.find_results(root), by)}
 
 
 def shaken(section: summary.Section) -> summary.Score:
@@ -52,8 +55,8 @@ def shaken(section: summary.Section) -> summary.Score:
 @pytest.mark.parametrize(("by", "size"), [("pair", 3), ("clip", 2), ("kind", 6)])
 def test_groups_of_cases_hold_their_own_cases(results, by, size):
     found = sections(results, by)
-    place = next(p for p in records.find_results(results) if "shaken" in str(records.read_header(p.header)))
-    read = records.read_results(place)
+    place = next(p for p in store.find_results(results) if "shaken" in str(store.read_header(p.header)))
+    read = store.read_results(place)
     for name, section in found.items():
         inside = [e.values[VALUE] for e in read.entries if getattr(read.cases[e.case], by) == name]
         assert len(inside) == size
@@ -77,8 +80,8 @@ def test_a_method_that_does_not_answer_a_pair_is_counted_so(results):
 
 
 def arrays(root: Path) -> tuple[np.ndarray, np.ndarray]:
-    place = next(p for p in records.find_results(root) if "shaken" in str(records.read_header(p.header)))
-    stored = records.read_arrays(place)
+    place = next(p for p in store.find_results(root) if "shaken" in str(store.read_header(p.header)))
+    stored = store.read_arrays(place)
     return stored[f"{JOINT}:index"], stored[f"{JOINT}:values"]
 
 
@@ -107,7 +110,7 @@ def test_results_without_body_parts_say_what_to_do(own):
 
 def test_old_results_break_down_by_everything_they_know():
     old = HERE.parent / "old_results" / "schema-1"
-    places = records.find_results(old)
+    places = store.find_results(old)
     for by in ("pair", "clip", "kind", "joint"):
         assert summary.sections(places, by)
     for by in ("part", "seen"):
@@ -116,8 +119,8 @@ def test_old_results_break_down_by_everything_they_know():
 
 
 def test_what_the_data_set_calls_unseen_makes_four_groups(own):
-    (folder,) = {place.folder for place in records.find_results(own)}
-    cases = records.read_cases(folder / "cases.csv", "retarget", "intra")
+    (folder,) = {place.folder for place in store.find_results(own)}
+    cases = store.read_cases(folder / "cases.csv", "retarget", "intra")
     marked = {"clip 0": "", "clip 1": "kind", "clip 2": "kind+target"}
     lines = ["case,unseen", *(f"{info.id},{marked[info.clip]}" for info in cases)]
     (folder / "cases.unseen.csv").write_text("\n".join(lines) + "\n")
@@ -130,12 +133,12 @@ def test_what_the_data_set_calls_unseen_makes_four_groups(own):
 
 
 def test_trained_methods_are_judged_by_their_own_training(own):
-    (folder,) = {place.folder for place in records.find_results(own)}
-    path = next(p.header for p in records.find_results(own) if "shaken" in p.header.read_text())
+    (folder,) = {place.folder for place in store.find_results(own)}
+    path = next(p.header for p in store.find_results(own) if "shaken" in p.header.read_text())
     header = json.loads(path.read_text())
     header["method"]["trained_on"] = {"characters": ["tall", "small"], "clips": ["clip 0"]}
     path.write_text(json.dumps(header))
-    cases = records.read_cases(folder / "cases.csv", "retarget", "intra")
+    cases = store.read_cases(folder / "cases.csv", "retarget", "intra")
     lines = ["case,unseen", *(f"{info.id},target" for info in cases)]
     (folder / "cases.unseen.csv").write_text("\n".join(lines) + "\n")
     found = sections(own, "seen")
@@ -160,4 +163,4 @@ def test_trained_methods_are_judged_by_their_own_training(own):
 )
 def test_a_manifest_says_what_is_new(manifest, new):
     info = CaseInfo("d/a>b/c", "retarget", "intra", "a", "b", "c", "walk", 10)
-    assert marks.not_in(manifest, info) == new
+    assert case_metadata.not_in(manifest, info) == new

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench import catalogue as module
-from retarget_bench.catalogue import bvh_files, catalogue, contents, fingerprint, inspect, some
+from retarget_bench.motion.bvh import catalogue as module
+from retarget_bench.motion.bvh.catalogue import bvh_files, catalogue, contents, fingerprint, inspect, some
 
 GOOD = """HIERARCHY
 ROOT Hips

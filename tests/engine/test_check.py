@@ -8,9 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import cli, registry
-from retarget_bench.check import compare, golden
+from retarget_bench import cli
 from retarget_bench.errors import FileError
+from retarget_bench.plugins import registry
+from retarget_bench.verification.gate import compare, golden
 
 TOYS = Path(__file__).parent / "toys"
 ROOT = Path(__file__).parents[2]
@@ -153,8 +154,8 @@ def test_another_version_or_protocol_is_not_comparable_and_does_not_pass(
 
 
 def test_other_data_are_not_comparable_and_can_be_accepted(baseline, bench, monkeypatch):
-    from retarget_bench import plan
-    from retarget_bench.spec import Spec
+    from retarget_bench.evaluation import plan
+    from retarget_bench.plugins.spec import Spec
 
     data = plan.dataset(Spec.parse("toy_cases"))
     monkeypatch.setattr(data, "content", "toy-2")
@@ -172,8 +173,8 @@ def fewer(cases):
 
 # --------------------------------------------------------------------------------- could not measure
 def test_cases_that_are_gone_end_with_two_and_cannot_be_accepted(baseline, bench, monkeypatch):
-    from retarget_bench import plan
-    from retarget_bench.spec import Spec
+    from retarget_bench.evaluation import plan
+    from retarget_bench.plugins.spec import Spec
 
     before = content(baseline)
     data = plan.dataset(Spec.parse("toy_cases"))
@@ -189,8 +190,8 @@ def test_cases_that_are_gone_end_with_two_and_cannot_be_accepted(baseline, bench
 
 
 def test_a_data_set_that_breaks_ends_with_two(baseline, bench, monkeypatch):
-    from retarget_bench import plan
-    from retarget_bench.spec import Spec
+    from retarget_bench.evaluation import plan
+    from retarget_bench.plugins.spec import Spec
 
     def broken(self, info):
         raise OSError("the disk is gone")
@@ -357,7 +358,7 @@ def test_turned_line_ends_change_nothing(baseline, bench):
 
 @pytest.mark.parametrize(("text", "line"), [("row,a\nx,1,2\n", 2), ("row,a\nx,one\n", 2), ("a,b\n", 1)])
 def test_a_table_that_is_none_is_named_with_its_line(text, line):
-    from retarget_bench.check import table
+    from retarget_bench.verification.gate import table
 
     with pytest.raises(FileError, match=f"^some.csv:{line}: "):
         table.from_text(Path("some.csv"), text)

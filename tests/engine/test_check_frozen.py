@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from gates import FOLDER, measured, quiet
 
-from retarget_bench.check import compare, frozen, gate, golden, packing, smoke
-from retarget_bench.check.compare import Mark
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.verification.gate import compare, frozen, golden, packing, run, smoke
+from retarget_bench.verification.gate.compare import Mark
 
 
 @pytest.fixture
@@ -28,7 +28,7 @@ def copied(tmp_path, monkeypatch):
 def test_a_damaged_frozen_motion_is_named_and_cannot_be_measured(copied):
     path = copied / "frozen" / "stairs.npz"
     path.write_bytes(path.read_bytes()[:5000])
-    found = gate.check(copied, (), None, quiet)
+    found = run.check(copied, (), None, quiet)
     assert found.verdict == 2
     assert any(line.why.startswith(f"{path}: is not a file of frozen motions") for line in found.lines)
 
@@ -45,7 +45,7 @@ def test_another_frozen_motion_is_told_as_such(copied):
 def test_no_frozen_motion_cannot_be_measured(copied):
     for path in (copied / "frozen").glob("*.npz"):
         path.unlink()
-    found = gate.check(copied, (), None, quiet)
+    found = run.check(copied, (), None, quiet)
     assert found.verdict == 2
 
 

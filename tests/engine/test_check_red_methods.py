@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 from gates import FOLDER, quiet
 
-from retarget_bench import registry
-from retarget_bench.check import gate, golden, smoke
-from retarget_bench.check.compare import Mark
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import rotation
+from retarget_bench.plugins import registry
+from retarget_bench.verification.gate import golden, run, smoke
+from retarget_bench.verification.gate.compare import Mark
 
 
 def checked(*methods):
-    return gate.check(FOLDER, methods, None, quiet)
+    return run.check(FOLDER, methods, None, quiet)
 
 
 def test_the_methods_are_green():
@@ -148,7 +148,7 @@ def test_a_case_less_cannot_be_measured(monkeypatch):
     found = checked("copy_rotations")
     assert found.verdict == 2
     with pytest.raises(BenchError, match="nothing was accepted"):
-        gate.accept(FOLDER, found, "never mind")
+        run.accept(FOLDER, found, "never mind")
 
 
 def test_another_generator_is_told_as_such(monkeypatch):

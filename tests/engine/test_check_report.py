@@ -2,8 +2,8 @@
 
 import pytest
 
-from retarget_bench.check import compare, report
-from retarget_bench.check.compare import Limit, Line, Mark
+from retarget_bench.verification.gate import compare, report
+from retarget_bench.verification.gate.compare import Limit, Line, Mark
 
 
 def test_what_moved_comes_first_the_gravest_foremost_then_counts():

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stored import store
 
-from retarget_bench.cliques import cliques, told_apart
-from retarget_bench.panel import panels
-from retarget_bench.summary import section
+from retarget_bench.analysis.summary import section
+from retarget_bench.analysis.tie_groups import cliques, told_apart
+from retarget_bench.results.result_matrix import panels
 
 
 @given(st.integers(1, 6), st.sets(st.tuples(st.integers(0, 5), st.integers(0, 5))))
@@ -52,6 +52,6 @@ def test_the_group_of_the_best_is_that_of_the_table(tmp_path: Path):
 
 
 def _places(root: Path):
-    from retarget_bench import records
+    from retarget_bench.results import store as records
 
     return records.find_results(root)

@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 from stored import store
 
-from retarget_bench import columns, records, versions
 from retarget_bench.errors import FileError
-from retarget_bench.records import Place
+from retarget_bench.results import columns, compatibility
+from retarget_bench.results import store as records
+from retarget_bench.results.store import Place
 
 
 @pytest.fixture
@@ -29,7 +30,7 @@ def place(tmp_path) -> Place:
 def read(place: Place, monkeypatch, large: int) -> columns.Columns:
     monkeypatch.setattr(columns, "LARGE", large)
     header = records.read_header(place.header)
-    return columns.read(place, header, versions.newest([header]))
+    return columns.read(place, header, compatibility.newest([header]))
 
 
 def test_the_fast_reader_reads_what_the_careful_one_reads(place, monkeypatch):

@@ -9,9 +9,10 @@ import pytest
 from click.testing import CliRunner
 from stored import VALUES, changed, store
 
-from retarget_bench import records, summary
+from retarget_bench.analysis import summary
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
+from retarget_bench.results import store as records
 
 OVER_TIME = VALUES["curve"] | {"index": "second", "label": "over time", "better": "lower"}
 PLAIN = {key: value for key, value in VALUES.items() if not value["index"]}

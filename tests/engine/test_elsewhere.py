@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import predict, records, registry, run
 from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import predict, runner
+from retarget_bench.evaluation.plan import Plan, dataset
 from retarget_bench.motion import bvh
-from retarget_bench.plan import Plan, dataset
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 
 TOYS = Path(__file__).parent / "toys"
 
@@ -23,7 +25,7 @@ def cases():
     return [data.load(info) for info in data.cases("retarget", "intra")]
 
 
-def score(folder: Path, root: Path) -> records.Results:
+def score(folder: Path, root: Path) -> store.Results:
     plan = Plan(
         methods=(Spec("theirs"),),
         datasets=(Spec.parse("toy_cases"),),
@@ -33,14 +35,14 @@ def score(folder: Path, root: Path) -> records.Results:
         stage="score",
         external=folder,
     )
-    return records.read_results(run.run(plan, lambda done, total: None)[0])
+    return store.read_results(runner.run(plan, lambda done, total: None)[0])
 
 
 def test_references_as_npz_or_bvh_score_nothing(tmp_path, cases):
     folder = tmp_path / "theirs"
     folder.mkdir()
     for number, case in enumerate(cases):
-        stem = folder / records.case_file(case.info.id)
+        stem = folder / store.case_file(case.info.id)
         if number % 3 == 0:
             predict.write_prediction(stem.with_suffix(".npz"), case.reference, "")
         elif number % 3 == 1:
@@ -73,7 +75,7 @@ def test_a_root_above_the_hips_is_folded_away(tmp_path, cases):
 def test_what_does_not_fit_is_named(tmp_path, cases):
     folder = tmp_path / "theirs"
     folder.mkdir()
-    paths = [folder / f"{records.case_file(case.info.id)}.npz" for case in cases]
+    paths = [folder / f"{store.case_file(case.info.id)}.npz" for case in cases]
     paths[0].write_bytes(b"no zip")
     np.savez(paths[1], rotations=np.zeros((12, 3, 4)), root=np.zeros((12, 3)))
     np.savez(paths[2], positions=np.zeros((12, 2, 3)), joints=np.array(["Hips", "Head"]))
@@ -95,7 +97,7 @@ def test_what_does_not_fit_is_named(tmp_path, cases):
 def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
     folder = tmp_path / "theirs"
     folder.mkdir()
-    paths = [folder / f"{records.case_file(case.info.id)}.npz" for case in cases]
+    paths = [folder / f"{store.case_file(case.info.id)}.npz" for case in cases]
     rotations, root = cases[0].reference.rotations, cases[0].reference.root
     np.savez(paths[0], rotations=2 * rotations, root=root)
     np.savez(paths[1], rotations=0 * rotations, root=root)
@@ -112,17 +114,17 @@ def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
 
 
 def test_changed_files_are_scored_again(tmp_path, cases):
-    from retarget_bench.plan import folder_hash
+    from retarget_bench.evaluation.plan import folder_hash
 
     folder = tmp_path / "theirs"
     folder.mkdir()
     for case in cases:
-        path = folder / f"{records.case_file(case.info.id)}.npz"
+        path = folder / f"{store.case_file(case.info.id)}.npz"
         predict.write_prediction(path, case.reference, "")
     first = score(folder, tmp_path / "runs")
     assert max(entry.values["mpjpe_h.world"] for entry in first.entries) < 1e-3
     moved = replace(cases[0].reference, root=cases[0].reference.root + np.array([1.0, 0, 0]))
-    predict.write_prediction(folder / f"{records.case_file(cases[0].info.id)}.npz", moved, "")
+    predict.write_prediction(folder / f"{store.case_file(cases[0].info.id)}.npz", moved, "")
     folder_hash.cache_clear()
     after = score(folder, tmp_path / "runs")
     worst = max(entry.values["mpjpe_h.world"] for entry in after.entries)

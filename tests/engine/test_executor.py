@@ -7,9 +7,10 @@ import sys
 import time
 from pathlib import Path
 
+import jobs
 import pytest
 
-from retarget_bench.executor import LocalPool
+from retarget_bench.evaluation.process_pool import LocalPool
 
 HERE = Path(__file__).parent
 
@@ -20,17 +21,17 @@ def _importable(monkeypatch):
 
 
 def test_every_job_is_answered_once():
-    done = list(LocalPool(2).run("jobs:square", range(20)))
+    done = list(LocalPool(2).run(jobs.square, range(20)))
     assert sorted((each.job, each.result) for each in done) == [(n, n * n) for n in range(20)]
 
 
 def test_no_jobs_start_no_process():
-    assert list(LocalPool(4).run("jobs:missing", [])) == []
+    assert list(LocalPool(4).run(jobs.missing, [])) == []
 
 
 def test_trouble_costs_its_own_job():
     what = ["fine", "raise", "kill", "exit", "fine", "threads"]
-    done = {each.job: each for each in LocalPool(2).run("jobs:trouble", what)}
+    done = {each.job: each for each in LocalPool(2).run(jobs.trouble, what)}
     assert sorted(done) == list(range(6))
     assert done[1].error == "ValueError: seven"
     assert "SIGKILL" in done[2].error
@@ -42,22 +43,22 @@ def test_trouble_costs_its_own_job():
 
 def test_torch_has_one_thread_in_a_worker(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    (done,) = LocalPool(1).run("jobs:trouble", ["torch"])
+    (done,) = LocalPool(1).run(jobs.trouble, ["torch"])
     assert done.result == (1, 400)
 
 
 def test_the_parents_environment_is_left_alone(monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "7")
-    list(LocalPool(1).run("jobs:square", [1]))
+    list(LocalPool(1).run(jobs.square, [1]))
     assert os.environ["OMP_NUM_THREADS"] == "7"
 
 
 def test_workers_end_with_a_parent_that_is_killed():
     code = (
-        "import sys; sys.path.insert(0, sys.argv[1])\n"
-        "from retarget_bench.executor import LocalPool\n"
+        "import sys; sys.path.insert(0, sys.argv[1]); import jobs\n"
+        "from retarget_bench.evaluation.process_pool import LocalPool\n"
         "if __name__ == '__main__':\n"
-        "    for each in LocalPool(2).run('jobs:nap', [0.01, 0.01, 0.2, 0.2, 0.2, 0.2]):\n"
+        "    for each in LocalPool(2).run(jobs.nap, [0.01, 0.01, 0.2, 0.2, 0.2, 0.2]):\n"
         "        print(each.result, flush=True)\n"
     )
     environment = os.environ | {"PYTHONPATH": f"{HERE.parents[1]}"}

@@ -7,14 +7,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import explain, records
+from retarget_bench.analysis import protocol_factors
+from retarget_bench.analysis.protocols import PROTOCOL
 from retarget_bench.api import CaseInfo, MetricCard
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
-from retarget_bench.protocols import PROTOCOL
-from retarget_bench.records import Entry, Place, Results
-from retarget_bench.registry import create
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.registry import create
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
+from retarget_bench.results.store import Entry, Place, Results
 
 FACTS = {
     "error": "distance",
@@ -68,12 +69,12 @@ def results(split: str, numbers: dict[tuple[str, str], float], height: float = 2
 INTRA = {("a>b", "x"): 0.1, ("b>a", "x"): 0.3, ("a>b", "y"): 0.4}
 
 
-def factor(found: explain.Explanation, first: str, second: str) -> explain.Factor:
+def factor(found: protocol_factors.Explanation, first: str, second: str) -> protocol_factors.Factor:
     return next(f for f in found.factors if (f.first, f.second) == (first, second))
 
 
 def test_factors_by_hand() -> None:
-    found = explain.explain(results("intra", INTRA))
+    found = protocol_factors.explain(results("intra", INTRA))
     assert found.readings[0].id == "mpjpe_h.world"
     assert "elsewhere" not in [reading.id for reading in found.readings]
     metres = next(reading for reading in found.readings if reading.id == "metres")
@@ -93,39 +94,41 @@ def test_factors_by_hand() -> None:
 
 def test_self_pairs_move_the_mean_and_no_case() -> None:
     selves = results("self", {("a>a", "x"): 0.0, ("b>b", "y"): 0.0})
-    found = explain.explain(results("intra", INTRA), selves)
+    found = protocol_factors.explain(results("intra", INTRA), selves)
     pooled = factor(found, "metres", "pooled")
     assert pooled.constant
     assert pooled.usual == pytest.approx(1.0)
     assert pooled.means == pytest.approx(((0.4 / 3) + 0.2) / 2 / 0.3)
     assert pooled.reasons == ("self pairs: apart against in intra",)
-    alone = explain.explain(selves)
+    alone = protocol_factors.explain(selves)
     assert all(f.usual is None for f in alone.factors)
-    assert "is 0 in every case" in explain.text(alone, alone.factors)
+    assert "is 0 in every case" in protocol_factors.text(alone, alone.factors)
 
 
 def test_between_all_and_unknown_protocols() -> None:
-    found = explain.explain(results("intra", INTRA))
-    first = explain.chosen(found, (), every=False)
+    found = protocol_factors.explain(results("intra", INTRA))
+    first = protocol_factors.chosen(found, (), every=False)
     assert {f.first for f in first} == {"mpjpe_h.world"}
     assert len(first) == 4
-    assert len(explain.chosen(found, (), every=True)) == 10
-    (one,) = explain.chosen(found, ("squared", "metres"), every=False)
+    assert len(protocol_factors.chosen(found, (), every=True)) == 10
+    (one,) = protocol_factors.chosen(found, ("squared", "metres"), every=False)
     assert (one.first, one.second) == ("metres", "squared")
     with pytest.raises(BenchError, match=r"no protocol .mpjpe. here; it has mpjpe_h\.world, metres"):
-        explain.chosen(found, ("mpjpe",), every=False)
+        protocol_factors.chosen(found, ("mpjpe",), every=False)
 
 
 def test_one_protocol_alone_has_no_factor() -> None:
     with pytest.raises(BenchError, match="name another beside metres"):
-        explain.chosen(explain.explain(results("intra", INTRA)), ("metres", "metres"), every=False)
+        protocol_factors.chosen(
+            protocol_factors.explain(results("intra", INTRA)), ("metres", "metres"), every=False
+        )
 
 
 def test_results_without_protocols_say_what_to_do() -> None:
     old = results("intra", INTRA)
     bare = {id_: {k: v for k, v in value.items() if k != "protocol"} for id_, value in VALUES.items()}
     with pytest.raises(BenchError, match="score them again"):
-        explain.explain(Results(old.place, {**old.header, "values": bare}, old.entries, old.cases))
+        protocol_factors.explain(Results(old.place, {**old.header, "values": bare}, old.entries, old.cases))
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -156,8 +159,8 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_what_must_be_exact_is_exact_on_puppets(run: Path) -> None:
     """The squared coordinate is a third of the squared distance; metres and heights differ by the body."""
-    (place,) = records.find_results(run)
-    found = explain.explain(records.read_results(place))
+    (place,) = store.find_results(run)
+    found = protocol_factors.explain(store.read_results(place))
     third = factor(found, "san_code_noself", "sqdist_h2")
     assert third.constant
     assert third.usual == pytest.approx(3.0, rel=1e-7)
@@ -190,4 +193,4 @@ def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
 def test_seeds_are_told_apart() -> None:
     found = results("intra", INTRA)
     found.header |= {"method": {"label": "mine", "stochastic": True}, "seeds": [3]}
-    assert explain.explain(found).method == "mine, seed 3"
+    assert protocol_factors.explain(found).method == "mine, seed 3"

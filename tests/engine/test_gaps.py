@@ -5,16 +5,18 @@ import random
 import pytest
 from stored import VALUES, changed, store
 
-from retarget_bench import records, rendering, summary, table
-from retarget_bench.cells import FAILED, NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
-from retarget_bench.grouping import ABSENT, STALE
+from retarget_bench.analysis import summary
+from retarget_bench.results import store as records
+from retarget_bench.tables import builder, rendering
+from retarget_bench.tables.groups import ABSENT, STALE
+from retarget_bench.tables.model import FAILED, NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
 WORLD = {"mpjpe_h.world": 1.0}
 
 
 def cells_of(places, columns, split="intra") -> dict:
     """Method -> its cells on a split."""
-    (made,) = table.tables(summary.sections(places), columns)
+    (made,) = builder.tables(summary.sections(places), columns)
     (group,) = (group for group in made.groups if group.split == split)
     return {row.label: row.cells for row in group.rows} | {"table": made, "group": group}
 
@@ -87,7 +89,7 @@ def test_methods_of_another_data_set_are_told_too(tmp_path):
     here = store(tmp_path / "a", "intra", "here", [("a>b", "c1", WORLD)])
     there = store(tmp_path / "b", "intra", "there", [("a>b", "c1", WORLD)])
     dataset = {"label": "more data", "content": "c9", "notes": []}
-    one, two = table.tables(summary.sections([here, changed(there, dataset=dataset)]), ["mpjpe_h.world"])
+    one, two = builder.tables(summary.sections([here, changed(there, dataset=dataset)]), ["mpjpe_h.world"])
     assert (one.title, two.title) == ("data", "more data")
     assert [row.label for row in one.groups[0].unranked] == ["there"]
     assert [row.label for row in two.groups[0].unranked] == ["here"]
@@ -146,7 +148,7 @@ def test_columns_that_no_case_has_are_named_below(tmp_path):
 def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(tmp_path):
     values = {**VALUES, "touch_gap": VALUES["ratio"] | {"label": "gap", "needs": ["touches"]}}
     place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", WORLD)]), values=values)
-    assert "gap" not in " ".join(cells_of([place], table.FIRST_SIGHT)["group"].absent)
+    assert "gap" not in " ".join(cells_of([place], builder.FIRST_SIGHT)["group"].absent)
     assert "not shown are gap" in " ".join(
         cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].absent
     )
@@ -225,7 +227,7 @@ def test_a_number_over_fewer_cases_says_why_it_is_not_ranked(tmp_path):
 def test_breakdowns_have_a_line_per_part_and_a_column_per_method(tmp_path, form):
     for name, centre in (("m", 1.0), ("k", 2.0)):
         noisy(tmp_path, name, centre, 0, clips=3)
-    (made,) = table.tables(summary.sections(records.find_results(tmp_path), "pair"), by="pair")
+    (made,) = builder.tables(summary.sections(records.find_results(tmp_path), "pair"), by="pair")
     (group,) = made.groups
     assert (group.heading, group.subject) == ("pair", "mpjpe_h.world")
     assert [row.label for row in group.ranked] == ["a>b", "a>c"]
@@ -241,7 +243,7 @@ def test_self_pairs_have_a_line_only_for_values_that_count_them(tmp_path):
     store(tmp_path, "intra", "m", [("a>b", "c1", {"pooled": 4.0, **WORLD})])
     store(tmp_path, "self", "m", [("a>a", "c1", {"pooled": 0.0, **WORLD})])
     found = [s for s in summary.sections(records.find_results(tmp_path), "pair") if s.split == "intra"]
-    (made,) = table.tables(found, ["mpjpe_h.world", "pooled"], by="pair")
+    (made,) = builder.tables(found, ["mpjpe_h.world", "pooled"], by="pair")
     lines = {group.subject: [row.label for row in group.ranked] for group in made.groups}
     assert lines == {"mpjpe_h.world": ["a>b"], "pooled": ["a>a", "a>b"]}
     assert [row.cells[0].value for row in made.groups[1].ranked] == [0.0, 4.0]

@@ -4,8 +4,10 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench import records, summary, table
-from retarget_bench.rendering import RENDERERS
+from retarget_bench.analysis import summary
+from retarget_bench.results import store
+from retarget_bench.tables import builder
+from retarget_bench.tables.rendering import RENDERERS
 
 OLD = Path(__file__).parents[1] / "old_results"
 SCHEMAS = sorted(OLD.iterdir())
@@ -13,9 +15,9 @@ SCHEMAS = sorted(OLD.iterdir())
 
 @pytest.mark.parametrize("folder", SCHEMAS, ids=[folder.name for folder in SCHEMAS])
 def test_old_results_load_and_show_the_same_table(folder):
-    places = records.find_results(folder)
+    places = store.find_results(folder)
     assert len(places) == 3
-    (made,) = table.tables(summary.sections(places), ["mpjpe_h.world", "fps"])
+    (made,) = builder.tables(summary.sections(places), ["mpjpe_h.world", "fps"])
     rows = {row.label: row for row in (*made.groups[0].ranked, *made.groups[0].unranked)}
     assert rows["toy_method"].n == "6"
     assert rows["toy_method"].cells[0].value == pytest.approx(
@@ -25,4 +27,4 @@ def test_old_results_load_and_show_the_same_table(folder):
     assert rows["toy_method[does=raise]"].cells[0].text == "failed"
     for form, render in RENDERERS.items():
         assert ("out of ideas" in render([made])) == (form != "csv"), form
-    assert "mpjpe_h.joint:values" in records.read_arrays(places[0])
+    assert "mpjpe_h.joint:values" in store.read_arrays(places[0])

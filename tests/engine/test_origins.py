@@ -5,8 +5,9 @@ import shlex
 import pytest
 from stored import changed, store
 
-from retarget_bench import summary, table
-from retarget_bench.spec import Spec
+from retarget_bench.analysis import summary
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.tables import builder
 
 NUMBERS = [("a>b", "c1", {"mpjpe_h.world": 1.0})]
 DATASET = {
@@ -16,7 +17,7 @@ DATASET = {
 
 
 def origins_of(places):
-    (made,) = table.tables(summary.sections(places), ["mpjpe_h.world"])
+    (made,) = builder.tables(summary.sections(places), ["mpjpe_h.world"])
     return made
 
 

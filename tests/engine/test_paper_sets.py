@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench import paper_sets, papers, records
-from retarget_bench.paper_table import NOT_PRINTED, paper_table
-from retarget_bench.records import Place
-from retarget_bench.sets import SetValue, files
+from retarget_bench.evaluation.set_metrics import SetValue, files
+from retarget_bench.results import store as records
+from retarget_bench.results.store import Place
+from retarget_bench.tables.published import paper_sets, papers
+from retarget_bench.tables.published.paper_table import NOT_PRINTED, paper_table
 
 TABLE = papers.published("pan-table3")
 DECLARED = {key: {"label": key, "metric": "fid", "unit": "1", "better": "lower"} for key in ("fid", "kid")}

@@ -7,11 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import papers, records
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
-from retarget_bench.paper_table import paper_table
-from retarget_bench.records import Entry, Place
+from retarget_bench.results import store as records
+from retarget_bench.results.store import Entry, Place
+from retarget_bench.tables.published import papers
+from retarget_bench.tables.published.paper_table import paper_table
 
 ALL = papers.names()
 VALUES = {

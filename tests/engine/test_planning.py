@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench import registry
 from retarget_bench.commands import planning
+from retarget_bench.plugins import registry
 
 CLASHING = '''"""A metric that uses a built-in's value id."""
 

@@ -13,16 +13,19 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 from stored import header
 
-from retarget_bench import cli, cliques, panel, records, summary
+from retarget_bench import cli
+from retarget_bench.analysis import summary, tie_groups
+from retarget_bench.analysis.statistics import Interval
+from retarget_bench.analysis.summary import Mean
 from retarget_bench.api import CaseInfo
-from retarget_bench.axes import ROOM
+from retarget_bench.figures.axis_limits import ROOM
+from retarget_bench.figures.plotting import canvas, edges, joints, speed
+from retarget_bench.figures.plotting.dots import dots
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.plotting import canvas, edges, joints, speed
-from retarget_bench.plotting.dots import dots
-from retarget_bench.records import Entry, Place
-from retarget_bench.statistics import Interval
-from retarget_bench.summary import Mean
+from retarget_bench.results import result_matrix as panel
+from retarget_bench.results import store
+from retarget_bench.results.store import Entry, Place
 
 HOSTILE = ("$\\frac{1}", "_hidden & 50% #1", "<script>alert('x')</script>\n\x07")
 BODIES = ("ann", "bob", "$\\cat_^")
@@ -68,7 +71,7 @@ def stored(root: Path) -> Numbers:
         place = Place(root, "data", "retarget", "cross", f"method{shift}")
         told = header(label, list(entries.values()), "cross") | {"values": VALUES}
         told["dataset"] |= {"label": "50% of {data}_$x", "name": "no_such_data"}
-        records.write_results(place, told, list(entries.values()), infos)
+        store.write_results(place, told, list(entries.values()), infos)
         place.timing.write_text(f"case,frames,seconds\nc,{FPS[label]:g},1\n")
         found[label] = entries
     rows = "".join(f"{body},{STRUCTURES[body]}\n" for body in BODIES)
@@ -138,7 +141,7 @@ def test_pairs_are_a_map_per_method_on_one_scale(plotted, results):
 
 
 def test_many_bodies_are_taken_together_by_structure(plotted, results, monkeypatch):
-    monkeypatch.setattr("retarget_bench.plotting.pairs.MOST", 2)
+    monkeypatch.setattr("retarget_bench.figures.plotting.pairs.MOST", 2)
     figure = plotted("pairs", "-m", HOSTILE[0])
     image = figure.axes[0].get_images()[0].get_array()
     entries = results[1][HOSTILE[0]]
@@ -160,16 +163,16 @@ def test_ties_show_the_order_and_nobody_joined_who_is_told_apart(plotted, result
 def test_ties_join_a_method_with_its_own_double(tmp_path):
     root = tmp_path / "double"
     stored(root)
-    (first, *_) = records.find_results(root)
+    (first, *_) = store.find_results(root)
     twin = Place(root, "data", "retarget", "cross", "twin")
     for kind in ("rows", "arrays"):
         getattr(twin, kind).write_bytes(getattr(first, kind).read_bytes())
     told = first.header.read_text().replace('"label": "$\\\\frac{1}"', '"label": "twin"')
     twin.header.write_text(told)
-    (one,) = panel.panels(records.find_results(root))
+    (one,) = panel.panels(store.find_results(root))
     ranking = summary.section(one).rankings["mpjpe_h.world"]
     assert set(ranking.order[:2]) == {"twin", HOSTILE[0]}
-    assert cliques.cliques(cliques.told_apart(one, ranking, "mpjpe_h.world")) == [(0, 1)]
+    assert tie_groups.cliques(tie_groups.told_apart(one, ranking, "mpjpe_h.world")) == [(0, 1)]
 
 
 def test_speed_is_to_the_right_and_error_upwards(plotted, results):
@@ -223,7 +226,7 @@ def test_skeletons_are_coloured_by_the_errors_of_their_joints(results, tmp_path,
     )
     tree = Skeleton(("Hips", "Head"), np.array([-1, 0]), np.array([[0.0, 1.0, 0.0], [0.1, 0.6, 0.0]]))
     bodies = {name: Character.of(name, tree) for name in ("ann", "bob")}
-    (one,) = panel.panels(records.find_results(results[0]))
+    (one,) = panel.panels(store.find_results(results[0]))
     joints.draw(tmp_path / "a.png", one, "mpjpe_h.joint", bodies)
     drawn = [axes for axes in made[0].axes if axes.get_title()]
     for axes, (label, entries) in zip(drawn, results[1].items(), strict=True):

@@ -10,12 +10,15 @@ import numpy as np
 import pytest
 from small_plans import asked, carry_out
 
-from retarget_bench import plan as plans
-from retarget_bench import predict, records, registry, run, summary
+from retarget_bench.analysis import summary
 from retarget_bench.api import Context, MethodCard
 from retarget_bench.errors import BenchError
-from retarget_bench.post import composed
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import plan as plans
+from retarget_bench.evaluation import predict, runner
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.post_processors import composed
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 
 HERE = Path(__file__).parent
 TOYS = (
@@ -32,7 +35,7 @@ def _toys():
         registry.add_file(file)
 
 
-def roots(results: records.Results) -> dict[str, np.ndarray]:
+def roots(results: store.Results) -> dict[str, np.ndarray]:
     """Case -> the predicted root path, in single precision."""
     found = {}
     for entry in results.entries:
@@ -192,7 +195,7 @@ def test_a_finished_cell_is_not_asked_again(tmp_path):
     (first,) = carry_out(tmp_path, "toy_method+toy_post[by=1]")
     stamp = first.place.header.stat().st_mtime_ns
     totals = []
-    run.run(asked(tmp_path, "toy_method+toy_post[by=1]"), lambda done, total: totals.append(total))
+    runner.run(asked(tmp_path, "toy_method+toy_post[by=1]"), lambda done, total: totals.append(total))
     assert totals == [0]
     assert first.place.header.stat().st_mtime_ns == stamp
 
@@ -273,7 +276,7 @@ def test_a_folder_made_elsewhere_may_be_called_so(tmp_path):
         answer = registry.create("methods", "toy_method").retarget(
             data.load(info).source, data.load(info).target, context=Context()
         )
-        predict.write_prediction(folder / f"{records.case_file(info.id)}.npz", answer, "")
+        predict.write_prediction(folder / f"{store.case_file(info.id)}.npz", answer, "")
     (results,) = carry_out(tmp_path, "pan+their_own[n=2]", stage="score", external=folder)
     header = json.loads(results.place.header.read_text())
     assert header["counts"]["ok"] == 6

@@ -10,18 +10,18 @@ import numpy as np
 import pytest
 from probe_questions import clips_together, short_questions
 
-from retarget_bench import records
 from retarget_bench.api import CaseInfo, MethodCard
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Motion
-from retarget_bench.probe import report
-from retarget_bench.probe.asking import Subject, ask, pieces, spread, subject
-from retarget_bench.probe.blindness import dependence
-from retarget_bench.probe.probes import PROBES, Question, deviation
-from retarget_bench.registry import create
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.registry import create
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
+from retarget_bench.verification.probe import report
+from retarget_bench.verification.probe.asking import Subject, ask, pieces, spread, subject
+from retarget_bench.verification.probe.blindness import dependence
+from retarget_bench.verification.probe.probes import PROBES, Question, deviation
 
 TOY_CASES = Path(__file__).parent / "toys" / "toy_cases.py"
 
@@ -246,10 +246,10 @@ def test_rows_lie_beside_other_results(tmp_path: Path, capsys: pytest.CaptureFix
     code, said = run(capsys, "copy_rotations[root_rule=none]", "copy_rotations", *out)
     assert code == 0
     assert "copy_rotations[root_rule=none]: source_scale: off by" in said
-    places = records.find_results(tmp_path, "probe")
+    places = store.find_results(tmp_path, "probe")
     assert {(place.task, place.split) for place in places} == {("probe", "intra")}
-    assert records.find_results(tmp_path) == []
-    results = records.read_results(places[0])
+    assert store.find_results(tmp_path) == []
+    results = store.read_results(places[0])
     probed = [entry for entry in results.entries if "probe.mirrored" in entry.values]
     assert len(probed) == 4
     assert any("probe.correlation" in entry.values for entry in results.entries)

@@ -7,15 +7,17 @@ from pathlib import Path
 import pytest
 from probe_questions import short_questions
 
-from retarget_bench import records, summary, table
+from retarget_bench.analysis import summary
 from retarget_bench.api import MethodCard
-from retarget_bench.cells import NOT_APPLICABLE
 from retarget_bench.errors import NotSupported
-from retarget_bench.probe import report
-from retarget_bench.probe.asking import Reply, Subject, ask
-from retarget_bench.probe.probes import PROBES
-from retarget_bench.registry import create
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.registry import create
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
+from retarget_bench.tables import builder
+from retarget_bench.tables.model import NOT_APPLICABLE
+from retarget_bench.verification.probe import report
+from retarget_bench.verification.probe.asking import Reply, Subject, ask
+from retarget_bench.verification.probe.probes import PROBES
 
 ONLY_22 = "takes bodies of 22 joints"
 FEW, MANY = "24 fps are too few", "60 fps are too many"
@@ -74,14 +76,14 @@ def test_in_the_table_a_refused_question_is_no_number_and_says_why(
     asked = ask(Counting(), "counting", subjects, probes=some)
     places = report.store(Spec("rest_pose"), Spec("puppets"), asked, tmp_path)
     for place in places:
-        results = records.read_results(place)
+        results = store.read_results(place)
         assert {entry.status for entry in results.entries} == {"ok"}
         told = results.header["not_applicable"]
         assert told == {"probe.source_merged": {"cases": len(results.entries), "reason": ONLY_22}}
     sound = Spec("copy_rotations")  # a column in which nobody has a number would not be there
     beside = ask(create("methods", sound), "copy_rotations", subjects, probes=some)
     places += report.store(sound, Spec("puppets"), beside, tmp_path)
-    made = table.tables(summary.sections(places), ["probe.turned", "probe.source_merged"])
+    made = builder.tables(summary.sections(places), ["probe.turned", "probe.source_merged"])
     rows = [row for each in made for group in each.groups for row in group.rows]
     assert {row.label for row in rows} == {"rest_pose", "copy_rotations"}
     for row in rows:

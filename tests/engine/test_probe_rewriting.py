@@ -11,8 +11,8 @@ from probe_questions import short_questions
 from retarget_bench.motion import rotation
 from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.motion import Motion
-from retarget_bench.probe import rewriting
-from retarget_bench.probe.asking import Subject
+from retarget_bench.verification.probe import rewriting
+from retarget_bench.verification.probe.asking import Subject
 
 
 @pytest.fixture(scope="module")

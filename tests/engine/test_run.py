@@ -15,10 +15,12 @@ import numpy as np
 import pytest
 from small_plans import asked, carry_out
 
-from retarget_bench import predict, records, registry, run
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.plan import dataset_slug
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import predict, runner
+from retarget_bench.evaluation.plan import dataset_slug
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 
 TOYS = Path(__file__).parent / "toys"
 SHIFT = 0.01  # as in toys/toy_cases.py
@@ -110,7 +112,7 @@ def test_seeds_belong_to_cases(tmp_path):
     more = replace(
         asked(tmp_path / "more", "toy_method[does=noise]"), datasets=(Spec.parse("toy_cases[clips=5]"),)
     )
-    (many,) = [records.read_results(place) for place in run.run(more, lambda done, total: None)]
+    (many,) = [store.read_results(place) for place in runner.run(more, lambda done, total: None)]
     values = {entry.case: entry.values for entry in many.entries}
     assert all(values[entry.case] == entry.values for entry in few.entries)
     (other,) = carry_out(tmp_path / "other", "toy_method[does=noise]", seed=1)
@@ -121,7 +123,7 @@ def test_seeds_belong_to_cases(tmp_path):
 def test_nothing_is_computed_twice(tmp_path):
     carry_out(tmp_path, "toy_method")
     calls = []
-    run.run(asked(tmp_path, "toy_method"), lambda done, total: calls.append(total))
+    runner.run(asked(tmp_path, "toy_method"), lambda done, total: calls.append(total))
     assert calls == [0]
 
 
@@ -129,16 +131,16 @@ def test_a_changed_metric_list_rescores_without_predicting(tmp_path):
     (first,) = carry_out(tmp_path, "toy_method")
     files = sorted((first.place.folder / first.place.method).glob("*.npz"))
     before = [file.stat().st_mtime_ns for file in files]
-    place = run.run(
+    place = runner.run(
         replace(asked(tmp_path, "toy_method"), metrics=("position", "ground")), lambda d, t: None
     )[0]
     assert [file.stat().st_mtime_ns for file in files] == before
-    assert set(records.read_results(place).header["metrics"]) == {"position", "ground"}
+    assert set(store.read_results(place).header["metrics"]) == {"position", "ground"}
 
 
 def test_predict_then_score_is_run(tmp_path):
     (both,) = carry_out(tmp_path / "a", "toy_method[does=picky]")
-    places = run.run(asked(tmp_path / "b", "toy_method[does=picky]", stage="predict"), lambda d, t: None)
+    places = runner.run(asked(tmp_path / "b", "toy_method[does=picky]", stage="predict"), lambda d, t: None)
     assert not places[0].rows.exists()
     (apart,) = carry_out(tmp_path / "b", "toy_method[does=picky]", stage="score")
     assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
@@ -147,7 +149,7 @@ def test_predict_then_score_is_run(tmp_path):
 
 def test_scored_from_files_or_at_once_the_same_bytes(tmp_path):
     (both,) = carry_out(tmp_path / "a", "toy_method[does=shaken]")
-    run.run(asked(tmp_path / "b", "toy_method[does=shaken]", stage="predict"), lambda d, t: None)
+    runner.run(asked(tmp_path / "b", "toy_method[does=shaken]", stage="predict"), lambda d, t: None)
     (apart,) = carry_out(tmp_path / "b", "toy_method[does=shaken]", stage="score")
     assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
     assert apart.place.arrays.read_bytes() == both.place.arrays.read_bytes()
@@ -186,7 +188,7 @@ def test_results_where_no_folder_can_be(tmp_path):
 def test_no_case_at_all_is_an_error_with_the_data_sets_notes(tmp_path):
     empty = replace(asked(tmp_path, "toy_method"), datasets=(Spec.parse("toy_cases[clips=0]"),))
     with pytest.raises(BenchError, match=r"there is no case in intra\. toy_cases: "):
-        run.run(empty, lambda done, total: None)
+        runner.run(empty, lambda done, total: None)
 
 
 def test_splits_that_a_data_set_has_not_are_named_with_those_that_it_has(tmp_path):
@@ -194,18 +196,18 @@ def test_splits_that_a_data_set_has_not_are_named_with_those_that_it_has(tmp_pat
     with pytest.raises(
         BenchError, match=r"^there is no case in self: toy_cases\[clips=3\] has intra and cross$"
     ):
-        run.run(other, lambda done, total: None)
+        runner.run(other, lambda done, total: None)
 
 
 @pytest.mark.parametrize("line", ['{"foo": 1}', "5", '"text"', "[1, 2]"])
 def test_a_journal_that_somebody_edited_is_read_up_to_there(tmp_path, line):
     (first,) = carry_out(tmp_path, "toy_method")
     first.place.header.unlink()
-    records.open_journal(first.place, first.header["keys"])
-    records.append_journal(first.place, first.entries[0])
+    store.open_journal(first.place, first.header["keys"])
+    store.append_journal(first.place, first.entries[0])
     with first.place.journal.open("a") as file:
         file.write(line + "\n")
-    assert list(records.open_journal(first.place, first.header["keys"])) == [first.entries[0].case]
+    assert list(store.open_journal(first.place, first.header["keys"])) == [first.entries[0].case]
 
 
 def test_redo(tmp_path):
@@ -213,7 +215,7 @@ def test_redo(tmp_path):
     jobs = {}
     for redo in ("never", "missing", "failed", "always"):
         counts = []
-        run.run(
+        runner.run(
             asked(tmp_path, "toy_method[does=raise]", redo=redo),
             lambda done, total, to=counts: to.append(total),
         )
@@ -237,12 +239,12 @@ def test_a_torn_journal_line_is_dropped(tmp_path):
     (first,) = carry_out(tmp_path, "toy_method")
     place, wanted = first.place, first.place.rows.read_bytes()
     place.header.unlink()
-    records.open_journal(place, first.header["keys"])
-    records.append_journal(place, first.entries[0])
+    store.open_journal(place, first.header["keys"])
+    store.append_journal(place, first.entries[0])
     whole = place.journal.read_bytes()
     with place.journal.open("ab") as file:
         file.write(b'{"case": "toy/tall>sm')
-    assert list(records.open_journal(place, first.header["keys"])) == [first.entries[0].case]
+    assert list(store.open_journal(place, first.header["keys"])) == [first.entries[0].case]
     assert place.journal.read_bytes() == whole
     (again,) = carry_out(tmp_path, "toy_method")
     assert again.place.rows.read_bytes() == wanted
@@ -296,7 +298,7 @@ def test_killed_at_random_moments_gives_the_same_bytes(tmp_path):
 # --------------------------------------------------------------------------------------- keys and slugs
 def test_a_key_is_pinned():
     facts = {"method": "copy_rotations", "parameters": {"root_rule": "height"}, "seed": 0}
-    assert records.key(facts) == records.key(dict(reversed(facts.items()))) == "88d4b6a8b920a97f"
+    assert store.key(facts) == store.key(dict(reversed(facts.items()))) == "88d4b6a8b920a97f"
 
 
 def test_where_the_data_lie_is_no_part_of_their_name(tmp_path):
@@ -309,17 +311,17 @@ def test_newer_and_damaged_headers_are_refused_with_a_sentence(tmp_path):
     header = json.loads(results.place.header.read_text())
     results.place.header.write_text(json.dumps(header | {"schema": 99}))
     with pytest.raises(FileError, match="schema 99"):
-        records.read_results(results.place)
+        store.read_results(results.place)
     results.place.header.write_text('{"schema": 1}')
     with pytest.raises(FileError, match="it lacks keys, method"):
-        records.read_results(results.place)
+        store.read_results(results.place)
     results.place.header.write_text("{")
     with pytest.raises(FileError, match="not a result header"):
-        records.read_results(results.place)
+        store.read_results(results.place)
 
 
 def test_unknown_names_are_refused(tmp_path):
     with pytest.raises(BenchError, match="toy_method"):
         carry_out(tmp_path, "toy_methd")
     with pytest.raises(BenchError, match="split"):
-        run.run(replace(asked(tmp_path, "toy_method"), splits=("outer",)), lambda done, total: None)
+        runner.run(replace(asked(tmp_path, "toy_method"), splits=("outer",)), lambda done, total: None)

@@ -7,9 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import records, registry, run, summary
-from retarget_bench.plan import Plan
-from retarget_bench.spec import Spec
+from retarget_bench.analysis import summary
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 
 TOYS = Path(__file__).parent / "toys"
 NOISE, COPY = "toy_method[does=noise]", "toy_method"
@@ -22,7 +25,7 @@ def _toys():
         registry.add_file(file)
 
 
-def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[records.Place]:
+def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.Place]:
     plan = Plan(
         methods=tuple(map(Spec.parse, methods)),
         datasets=(Spec.parse("toy_cases"),),
@@ -32,16 +35,16 @@ def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[record
         seeds=seeds,
         **changes,
     )
-    return run.run(plan, lambda done, total: None)
+    return runner.run(plan, lambda done, total: None)
 
 
-def rows(place: records.Place) -> dict[str, float]:
-    return {entry.case: entry.values[VALUE] for entry in records.read_results(place).entries}
+def rows(place: store.Place) -> dict[str, float]:
+    return {entry.case: entry.values[VALUE] for entry in store.read_results(place).entries}
 
 
 def test_only_stochastic_methods_run_several_times_and_their_seeds_differ(tmp_path):
     places = carried_out(tmp_path, NOISE, COPY, seeds=3)
-    headers = [records.read_header(place.header) for place in places]
+    headers = [store.read_header(place.header) for place in places]
     assert [(h["method"]["label"], h["seeds"]) for h in headers] == [
         (NOISE, [0]),
         (NOISE, [1]),
@@ -69,13 +72,13 @@ def test_seeds_are_averaged_within_a_case_and_their_spread_stands_apart(tmp_path
 
 def test_a_case_counts_as_answered_where_every_seed_answered_it(tmp_path):
     places = carried_out(tmp_path, NOISE, seeds=2)
-    second = records.read_results(places[1])
+    second = store.read_results(places[1])
     lost = second.entries[0].case
     kept = [entry for entry in second.entries if entry.case != lost]
-    failed = records.Entry(lost, "failed", "out of luck")
+    failed = store.Entry(lost, "failed", "out of luck")
     header = json.loads(places[1].header.read_text())
     header["problems"] = [{"status": "failed", "message": "out of luck", "cases": [lost]}]
-    records.write_results(places[1], header, [*kept, failed], list(second.cases.values()))
+    store.write_results(places[1], header, [*kept, failed], list(second.cases.values()))
     (section,) = summary.sections(places)
     (score,) = section.scores
     assert (score.asked, score.ok, score.means[VALUE].n) == (6, 5, 5)

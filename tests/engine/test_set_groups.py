@@ -6,10 +6,12 @@ import io
 import pytest
 from stored import changed, store
 
-from retarget_bench import rendering, sets, summary, table
-from retarget_bench.cells import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
-from retarget_bench.set_groups import FLOOR
-from retarget_bench.sets import SetValue, files
+from retarget_bench.analysis import summary
+from retarget_bench.evaluation import set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue, files
+from retarget_bench.tables import builder, rendering
+from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
+from retarget_bench.tables.set_groups import FLOOR
 
 FID = {
     "label": "FID", "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
@@ -26,7 +28,7 @@ def store_sets(root, name, values, date="2026-01-01", metrics="1+aa", declared=T
 
 
 def groups(places, columns):
-    (made,) = table.tables(summary.sections(places), columns)
+    (made,) = builder.tables(summary.sections(places), columns)
     return made, made.groups
 
 
@@ -81,11 +83,11 @@ def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
 
 def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
     places = [store_sets(tmp_path, "m", [WHOLE])]
-    (plain,) = table.tables(summary.sections(places))
+    (plain,) = builder.tables(summary.sections(places))
     assert [group.counted for group in plain.groups] == ["cases"]
     assert any("--columns fid" in note for note in plain.notes)
-    assert table.all_columns(summary.sections(places))[-1] == "fid"
-    assert sets.read(places[0]) == [WHOLE]
+    assert builder.all_columns(summary.sections(places))[-1] == "fid"
+    assert set_metrics.read(places[0]) == [WHOLE]
 
 
 def test_of_several_seeds_the_first_is_told(tmp_path):

@@ -10,12 +10,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import records, registry, run, sets
 from retarget_bench.api import CaseFeatures, CaseInfo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.plan import Plan
-from retarget_bench.sets import draw, files, jackknife
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import runner, set_metrics
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.evaluation.set_metrics import draw, files, jackknife
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 
 HERE = Path(__file__).parent
 TOYS = (*sorted((HERE / "toys").glob("*.py")), HERE / "set_toys" / "toy_sets.py")
@@ -159,12 +161,12 @@ def plan(root: Path, *methods: str, metric: str = "toy_sets", clips: int = 24, *
     )
 
 
-def carry_out(*args, **changes) -> list[records.Place]:
-    return run.run(plan(*args, **changes), lambda done, total: None)
+def carry_out(*args, **changes) -> list[store.Place]:
+    return runner.run(plan(*args, **changes), lambda done, total: None)
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory) -> list[records.Place]:
+def finished(tmp_path_factory) -> list[store.Place]:
     """The places of a wrong method and of the references."""
     for file in TOYS:
         registry.add_file(file)
@@ -173,28 +175,28 @@ def finished(tmp_path_factory) -> list[records.Place]:
 
 def test_a_run_stores_features_and_values_and_the_references_score_the_floor(finished):
     toy, right = finished
-    gap, many = sets.read(toy)
+    gap, many = set_metrics.read(toy)
     assert (gap.value_id, gap.structure, gap.network) == ("toy_gap", "toy", "toy-network")
     assert gap.n == 3 * 24
     assert gap.clips == 24
     assert gap.low <= gap.value <= gap.high
     assert (many.value, many.reason) == (None, f"toy_many needs 1000000 windows in each set, here {gap.n}")
-    floor, _ = sets.read(right)
+    floor, _ = set_metrics.read(right)
     assert floor.value == pytest.approx(floor.floor, rel=1e-5)
     assert (floor.floor, floor.real) == (gap.floor, gap.real)
-    header = records.read_header(toy.header)
+    header = store.read_header(toy.header)
     assert header["set_values"]["toy_gap"]["better"] == "lower"
     assert "toy_gap" not in header["values"]
     with np.load(files.features_path(toy)) as arrays:
         assert arrays["toy/small>tall/clip 0/toy_sets:generated"].dtype == np.float32
     assert not files.waiting_folder(toy).exists()
-    assert len(records.find_results(toy.root)) == 2
+    assert len(store.find_results(toy.root)) == 2
 
 
 def test_the_value_is_that_of_the_stored_features(finished):
     place, _ = finished
-    gap, _ = sets.read(place)
-    infos = {info.id: info for info in records.read_cases(place.cases, "retarget", "intra")}
+    gap, _ = set_metrics.read(place)
+    infos = {info.id: info for info in store.read_cases(place.cases, "retarget", "intra")}
     with np.load(files.features_path(place)) as arrays:
         found = {
             case: CaseFeatures(
@@ -225,8 +227,8 @@ def test_an_interrupted_run_gives_the_same_bytes(finished, tmp_path):
             raise EnoughError
 
     with pytest.raises(EnoughError):
-        run.run(stopped, progress)
-    (cut,) = run.run(stopped, lambda done, total: None)
+        runner.run(stopped, progress)
+    (cut,) = runner.run(stopped, lambda done, total: None)
     for path in (files.features_path, files.values_path):
         assert path(cut).read_bytes() == path(whole).read_bytes()
     assert cut.rows.read_bytes() == whole.rows.read_bytes()
@@ -243,28 +245,28 @@ def test_lost_features_of_a_begun_run_are_made_again(tmp_path):
             raise EnoughError
 
     with pytest.raises(EnoughError):
-        run.run(stopped, progress)
+        runner.run(stopped, progress)
     (waiting,) = tmp_path.rglob("toy_method.features")
     next(waiting.iterdir()).unlink()
-    (place,) = run.run(stopped, lambda done, total: None)
-    assert sets.read(place)[0].n == 12
+    (place,) = runner.run(stopped, lambda done, total: None)
+    assert set_metrics.read(place)[0].n == 12
 
 
 def test_a_structure_without_a_network_is_not_applicable_and_says_why(tmp_path):
     (place,) = carry_out(tmp_path, "toy_method", metric="toy_sets[structures=other]")
-    for value in sets.read(place):
+    for value in set_metrics.read(place):
         assert value.value is None
         assert value.reason == "no toy network for structure toy"
 
 
 def test_cases_that_failed_are_in_no_set(tmp_path):
     (place,) = carry_out(tmp_path, "toy_method[does=picky]", clips=8)
-    assert sets.read(place)[0].n == 12  # of 16 cases, half were answered
+    assert set_metrics.read(place)[0].n == 12  # of 16 cases, half were answered
 
 
 def test_below_ten_clips_there_is_no_interval(tmp_path):
     (place,) = carry_out(tmp_path, "toy_method", clips=6)
-    gap, _ = sets.read(place)
+    gap, _ = set_metrics.read(place)
     assert gap.value is not None
     assert (gap.low, gap.high) == (None, None)
 
@@ -273,23 +275,23 @@ def test_features_that_are_no_numbers_are_refused(tmp_path):
     (place,) = carry_out(tmp_path, "toy_method", metric="toy_sets[broken=features]", clips=2)
     problems = json.loads(place.header.read_text())["problems"]
     assert "gave features that are no numbers" in problems[0]["message"]
-    assert sets.read(place) == []
+    assert set_metrics.read(place) == []
 
 
 def test_the_network_is_part_of_the_key(tmp_path):
     one = carry_out(tmp_path, "toy_method", clips=2)[0]
-    before = records.read_header(one.header)["keys"]
+    before = store.read_header(one.header)["keys"]
     other = carry_out(tmp_path, "toy_method", clips=2, metric="toy_sets[structures=other]")[0]
-    after = records.read_header(other.header)["keys"]
+    after = store.read_header(other.header)["keys"]
     assert before["prediction_key"] == after["prediction_key"]
     assert before["score_key"] != after["score_key"]
 
 
 def test_results_without_sets_have_none(tmp_path):
-    (place,) = run.run(
+    (place,) = runner.run(
         replace(plan(tmp_path, "toy_method", clips=2), metrics=("position",)), lambda done, total: None
     )
-    assert sets.read(place) == []
+    assert set_metrics.read(place) == []
     assert not files.features_path(place).exists()
 
 
@@ -302,7 +304,7 @@ def test_a_damaged_file_is_named(tmp_path, damage):
     if damage is None and text == path.read_text():
         path.write_text(text.replace("toy,", "toy,x"))
     with pytest.raises(FileError, match="cannot be read as values of sets"):
-        sets.read(place)
+        set_metrics.read(place)
 
 
 def test_a_metric_that_breaks_while_comparing_is_named(tmp_path):

@@ -8,15 +8,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import records, registry, run, sets
 from retarget_bench.api import CaseFeatures, CaseInfo
-from retarget_bench.comparison import Comparison
+from retarget_bench.evaluation import runner, set_metrics
+from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.evaluation.plan import Plan, dataset
+from retarget_bench.evaluation.predict import context_for
+from retarget_bench.evaluation.set_metrics import draw, files
+from retarget_bench.evaluation.set_metrics.collect import NO_REFERENCE, collect
 from retarget_bench.metrics.fid.frechet import frechet
-from retarget_bench.plan import Plan, dataset
-from retarget_bench.predict import context_for
-from retarget_bench.sets import draw, files
-from retarget_bench.sets.collect import NO_REFERENCE, collect
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 
 HERE = Path(__file__).parent
 TOYS = (*sorted((HERE / "toys").glob("*.py")), *sorted((HERE / "set_toys").glob("*.py")))
@@ -116,7 +118,7 @@ def test_the_frechet_distance_of_gaussians_is_its_closed_form():
 
 
 # --------------------------------------------------------------------------------------------- whole runs
-def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> list[records.Place]:
+def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> list[store.Place]:
     plan = Plan(
         methods=tuple(map(Spec.parse, methods)),
         datasets=(Spec.parse(data),),
@@ -124,11 +126,11 @@ def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> 
         metrics=("position", "toy_sets"),
         root=root,
     )
-    return run.run(replace(plan, **changes), lambda done, total: None)
+    return runner.run(replace(plan, **changes), lambda done, total: None)
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory) -> list[records.Place]:
+def finished(tmp_path_factory) -> list[store.Place]:
     for file in TOYS:
         registry.add_file(file)
     return carry_out(tmp_path_factory.mktemp("apart"), "toy_method", "other_clip")
@@ -136,7 +138,7 @@ def finished(tmp_path_factory) -> list[records.Place]:
 
 def test_values_are_of_the_stored_answers_and_the_real_motion(finished):
     """Worked out here from the data set's motion, half by half, as the definition has it."""
-    found = {(each.value_id, each.structure, each.kind): each for each in sets.read(finished[0])}
+    found = {(each.value_id, each.structure, each.kind): each for each in set_metrics.read(finished[0])}
     gap = found["toy_gap", "tall", ""]
     data = dataset(Spec.parse("toy_apart"))
     metric = registry.create("metrics", Spec.parse("toy_sets"))
@@ -176,7 +178,7 @@ def test_values_are_of_the_stored_answers_and_the_real_motion(finished):
 
 
 def test_kinds_stand_apart_and_structures_without_real_motion_say_so(finished):
-    found = {(each.value_id, each.structure, each.kind): each for each in sets.read(finished[0])}
+    found = {(each.value_id, each.structure, each.kind): each for each in set_metrics.read(finished[0])}
     assert {key[2] for key in found if key[1] == "tall"} == {"", "hop", "rest"}
     for kind in ("hop", "rest"):
         part = found["toy_gap", "tall", kind]
@@ -193,14 +195,16 @@ def test_files_name_the_kind_and_headers_the_legs(finished):
     place = finished[0]
     head = files.values_path(place).read_text().splitlines()[0]
     assert head == ",".join(files.FIELDS)
-    assert records.read_header(place.header)["four_legged"] == []
+    assert store.read_header(place.header)["four_legged"] == []
     with np.load(files.features_path(place)) as arrays:
         assert not [name for name in arrays if name.endswith("toy_sets:real") and len(arrays[name])]
 
 
 def test_other_clip_takes_real_motion_of_the_target(finished):
     """The small body has none and is not answered; the tall one's answers are its own real motion."""
-    found = {(each.value_id, each.structure): each for each in sets.read(finished[1]) if not each.kind}
+    found = {
+        (each.value_id, each.structure): each for each in set_metrics.read(finished[1]) if not each.kind
+    }
     assert ("toy_gap", "small") not in found
     assert found["toy_gap", "tall"].value is not None
     data = dataset(Spec.parse("toy_apart"))

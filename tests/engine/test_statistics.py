@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import optimize, stats
 
-from retarget_bench import statistics
+from retarget_bench.analysis import statistics
 
 SIZES = st.integers(1, 8).flatmap(
     lambda n: arrays(float, (1, n), elements=st.floats(-10, 10).map(lambda x: round(x, 3)))

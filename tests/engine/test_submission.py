@@ -10,15 +10,15 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench import records
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
-from retarget_bench.rendering import RENDERERS
-from retarget_bench.submission import heading
-from retarget_bench.submission.board import board
-from retarget_bench.submission.checking import check
-from retarget_bench.submission.making import FILL_IN, make
-from retarget_bench.submission.manifest import CARD_SECTIONS
+from retarget_bench.exchange.submission import heading
+from retarget_bench.exchange.submission.board import board
+from retarget_bench.exchange.submission.checking import check
+from retarget_bench.exchange.submission.making import FILL_IN, make
+from retarget_bench.exchange.submission.manifest import CARD_SECTIONS
+from retarget_bench.results import store
+from retarget_bench.tables.rendering import RENDERERS
 
 TOYS = Path(__file__).parent / "toys"
 
@@ -304,6 +304,6 @@ def test_results_of_two_data_sets_are_no_submission(tmp_path: Path, runs: Path) 
     shutil.copytree(runs, tmp_path / "runs")
     (data,) = (path for path in (tmp_path / "runs").iterdir() if path.is_dir())
     shutil.copytree(data, tmp_path / "runs" / "another")
-    assert len(records.find_results(tmp_path / "runs")) == 8
+    assert len(store.find_results(tmp_path / "runs")) == 8
     with pytest.raises(BenchError, match="on several data sets: another, toy_cases"):
         make(tmp_path / "ik", tmp_path / "runs", "ik")

@@ -5,9 +5,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from retarget_bench import suite
 from retarget_bench.commands.run import command
 from retarget_bench.errors import FileError
+from retarget_bench.plugins import suite
 
 TOYS = Path(__file__).parent / "toys"
 

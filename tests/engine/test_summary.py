@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from stored import store
 
-from retarget_bench import statistics, summary
+from retarget_bench.analysis import statistics, summary
 
 VALUE = "mpjpe_h.world"
 CLIPS = [f"c{n:02}" for n in range(24)]

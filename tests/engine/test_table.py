@@ -3,9 +3,11 @@
 import pytest
 from stored import VALUES, changed, store
 
-from retarget_bench import records, rendering, summary, table
+from retarget_bench.analysis import summary
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.rendering import words
+from retarget_bench.results import store as records
+from retarget_bench.tables import builder, rendering
+from retarget_bench.tables.rendering import words
 
 
 def test_clips_weigh_the_same_however_many_cases_they_have(tmp_path):
@@ -50,7 +52,7 @@ def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
         ),
         store(tmp_path, "intra", "broken", [(*c, "failed") for c in clips]),
     ]
-    (made,) = table.tables(summary.sections(place), ["mpjpe_h.world"])
+    (made,) = builder.tables(summary.sections(place), ["mpjpe_h.world"])
     (group,) = made.groups
     assert [row.label for row in group.ranked] == ["better", "worse"]
     assert [(row.label, row.mark, row.n) for row in group.unranked] == [
@@ -83,7 +85,7 @@ def test_exact_answers_do_not_decide_how_many_decimals_others_have(tmp_path, exa
     for number, value in enumerate(others):
         rows = [(*c, {"mpjpe_h.world": value}) for c in clips]
         places.append(store(tmp_path, "intra", f"other{number}", rows, control=not ranked))
-    (made,) = table.tables(summary.sections(places), ["mpjpe_h.world"])
+    (made,) = builder.tables(summary.sections(places), ["mpjpe_h.world"])
     cells = {row.label: row.cells[0].text for row in made.groups[0].rows}
     zero = cells["exact"]
     assert float(zero) == 0.0
@@ -97,7 +99,7 @@ def test_without_a_reference_the_source_stands_in(tmp_path):
     for name, ratio in (("n", 0.5), ("k", 0.9)):
         store(tmp_path, "cross", name, [("a>b", "c1", {"ratio_src": ratio})])
     places = [own, other, *(records.Place(tmp_path, "data", "retarget", "cross", n) for n in ("n", "k"))]
-    (made,) = table.tables(summary.sections(places), ["ratio"])
+    (made,) = builder.tables(summary.sections(places), ["ratio"])
     assert [[column.id for column in group.columns] for group in made.groups] == [["ratio"], ["ratio_src"]]
     assert made.groups[1].ranked[0].label == "k"  # best at 1, ranked by the log of the ratio
     assert {row.label for row in made.groups[1].ranked[1:]} == {"m", "n"}
@@ -113,7 +115,7 @@ def test_a_method_of_a_breakdown_is_told_apart_where_no_part_ranks_it(tmp_path):
         store(tmp_path, "intra", "broken", [(*c, "failed") for c in clips]),
         store(tmp_path, "intra", "whole", kept),
     ]
-    (made,) = table.tables(summary.sections(places, "clip"), ["mpjpe_h.world"], "clip")
+    (made,) = builder.tables(summary.sections(places, "clip"), ["mpjpe_h.world"], "clip")
     (group,) = made.groups
     assert [(column.id, column.mark) for column in group.columns] == [
         ("lazy", ""),
@@ -128,7 +130,7 @@ def test_a_method_of_a_breakdown_is_told_apart_where_no_part_ranks_it(tmp_path):
 def test_n_of_a_joint_counts_the_cases_that_have_it(tmp_path, by, n):
     numbers = [("a>b", f"c{i}", {"mpjpe_h.world": 1.0} if i % 2 else {}) for i in range(4)]
     found = summary.sections([store(tmp_path, "intra", "m", numbers)], "pair")
-    (made,) = table.tables(found, ["mpjpe_h.world"], by)
+    (made,) = builder.tables(found, ["mpjpe_h.world"], by)
     assert [row.n for row in made.groups[0].rows] == [n]
 
 
@@ -144,7 +146,7 @@ def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts,
         has = [{} if n == name < lacking else {"mpjpe_h.world": 1.0} for n in range(21)]
         numbers = [("a>b", f"c{n:02}", values) for n, values in enumerate(has)]
         places.append(store(tmp_path, "intra", f"m{name:02}", numbers))
-    (made,) = table.tables(summary.sections(places), ["mpjpe_h.world"])
+    (made,) = builder.tables(summary.sections(places), ["mpjpe_h.world"])
     (group,) = made.groups
     assert words.common_counts(group) == counts
     assert any("no case that all ranked methods have it for" in each for each in group.absent) == told
@@ -153,21 +155,21 @@ def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts,
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
     with pytest.raises(BenchError, match=r"no result has a value 'mpjpe'.*mpjpe_h\.world"):
-        table.tables(summary.sections([place]), ["mpjpe"])
+        builder.tables(summary.sections([place]), ["mpjpe"])
 
 
 @pytest.mark.parametrize("columns", [[], ["curve"]])
 def test_no_column_and_curves_are_refused(tmp_path, columns):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"curve": {"0.1": 0.5}})])
     with pytest.raises(BenchError, match=r"there are fps|a number per threshold"):
-        table.tables(summary.sections([place]), columns)
+        builder.tables(summary.sections([place]), columns)
 
 
 @pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
 def test_a_split_without_any_of_the_values_is_drawn_all_the_same(tmp_path, form):
     one = store(tmp_path, "self", "m", [("a>a", "c1", {"ratio": 1.0})])
     two = store(tmp_path, "cross", "m", [("a>b", "c1", {"pooled": 1.0})])
-    (made,) = table.tables(summary.sections([one, two]), ["ratio"])
+    (made,) = builder.tables(summary.sections([one, two]), ["ratio"])
     shown = rendering.RENDERERS[form]([made])
     assert "cross" in shown
     assert (words.NO_COLUMN in shown) == (form != "csv")

@@ -8,7 +8,7 @@ from stored import store
 
 from retarget_bench.cli import group
 from retarget_bench.commands.table import BREAKDOWNS, FORMATS
-from retarget_bench.rendering import RENDERERS, WITH_INTERVALS
+from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
 
 @pytest.fixture

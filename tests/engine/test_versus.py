@@ -9,9 +9,12 @@ import pytest
 from click.testing import CliRunner
 from stored import changed, store
 
-from retarget_bench import panel, records, statistics, versus, versus_text
+from retarget_bench.analysis import pairwise, statistics
 from retarget_bench.cli import group
 from retarget_bench.errors import BenchError
+from retarget_bench.results import result_matrix
+from retarget_bench.results import store as records
+from retarget_bench.tables.rendering import pairwise_text
 
 CLIPS = 20
 
@@ -28,12 +31,12 @@ def numbers(values: dict[str, list[float]], pairs: tuple[str, ...] = ("a>b", "b>
 def both(root, first, second, **changes):
     store(root, "intra", "one", numbers(first))
     store(root, "intra", "two", numbers(second), **changes)
-    (found,) = panel.panels(records.find_results(root))
+    (found,) = result_matrix.panels(records.find_results(root))
     return found
 
 
 def compared(found, values=("mpjpe_h.world", "ratio")):
-    return versus.versus(found, versus.find(found, "one"), versus.find(found, "two"), values)
+    return pairwise.versus(found, pairwise.find(found, "one"), pairwise.find(found, "two"), values)
 
 
 def test_differences_are_taken_per_case_then_per_clip_on_common_cases(tmp_path):
@@ -90,13 +93,13 @@ def test_verdicts(tmp_path, apart, better, verdict):
     found.values["mpjpe_h.world"]["better"] = better
     (one,) = compared(found).differences
     assert one.verdict == verdict
-    assert verdict == "open" or versus_text.verdict(compared(found), one) != "not told apart"
+    assert verdict == "open" or pairwise_text.verdict(compared(found), one) != "not told apart"
 
 
 def test_a_handful_of_clips_never_gives_a_verdict(tmp_path):
     for name, size in (("one", 1.0), ("two", 2.0)):
         store(tmp_path, "intra", name, [("a>b", f"c{n}", {"mpjpe_h.world": size + n}) for n in range(5)])
-    (found,) = panel.panels(records.find_results(tmp_path))
+    (found,) = result_matrix.panels(records.find_results(tmp_path))
     (one,) = compared(found).differences
     assert (one.verdict, one.interval, one.p) == ("few", None, 2 / 2**5)
 
@@ -135,7 +138,7 @@ def test_text_says_who_is_better_and_by_how_much(runs):
     [(0.0009, "<0.001"), (0.0494, "0.049"), (0.0498, "<0.05"), (0.05, "0.050"), (1.0, "1.000")],
 )
 def test_a_p_value_is_never_written_as_if_it_were_on_the_other_side_of_the_level(p, shown):
-    assert versus_text._p(p) == shown
+    assert pairwise_text._p(p) == shown
 
 
 def test_csv_reads_back_and_markdown_survives_hostile_names(runs, tmp_path):

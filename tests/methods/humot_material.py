@@ -13,9 +13,9 @@ import torch
 
 from retarget_bench.methods.humot import DESIGNS, HuMoT
 from retarget_bench.methods.humot.learner import Learner
-from retarget_bench.training.material import Material
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import moved
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Material
+from retarget_bench.training.phases import moved
 
 BODIES, THREE = pan_material.BODIES, pan_material.THREE
 WINDOW = 12

@@ -10,9 +10,9 @@ from method_bodies import body, dance
 
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.material import Clip, Material
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import moved, turns
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Clip, Material
+from retarget_bench.training.phases import moved, turns
 
 CAST = {
     "one": body("one"),

@@ -16,9 +16,9 @@ from retarget_bench.methods.pan.learner import Learner
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.training.material import Clip, Material
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import moved
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Clip, Material
+from retarget_bench.training.phases import moved
 
 WINDOW = 16
 

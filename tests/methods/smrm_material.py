@@ -11,9 +11,9 @@ import torch
 from retarget_bench.methods.smrm import SMRM
 from retarget_bench.methods.smrm.learner import SMRMLearner
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.material import Clip, Material
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import moved
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Clip, Material
+from retarget_bench.training.phases import moved
 
 BODIES = {
     "one": method_bodies.body("one"),

@@ -7,11 +7,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import records, registry, run
 from retarget_bench.api import Context
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
 from retarget_bench.motion.motion import Motion
-from retarget_bench.plan import Plan
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 from tests.methods.method_bodies import body, dance
 
 TOYS = Path(__file__).parents[1] / "engine" / "toys"
@@ -46,7 +48,7 @@ def test_rows_hold_values_that_need_rotations_and_say_what_was_done(tmp_path, mo
         metrics=("position", "rotation"),
         root=tmp_path,
     )
-    plain, rotated = (records.read_results(place) for place in run.run(plan, lambda done, total: None))
+    plain, rotated = (store.read_results(place) for place in runner.run(plan, lambda done, total: None))
     assert rotated.header["method"]["label"] == "toy_method[does=positions]+fit"
     assert [post["name"] for post in rotated.header["method"]["posts"]] == ["fit"]
     values = [values_of(results) for results in (plain, rotated)]
@@ -56,7 +58,7 @@ def test_rows_hold_values_that_need_rotations_and_say_what_was_done(tmp_path, mo
     assert values[1]["mpjpe_h.world"] == pytest.approx(values[0]["mpjpe_h.world"], abs=1e-3)
 
 
-def values_of(results: records.Results) -> dict[str, float]:
+def values_of(results: store.Results) -> dict[str, float]:
     """Value id -> its mean over the cases."""
     found: dict[str, list[float]] = {}
     for entry in results.entries:

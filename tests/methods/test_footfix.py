@@ -7,11 +7,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from retarget_bench import registry
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError
 from retarget_bench.methods.posts.footfix import ease, held
 from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins import registry
 from tests.methods.method_bodies import body
 
 FRAMES = 40

@@ -5,8 +5,8 @@ from __future__ import annotations
 import humot_material
 import pytest
 
-from retarget_bench import papers
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.tables.published import papers
 from retarget_bench.training import ablating
 
 TABLE = ablating.find(Spec.parse("humot"), "losses")

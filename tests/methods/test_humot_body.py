@@ -8,13 +8,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from retarget_bench.evaluation.plan import dataset
 from retarget_bench.methods.humot.body import HEIGHTS, MAJOR, body, sized, stature, unfit, upright
 from retarget_bench.methods.humot.sampling import DROP_MAJOR, DROP_OTHER, kept, parents_among
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.neutral import neutral_pose
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.plan import dataset
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
 
 PUPPETS = dataset(Spec.parse("puppets[size=tiny]")).characters()
 BODIES = {each.structure: each for each in PUPPETS.values() if not each.four_legged}

@@ -11,8 +11,8 @@ from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.body import body
 from retarget_bench.training import weights
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import turns
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.phases import turns
 
 BODIES, WINDOW = humot_material.BODIES, humot_material.WINDOW
 

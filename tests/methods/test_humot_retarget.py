@@ -9,13 +9,13 @@ import pytest
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.tasks.reduced import reduced
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.body import MAJOR, USUAL, body
 from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces
 from retarget_bench.motion import neutral, rates, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.tasks.reduced import reduced
 
 BODIES = humot_material.BODIES
 

@@ -10,8 +10,8 @@ from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.body import body
 from retarget_bench.methods.humot.split import held_out
-from retarget_bench.registry import create
-from retarget_bench.training.material import Clip
+from retarget_bench.plugins.registry import create
+from retarget_bench.training.data import Clip
 
 WINDOW, HOP = humot_material.WINDOW, 6
 NAMES, LENGTHS = ("one", "legs"), (132, 9)

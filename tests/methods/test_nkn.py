@@ -18,7 +18,7 @@ from retarget_bench.methods.nkn.pose import Bodies
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.config import Recipe
 
 SMALL = {"hidden": 16, "facing": 3.0, "drift": 0.0, "lengths": "world"}
 

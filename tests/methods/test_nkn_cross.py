@@ -14,7 +14,7 @@ from retarget_bench.methods.nkn import plugin as Nkn
 from retarget_bench.methods.nkn_cross import plugin
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.config import Recipe
 
 SMALL = {"hidden": 12, "facing": 3.0}
 CAST = {

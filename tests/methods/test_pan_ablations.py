@@ -6,7 +6,7 @@ import pan_material
 import pytest
 
 from retarget_bench.methods.pan import Pan
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import ablating
 
 TABLE = ablating.find(Spec.parse("pan"), "table5")

@@ -8,12 +8,12 @@ import pan_material
 import pytest
 import torch
 
-from retarget_bench import attention as asking
-from retarget_bench import plan
 from retarget_bench.errors import NotSupported
+from retarget_bench.evaluation import attention as asking
+from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
 from retarget_bench.motion import roles
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
 
 BODIES = pan_material.BODIES
 ARMS = ("left_arm", "right_arm")

@@ -11,18 +11,18 @@ import pan_material
 import pytest
 import torch
 
-from retarget_bench import plan
 from retarget_bench.api import Context
+from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.body import cast
 from retarget_bench.motion import alignment, kinematics, roles, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.probe import rewriting
-from retarget_bench.spec import Spec
-from retarget_bench.training.material import Clip, Material
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Clip, Material
+from retarget_bench.verification.probe import rewriting
 
 
 @cache

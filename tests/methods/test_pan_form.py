@@ -11,12 +11,12 @@ import pan_material
 import pytest
 from scipy.spatial.transform import Rotation
 
-from retarget_bench import plan
+from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.body import cast, missing, own
 from retarget_bench.methods.pan.form import Form
 from retarget_bench.motion import rates, rotation
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.spec import Spec
 
 BODIES = pan_material.BODIES
 FORMS = [Form(*each) for each in product(("velocity", "position", "height"), ("world", "body"), (0.0, 3.0))]

@@ -13,9 +13,9 @@ from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.judges import POOL, Pool
 from retarget_bench.methods.pan.objective import Objective
-from retarget_bench.training.material import Material
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import turns
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Material
+from retarget_bench.training.phases import turns
 
 BODIES, TWO, THREE = pan_material.BODIES, pan_material.TWO, pan_material.THREE
 

@@ -12,8 +12,8 @@ import smrm_material
 import torch
 
 from retarget_bench.methods.nkn import Nkn
-from retarget_bench.training.recipe import Precision, Recipe
-from retarget_bench.training.turns import Turn, turns
+from retarget_bench.training.config import Precision, Recipe
+from retarget_bench.training.phases import Turn, turns
 
 STEPS = 3
 Make = tuple[Callable[[], Any], Callable[..., Any]]

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.smrm import SMRM, losses
 from retarget_bench.methods.smrm.network import Generator
-from retarget_bench.training.material import Material
-from retarget_bench.training.recipe import Recipe
-from retarget_bench.training.turns import moved, turns
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.data import Material
+from retarget_bench.training.phases import moved, turns
 
 
 def run(learner, rows=6, seed=0):

@@ -12,13 +12,13 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.features import network
 from retarget_bench.metrics.fid import SHIPPED
 from retarget_bench.metrics.fid.frechet import frechet
 from retarget_bench.metrics.fid.kernel import kid
 from retarget_bench.metrics.fid.neighbours import fit
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
+from retarget_bench.training.features import network
 
 FRAMES, LONGEST = 64, 240
 Corruption = Callable[[Positions, str, float], Positions]

@@ -11,15 +11,15 @@ import torch
 from click.testing import CliRunner
 from metric_cases import character, sides
 
-from retarget_bench import registry
 from retarget_bench.commands.train_features import command
 from retarget_bench.errors import FileError, NotSupported
-from retarget_bench.features import material, network, train, windows
 from retarget_bench.metrics.fid import SHIPPED
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.features import data, network, train, windows
 
 TINY = Spec.parse("puppets[size=tiny]")
 
@@ -198,8 +198,8 @@ def test_a_damaged_network_is_refused_by_name(tmp_path, damage):
 
 # ------------------------------------------------------------------------------------------------ training
 def test_training_is_repeatable_learns_and_says_what_it_did(tmp_path, puppets):
-    (source,) = material.sources(puppets, ["dog21"])
-    clips = material.gather(TINY, source, 1, lambda done, total: None)
+    (source,) = data.sources(puppets, ["dog21"])
+    clips = data.gather(TINY, source, 1, lambda done, total: None)
     steps: list[int] = []
     recipe = train.Recipe(steps=12, batch=8)
     facts = {"dataset": str(TINY)}
@@ -227,8 +227,8 @@ def test_what_is_trained_on_is_training_motion_and_no_test_clip(puppets):
     tested = {
         info.clip for split in ("self", "intra", "cross") for info in puppets.cases("retarget", split)
     }
-    (source,) = material.sources(puppets, ["dog21"])
-    clips = material.gather(TINY, source, 1, lambda done, total: None)
+    (source,) = data.sources(puppets, ["dog21"])
+    clips = data.gather(TINY, source, 1, lambda done, total: None)
     names = {name.split("/", 1)[1] for name in clips}
     assert names
     assert not names & tested
@@ -237,7 +237,7 @@ def test_what_is_trained_on_is_training_motion_and_no_test_clip(puppets):
 def test_a_structure_that_is_held_out_borrows_motion_at_the_same_places(puppets):
     held = {each.structure for each in puppets.characters().values()} - set(puppets.training())
     assert held
-    for source in material.sources(puppets, sorted(held)):
+    for source in data.sources(puppets, sorted(held)):
         assert source.borrowed
         lender = next(c for c in puppets.characters().values() if c.structure == source.lender)
         own = next(c for c in puppets.characters().values() if c.structure == source.structure)
@@ -258,9 +258,9 @@ def test_without_training_motion_there_is_no_network(puppets):
             return puppets.characters()
 
     with pytest.raises(NotSupported, match="bare has no training motion"):
-        material.sources(Bare())
+        data.sources(Bare())
     with pytest.raises(NotSupported, match="has no structure 'body99'"):
-        material.sources(puppets, ["body99"])
+        data.sources(puppets, ["body99"])
 
 
 def test_the_command_writes_a_network_and_its_card(tmp_path):

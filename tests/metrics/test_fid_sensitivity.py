@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from corruptions import HARMS, Study, mirror, reverse
 
-from retarget_bench import registry
 from retarget_bench.metrics.fid import SHIPPED
 from retarget_bench.motion.motion import Positions
+from retarget_bench.plugins import registry
 
 STRUCTURES = sorted(path.stem for path in SHIPPED.glob("*.json"))
 PERFORMANCES = 40

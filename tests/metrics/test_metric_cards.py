@@ -20,9 +20,9 @@ from metric_cases import (
     sides,
 )
 
-from retarget_bench import registry
-from retarget_bench.score import declared_values, score
-from retarget_bench.table import FIRST_SIGHT
+from retarget_bench.evaluation.score import declared_values, score
+from retarget_bench.plugins import registry
+from retarget_bench.tables.builder import FIRST_SIGHT
 
 REFERENCE_FREE = {
     *(

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 from alignment_rigs import reframed, t_pose
 
-from retarget_bench import registry
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.plugins import registry
 
 
 def along_x() -> Character:

@@ -11,7 +11,8 @@ import pytest
 from test_bvh_faults import GOOD
 
 from retarget_bench.errors import FileError
-from retarget_bench.motion import bvh, bvh_cache
+from retarget_bench.motion import bvh
+from retarget_bench.motion.bvh import cache as bvh_cache
 
 OTHER = GOOD.replace(b"1.5 2 3", b"7.5 2 3")
 

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from retarget_bench.errors import FileError
-from retarget_bench.motion import bvh, bvh_like, importer, rotation
+from retarget_bench.motion import bvh, importer, rotation
+from retarget_bench.motion.bvh import like as bvh_like
 
 BODY = """JOINT Spine
 {{

@@ -13,10 +13,11 @@ from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import fit_bones, importer, rotation
+from retarget_bench.motion import importer, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.fit import Fitted, fit
-from retarget_bench.motion.fit_tree import Tree
+from retarget_bench.motion.fitting import bones
+from retarget_bench.motion.fitting.fit import Fitted, fit
+from retarget_bench.motion.fitting.tree import Tree
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 from tests.methods.method_bodies import about, body, dance, pose, squat
@@ -184,7 +185,7 @@ def test_under_much_noise_no_more_is_left_than_scipy_leaves():
     """Steps that are right for small residuals go too far here; SciPy has a trust region for that."""
     motion = dance(body(spines=1))
     tree, seen = Tree.of(motion.character), noisy(motion, 0.15)[[8, 24]]
-    start, inner = fit_bones.first(tree, seen), [j for j, below in enumerate(tree.children) if below]
+    start, inner = bones.first(tree, seen), [j for j, below in enumerate(tree.children) if below]
 
     def distances(vectors: np.ndarray, frame: int) -> np.ndarray:
         turned = start[frame].copy()
@@ -193,7 +194,7 @@ def test_under_much_noise_no_more_is_left_than_scipy_leaves():
 
     vectors = rotation.to_rotation_vector(start[:, inner]).reshape(2, -1)
     best = sum(least_squares(distances, vectors[k], args=(k,), ftol=1e-4).cost for k in range(2))
-    left = np.square(tree.places(fit_bones.refined(tree, start, seen), seen[:, 0]) - seen).sum()
+    left = np.square(tree.places(bones.refined(tree, start, seen), seen[:, 0]) - seen).sum()
     assert left < 1.05 * 2.0 * best
 
 
@@ -201,9 +202,9 @@ def test_a_step_is_that_of_the_whole_system():
     """The recursion over the tree against one dense system, with a Jacobian by differences."""
     motion = wiggle(random_tree(5, 12), 2)
     tree = Tree.of(motion.character)
-    start, wanted = fit_bones.first(tree, motion.positions), noisy(motion, 0.05)
+    start, wanted = bones.first(tree, motion.positions), noisy(motion, 0.05)
     now = rotation.multiply(rotation.from_rotation_vector(0.1 * noisy(motion, 1.0)), start)
-    problem = fit_bones._Problem(tree, start, wanted, 0.03)
+    problem = bones._Problem(tree, start, wanted, 0.03)
     found = problem.step(now, np.full(2, 0.01))
 
     def residuals(turns: np.ndarray, frame: int) -> np.ndarray:
@@ -310,7 +311,7 @@ def test_frames_do_not_depend_on_how_many_are_worked_on_together(monkeypatch):
     motion = dance(body())
     seen = noisy(motion, 0.005)
     whole = refitted(motion, seen).motion
-    monkeypatch.setattr("retarget_bench.motion.fit_bones._AT_ONCE", 150)
+    monkeypatch.setattr("retarget_bench.motion.fitting.bones._AT_ONCE", 150)
     assert np.abs(refitted(motion, seen).motion.positions - whole.positions).max() < 1e-9
 
 

@@ -15,11 +15,11 @@ from scipy.spatial.transform import Rotation
 
 from retarget_bench.motion import importer, kinematics, rotation, structures
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.fit import fit
+from retarget_bench.motion.fitting.fit import fit
 from retarget_bench.motion.hinges import HINGES
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.probe import rewriting
+from retarget_bench.verification.probe import rewriting
 from tests.methods.method_bodies import about, body, first, pose
 
 ARMS = ("left_arm", "right_arm")

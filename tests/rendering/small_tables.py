@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from retarget_bench.cells import (
+from retarget_bench.analysis.statistics import Interval
+from retarget_bench.tables.model import (
     FAILED,
     NOT_APPLICABLE,
     NOT_RUN,
@@ -18,7 +19,6 @@ from retarget_bench.cells import (
     Row,
     Table,
 )
-from retarget_bench.statistics import Interval
 
 HOSTILE = [
     "a|b<script>alert(1)</script>",

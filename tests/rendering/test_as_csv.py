@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 from small_tables import HOSTILE, make_table
 
-from retarget_bench.rendering import comma_separated
+from retarget_bench.tables.rendering import comma_separated
 
 
 def rows(*tables) -> list[dict[str, str]]:

@@ -10,9 +10,9 @@ from html.parser import HTMLParser
 import pytest
 from small_tables import COLUMNS, HOSTILE, make_table
 
-from retarget_bench.cells import EMPTY, Cell
-from retarget_bench.rendering import RENDERERS, html, words
-from retarget_bench.rendering.as_html import sort_key
+from retarget_bench.tables.model import EMPTY, Cell
+from retarget_bench.tables.rendering import RENDERERS, html, words
+from retarget_bench.tables.rendering.as_html import sort_key
 
 VOID = {"meta", "br", "img", "input", "link", "hr"}
 

@@ -7,8 +7,8 @@ import subprocess
 import pytest
 from small_tables import HOSTILE, make_table
 
-from retarget_bench.rendering import latex
-from retarget_bench.rendering.as_latex import plain
+from retarget_bench.tables.rendering import latex
+from retarget_bench.tables.rendering.as_latex import plain
 
 COMMANDS = {
     "allowbreak", "begin", "bottomrule", "caption", "centering", "char", "circ", "downarrow", "emph", "end",

@@ -5,7 +5,7 @@ import re
 import pytest
 from small_tables import HOSTILE, make_table
 
-from retarget_bench.rendering import markdown
+from retarget_bench.tables.rendering import markdown
 
 ROWS = [
     r"| method | error, world ↓<br>% of height | jerk ratio →1 | recall ↑ | n |",

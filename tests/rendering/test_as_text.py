@@ -5,9 +5,9 @@ from dataclasses import replace
 import pytest
 from small_tables import HOSTILE, make_table
 
-from retarget_bench.cells import Column
-from retarget_bench.rendering import text, words
-from retarget_bench.rendering.as_text import WIDTH
+from retarget_bench.tables.model import Column
+from retarget_bench.tables.rendering import text, words
+from retarget_bench.tables.rendering.as_text import WIDTH
 
 GOLDEN = """\
 data words

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from retarget_bench import registry, run
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
 from retarget_bench.motion import bvh
-from retarget_bench.plan import Plan
-from retarget_bench.records import Place
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results.store import Place
 from tests.viewing.small_runs import InThisProcess
 from tests.viewing.viewing_toys.toy_moves import DOG, PERSON, body, moving
 
@@ -51,4 +52,4 @@ def ran(folder: Path, root: Path, methods: Iterable[str], splits: tuple[str, ...
         metrics=("position", "slide", "smoothness"),
         root=root,
     )
-    return run.run(plan, lambda done, total: None, InThisProcess())
+    return runner.run(plan, lambda done, total: None, InThisProcess())

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from click.testing import CliRunner
 
-from retarget_bench import registry, run
 from retarget_bench.cli import group
-from retarget_bench.plan import Plan
-from retarget_bench.records import Place
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results.store import Place
 from tests.viewing.small_runs import InThisProcess
 
 HERE = Path(__file__).parent
@@ -30,7 +31,7 @@ def ran(root: Path) -> list[Place]:
         metrics=("position", "growth", "pan_contact"),
         root=root,
     )
-    places = run.run(plan, lambda done, total: None, InThisProcess())
+    places = runner.run(plan, lambda done, total: None, InThisProcess())
     for place in places:
         header = json.loads(place.header.read_text(encoding="utf-8"))
         if "positions" in header["method"]["label"]:

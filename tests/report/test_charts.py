@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench import axes
-from retarget_bench.palette import COLOURS, CONTROLS
+from retarget_bench.figures import axis_limits
+from retarget_bench.figures.palette import COLOURS, CONTROLS
 from retarget_bench.report import chapters, charts, choosing, looks, means
 from retarget_bench.report.charts import Scale, look
 
@@ -92,15 +92,15 @@ def test_numbers_can_be_read_on_every_shade_and_shades_darken():
 
 # ------------------------------------------------------------------------------------------- numbers
 def test_an_axis_leaves_out_only_what_is_far_worse():
-    assert axes.top([1.0, 2.0, 3.0]) == 3.0
-    assert axes.top([1.0, 2.0, 3.0, 400.0]) == axes.ROOM * 2.5
-    assert axes.top([0.0, 1e-7, 0.2, 0.1, math.nan]) == 0.2
-    assert axes.top([]) > 0
+    assert axis_limits.top([1.0, 2.0, 3.0]) == 3.0
+    assert axis_limits.top([1.0, 2.0, 3.0, 400.0]) == axis_limits.ROOM * 2.5
+    assert axis_limits.top([0.0, 1e-7, 0.2, 0.1, math.nan]) == 0.2
+    assert axis_limits.top([]) > 0
 
 
 def test_others_lengthen_an_axis_but_not_beyond_what_methods_allow():
-    assert axes.top([2.0, 2.0], others=[3.0]) == 3.0
-    assert axes.top([2.0, 2.0], others=[3.0, 900.0, math.inf]) == axes.ROOM * 2.0
+    assert axis_limits.top([2.0, 2.0], others=[3.0]) == 3.0
+    assert axis_limits.top([2.0, 2.0], others=[3.0, 900.0, math.inf]) == axis_limits.ROOM * 2.0
 
 
 def test_means_are_over_clips_of_means_over_cases():

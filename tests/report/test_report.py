@@ -11,13 +11,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench import placing, records
 from retarget_bench.errors import BenchError
+from retarget_bench.figures import method_order
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.mesh import Mesh
-from retarget_bench.rendering.words import printable
 from retarget_bench.report import chapters, motions
 from retarget_bench.report.page import page
+from retarget_bench.results import store
+from retarget_bench.tables.rendering.words import printable
 from tests.engine import stored
 from tests.report.odd_runs import LABEL, report
 from tests.report.report_toys.odd_moves import BODIES, CLIPS
@@ -99,7 +100,7 @@ def test_every_chart_says_in_words_what_it_shows(tags):
 
 def test_the_page_holds_the_numbers_of_the_results(results, data):
     rows = defaultdict(dict)
-    for place in records.find_results(results):
+    for place in store.find_results(results):
         label = json.loads(place.header.read_text(encoding="utf-8"))["method"]["label"]
         with place.rows.open(encoding="utf-8") as file:
             for row in csv.DictReader(file):
@@ -199,7 +200,7 @@ def test_what_does_not_fit_is_left_out_and_told(results):
     shown = motions.motions(found, cases, room=len(first.encode()))
     assert len(shown.scenes) == 1
     assert "2 more cases" in shown.notes[0]
-    assert shown.notes[0] in Tags(page(found, shown, placing.ranked(found[0].places))).text
+    assert shown.notes[0] in Tags(page(found, shown, method_order.ranked(found[0].places))).text
 
 
 def test_predictions_that_are_gone_are_told(results, tmp_path):

@@ -11,9 +11,10 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from retarget_bench import registry, run
-from retarget_bench.plan import Plan
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from tests.engine import stored
 from tests.report.odd_runs import bench, report
 from tests.viewing.small_runs import InThisProcess
@@ -33,7 +34,7 @@ def carried_out(root: Path, task: str, *methods: str) -> None:
         task=task,
         root=root,
     )
-    run.run(plan, lambda done, total: None, InThisProcess())
+    runner.run(plan, lambda done, total: None, InThisProcess())
 
 
 def table(root: Path, task: str, *more: str) -> list[dict[str, str]]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from retarget_bench.sets import SetValue, files
+from retarget_bench.evaluation.set_metrics import SetValue, files
 from tests.engine import stored
 from tests.report.odd_runs import report
 

@@ -7,12 +7,12 @@ import re
 
 import pytest
 
-from retarget_bench import placing
 from retarget_bench.errors import BenchError
-from retarget_bench.palette import COLOURS
-from retarget_bench.plotting import canvas
+from retarget_bench.evaluation.set_metrics import SetValue, files
+from retarget_bench.figures import method_order
+from retarget_bench.figures.palette import COLOURS
+from retarget_bench.figures.plotting import canvas
 from retarget_bench.report import chapters, index
-from retarget_bench.sets import SetValue, files
 from tests.engine import stored
 from tests.report.odd_runs import bench, report
 from tests.report.test_report import Tags
@@ -57,8 +57,11 @@ def test_a_method_has_one_colour_in_reports_and_pictures_whoever_stands_beside_i
 
 def test_methods_of_later_tables_come_after_those_of_the_first(runs):
     places = chapters.results([runs])
-    assert list(placing.ranked(places)) == ["beta", "gamma", "alpha"]
-    assert list(placing.ranked([place for place in places if place.method != "beta"])) == ["gamma", "alpha"]
+    assert list(method_order.ranked(places)) == ["beta", "gamma", "alpha"]
+    assert list(method_order.ranked([place for place in places if place.method != "beta"])) == [
+        "gamma",
+        "alpha",
+    ]
 
 
 def test_columns_are_those_asked_for_and_the_first_one_ranks(runs, tmp_path):

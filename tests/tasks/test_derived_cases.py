@@ -9,12 +9,13 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from retarget_bench import plan, registry
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.evaluation import plan
+from retarget_bench.evaluation.tasks import canonical, levels, randomness
+from retarget_bench.evaluation.tasks.questions import MAJOR_ROLES
 from retarget_bench.motion.motion import Motion, Positions
-from retarget_bench.spec import Spec
-from retarget_bench.tasks import canonical, levels, randomness
-from retarget_bench.tasks.questions import MAJOR_ROLES
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 CHI3 = 2 * np.sqrt(2 / np.pi)
 """Mean length of a vector of three standard normal numbers."""

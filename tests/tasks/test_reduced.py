@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.errors import SkeletonError
+from retarget_bench.evaluation.tasks.reduced import reduced
 from retarget_bench.motion import kinematics
-from retarget_bench.tasks.reduced import reduced
 
 sys.path.insert(0, str(Path(__file__).parent / "toys"))
 from toy_people import TREE, body

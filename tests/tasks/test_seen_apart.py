@@ -11,9 +11,13 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from retarget_bench import cli, halves, records, registry, run
-from retarget_bench.plan import Plan
-from retarget_bench.spec import Spec
+from retarget_bench import cli
+from retarget_bench.analysis import seen_unseen
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 
 TOYS = Path(__file__).parent / "toys" / "toy_people.py"
 LEARNED = {"denoise": "gaussian_filter", "upsample": "nearest_pose"}
@@ -35,7 +39,7 @@ def results(tmp_path_factory) -> Path:
             task=f"{task}[levels='{levels}']",
             root=root,
         )
-        place, *_ = run.run(plan, lambda done, total: None)
+        place, *_ = runner.run(plan, lambda done, total: None)
         for target, structure in zip(people(place), ("tall17", "wide17"), strict=True):
             path = place.folder / "cases.structures.csv"
             path.write_text(path.read_text().replace(f"{target},toy17", f"{target},{structure}"))
@@ -43,12 +47,12 @@ def results(tmp_path_factory) -> Path:
     return root
 
 
-def people(place: records.Place) -> list[str]:
-    return sorted({info.target for info in records.read_cases(place.cases, place.task, place.split)})
+def people(place: store.Place) -> list[str]:
+    return sorted({info.target for info in store.read_cases(place.cases, place.task, place.split)})
 
 
-def place_of(root: Path, task: str) -> records.Place:
-    (place,) = (each for each in records.find_results(root, task) if each.method == LEARNED[task])
+def place_of(root: Path, task: str) -> store.Place:
+    (place,) = (each for each in store.find_results(root, task) if each.method == LEARNED[task])
     return place
 
 
@@ -74,10 +78,10 @@ def plot(root: Path, task: str, output: Path, *more: str) -> int:
     return int(stop.value.code or 0)
 
 
-def means(place: records.Place, target: str, value: str) -> dict[str, float]:
+def means(place: store.Place, target: str, value: str) -> dict[str, float]:
     """Level -> the mean over clips of what the file of rows says of one target."""
     numbers: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
-    clip_of = {info.id: info for info in records.read_cases(place.cases, place.task, place.split)}
+    clip_of = {info.id: info for info in store.read_cases(place.cases, place.task, place.split)}
     with place.rows.open(newline="") as file:
         for row in csv.DictReader(file):
             if row["value_id"] == value and clip_of[row["case"]].target == target:
@@ -133,6 +137,6 @@ def test_upsampling_too_in_both_panels_with_a_mark_for_the_major_joints(results,
 def test_methods_that_know_all_or_nothing_have_one_line(results, tmp_path, structures):
     trained_on(results, "denoise", structures)
     try:
-        assert halves.halves(records.find_results(results, "denoise"), "level") == []
+        assert seen_unseen.halves(store.find_results(results, "denoise"), "level") == []
     finally:
         trained_on(results, "denoise", ["tall17"])

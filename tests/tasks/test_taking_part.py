@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench import plan, registry
 from retarget_bench.commands import planning
-from retarget_bench.predict import context_for
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import plan
+from retarget_bench.evaluation.predict import context_for
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 OWN = {"identity", "gaussian_filter", "savitzky_golay", "linear_joints", "nearest_pose"}
 

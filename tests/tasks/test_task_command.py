@@ -10,19 +10,22 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
-from retarget_bench import records, registry, run, summary
+from retarget_bench.analysis import summary
 from retarget_bench.cli import main
-from retarget_bench.plan import Plan
-from retarget_bench.plotting import upsample as upsample_picture
-from retarget_bench.spec import Spec
-from retarget_bench.tasks import canonical
+from retarget_bench.evaluation import runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.evaluation.tasks import canonical
+from retarget_bench.figures.plotting import upsample as upsample_picture
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 
 TOYS = Path(__file__).parent / "toys" / "toy_people.py"
 CHI3 = 2 * np.sqrt(2 / np.pi)
 METRICS = ("restoration", "smoothness")
 
 
-def carried_out(root: Path, task: str, *methods: str, **changes) -> list[records.Results]:
+def carried_out(root: Path, task: str, *methods: str, **changes) -> list[store.Results]:
     registry.add_file(TOYS)
     plan = Plan(
         methods=tuple(map(Spec.parse, methods)),
@@ -33,7 +36,7 @@ def carried_out(root: Path, task: str, *methods: str, **changes) -> list[records
         root=root,
         **changes,
     )
-    return [records.read_results(place) for place in run.run(plan, lambda done, total: None)]
+    return [store.read_results(place) for place in runner.run(plan, lambda done, total: None)]
 
 
 def bench(capsys, *arguments: str) -> tuple[int, str]:
@@ -53,9 +56,9 @@ def results(tmp_path_factory) -> Path:
     return root
 
 
-def rows(root: Path, task: str, method: str) -> records.Results:
-    (place,) = (each for each in records.find_results(root, task) if each.method == method)
-    return records.read_results(place)
+def rows(root: Path, task: str, method: str) -> store.Results:
+    (place,) = (each for each in store.find_results(root, task) if each.method == method)
+    return store.read_results(place)
 
 
 def test_doing_nothing_scores_the_noise_before_and_after(results):
@@ -108,7 +111,7 @@ def test_all_joints_given_leave_no_error_and_missing_ones_are_told_apart(results
 
 
 def test_conditions_and_structures_lie_beside_the_rows(results):
-    (folder,) = {place.folder for place in records.find_results(results, "upsample")}
+    (folder,) = {place.folder for place in store.find_results(results, "upsample")}
     with (folder / "cases.conditions.csv").open(encoding="utf-8", newline="") as file:
         found = {(row["case"], row["condition"]): float(row["value"]) for row in csv.DictReader(file)}
     case = "people/ann>ann/clip 3"
@@ -120,7 +123,7 @@ def test_conditions_and_structures_lie_beside_the_rows(results):
 
 
 def test_levels_stand_in_their_order_with_their_own_means(results):
-    sections = summary.sections(records.find_results(results, "denoise"), "level")
+    sections = summary.sections(store.find_results(results, "denoise"), "level")
     assert [section.part for section in sections] == ["0 cm", "2 cm", "5 cm"]
     found = rows(results, "denoise", "gaussian_filter")
     for section in sections:
@@ -133,9 +136,7 @@ def test_levels_stand_in_their_order_with_their_own_means(results):
         (score,) = (score for score in section.scores if score.label == "gaussian_filter")
         assert score.means["restored_cm"].value == pytest.approx(np.mean(means))
         assert (score.asked, score.means["restored_cm"].clips) == (12, 6)
-    parts = [
-        section.part for section in summary.sections(records.find_results(results, "upsample"), "level")
-    ]
+    parts = [section.part for section in summary.sections(store.find_results(results, "upsample"), "level")]
     assert parts == ["50 %", "100 %", "major"]
 
 
@@ -156,9 +157,9 @@ def test_interrupted_and_uninterrupted_runs_give_the_same_bytes(tmp_path):
                 raise KeyboardInterrupt
 
         try:
-            places = run.run(plan, progress)
+            places = runner.run(plan, progress)
         except KeyboardInterrupt:
-            places = run.run(plan, progress)
+            places = runner.run(plan, progress)
     assert asked == [6]
     for place in places:
         assert place.rows.read_bytes() == (whole / place.rows.relative_to(broken)).read_bytes()
@@ -176,8 +177,8 @@ def test_other_levels_and_tasks_have_other_keys_and_folders(tmp_path):
     ]
     assert len({each.header["keys"]["prediction_key"] for each in found}) == 3
     assert len({each.place.folder for each in found}) == 3
-    assert not records.find_results(tmp_path)
-    assert len(records.find_results(tmp_path, "denoise")) == 2
+    assert not store.find_results(tmp_path)
+    assert len(store.find_results(tmp_path, "denoise")) == 2
 
 
 def test_the_command_shows_a_line_per_level(tmp_path, capsys):
@@ -261,7 +262,7 @@ def test_the_picture_of_upsampling_is_what_the_rows_say(results, tmp_path, capsy
     assert line_of(whole, "linear_joints")[-1, 1] == pytest.approx(0, abs=1e-4)
     hollow = [line for line in whole.lines if line.get_markerfacecolor() == "white"]
     assert [line.get_xdata()[0] for line in hollow] == [75.0]
-    assert upsample_picture.major_share(records.find_results(results, "denoise")) is None
+    assert upsample_picture.major_share(store.find_results(results, "denoise")) is None
 
 
 @pytest.mark.filterwarnings("error::UserWarning")

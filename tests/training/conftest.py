@@ -8,8 +8,8 @@ from typing import Any
 
 import pytest
 
-from retarget_bench import registry
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, train
 
 TOYS = Path(__file__).parent / "toys"
@@ -58,7 +58,7 @@ class Inline:
     def run(self, function: str, payloads: list[Any]) -> Iterator[Any]:
         from importlib import import_module
 
-        from retarget_bench.executor import Done
+        from retarget_bench.evaluation.process_pool import Done
 
         module, _, name = function.partition(":")
         call = getattr(import_module(module), name)

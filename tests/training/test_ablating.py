@@ -10,11 +10,12 @@ import numpy as np
 import pytest
 from conftest import TOYS, Inline, Silent
 
-from retarget_bench import cli, plan, run
+from retarget_bench import cli
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
-from retarget_bench.rendering import WITH_INTERVALS
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import plan, runner
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import ablating, train
 from retarget_bench.training.ablation import Ablation, Column, Row
 
@@ -45,7 +46,7 @@ def info(pair: str, clip: str, split: str) -> CaseInfo:
 def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.Asked:
     from retarget_bench.training import clips
 
-    for each in (clips, run):
+    for each in (clips, runner):
         monkeypatch.setattr(each, "LocalPool", Inline)
     monkeypatch.setattr(train.curve, "draw", lambda *_: None)  # takes longer than all the rest
     monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": TOY}, raising=False)
@@ -91,7 +92,7 @@ def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
     wanted = ablating.plan_of(TOY, trained, DATA, tmp_path / "results", 1)
     assert wanted.splits == ("intra", "cross")
     assert len(wanted.methods) == 2
-    places = run.run(wanted, lambda done, total: None)
+    places = runner.run(wanted, lambda done, total: None)
     found = ablating.numbers_of(wanted, trained)
     table = ablating.table(TOY, trained, found, ablating.Told("walks", "walks", "preset quick"))
     names = [row.label for row in table.groups[0].rows]

@@ -13,12 +13,15 @@ import pytest
 import torch
 from click.testing import CliRunner
 
-from retarget_bench import cli, header, plan, records, registry, run
+from retarget_bench import cli
 from retarget_bench.errors import BenchError
-from retarget_bench.plan import Plan
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import header, plan, runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
 from retarget_bench.training import weights
-from retarget_bench.training.described import described
+from retarget_bench.training.card_text import described
 
 HERE = Path(__file__).parent
 CASES = HERE.parent / "engine" / "toys" / "toy_cases.py"
@@ -151,7 +154,7 @@ def test_a_card_is_read_without_torch(tmp_path):
     code = f"""
 import sys
 from retarget_bench.api import MethodCard
-from retarget_bench.training.learned import Learned
+from retarget_bench.training.learned_method import Learned
 
 class Mine(Learned):
     card = MethodCard("shifter", "mine", "1")
@@ -167,7 +170,7 @@ assert not {{"torch", "scipy", "pandas", "matplotlib"}} & set(sys.modules)
 
 
 # --------------------------------------------------------------------------------------------- results
-def carry_out(root: Path, *methods: str, **changes) -> list[records.Results]:
+def carry_out(root: Path, *methods: str, **changes) -> list[store.Results]:
     asked = Plan(
         methods=tuple(map(Spec.parse, methods)),
         datasets=(Spec("toy_cases"),),
@@ -176,7 +179,7 @@ def carry_out(root: Path, *methods: str, **changes) -> list[records.Results]:
         root=root,
         **changes,
     )
-    return [records.read_results(place) for place in run.run(asked, lambda done, total: None)]
+    return [store.read_results(place) for place in runner.run(asked, lambda done, total: None)]
 
 
 def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shifter, tmp_path):

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 import torch
 
-from retarget_bench import plan, registry
 from retarget_bench.errors import BenchError
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, loop, weights
-from retarget_bench.training.material import gather
+from retarget_bench.training.data import gather
 
 
 def rows(folder):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from retarget_bench.training.material import Clip, Material
+from retarget_bench.training.data import Clip, Material
 
 
 def material(**joints):

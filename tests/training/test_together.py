@@ -10,13 +10,14 @@ from conftest import Inline
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench import plan, registry
 from retarget_bench.errors import BenchError, NotSupported, Unusable
-from retarget_bench.spec import Spec
-from retarget_bench.training import clips, request, together
+from retarget_bench.evaluation import plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training import clips, joint_datasets, request
 from retarget_bench.training.card import manifest
-from retarget_bench.training.material import clips_of, gather
-from retarget_bench.training.together import Together, canonical, spec_of
+from retarget_bench.training.data import clips_of, gather
+from retarget_bench.training.joint_datasets import Together, canonical, spec_of
 
 ONE, TWO = Spec("toy_walks"), Spec("toy_walks", {"content": "two"})
 BOTH = spec_of([ONE, TWO])
@@ -24,7 +25,7 @@ BOTH = spec_of([ONE, TWO])
 
 @pytest.fixture
 def both(toy_plugins):
-    return together.dataset(BOTH)
+    return joint_datasets.dataset(BOTH)
 
 
 @pytest.fixture
@@ -67,7 +68,7 @@ def test_what_cannot_be_together(toy_plugins, given, says):
 
 
 def test_the_same_plug_in_over_two_folders_is_two_data_sets(toy_plugins):
-    assert len(together.apart(canonical(Spec.parse("toy_walks[root=/a]+toy_walks[root=/b]")))) == 2
+    assert len(joint_datasets.apart(canonical(Spec.parse("toy_walks[root=/a]+toy_walks[root=/b]")))) == 2
 
 
 def test_only_training_knows_of_it(toy_plugins):
@@ -124,12 +125,14 @@ def test_its_cases_are_those_of_all_under_ids_of_their_own(both):
 
 def test_the_validation_part_is_of_those_that_have_one(toy_plugins):
     unwatched = Spec("toy_walks", {"kind": "unwatched"})
-    some = together.dataset(spec_of([unwatched, TWO]))
+    some = joint_datasets.dataset(spec_of([unwatched, TWO]))
     assert len(some.validation().cases("retarget", "intra")) == 8
     assert list(some.training_notes) == [
         "no part of toy_walks validates: other data chose the weights",
     ]
-    none = together.dataset(spec_of([unwatched, Spec("toy_walks", {"kind": "unwatched", "content": "b"})]))
+    none = joint_datasets.dataset(
+        spec_of([unwatched, Spec("toy_walks", {"kind": "unwatched", "content": "b"})])
+    )
     assert none.validation() is None
     assert not none.training_notes
 
@@ -140,10 +143,10 @@ def test_a_data_set_without_motion_is_named(gathered):
 
 
 def test_the_first_with_cases_is_the_one_to_test_on(toy_plugins, monkeypatch):
-    assert together.tested(BOTH) == ONE
+    assert joint_datasets.tested(BOTH) == ONE
     monkeypatch.setattr(type(plan.dataset(ONE)), "cases", lambda self, *_: [0] * (self.content == "two"))
-    assert together.tested(BOTH) == TWO
-    assert together.tested(ONE) is None
+    assert joint_datasets.tested(BOTH) == TWO
+    assert joint_datasets.tested(ONE) is None
 
 
 # -------------------------------------------------------------------------------------------- to train
@@ -163,7 +166,7 @@ def test_a_worker_knows_no_more_than_the_spec(gathered):
     here = gathered(BOTH).clips["tall-2"]
     job = {"character": "tall-2", "dataset": BOTH, "method": Spec("toy_trainee"), "fps": 30.0}
     sent = pickle.loads(pickle.dumps({**job, "plugins": registry.files()}))
-    together._several.cache_clear()
+    joint_datasets._several.cache_clear()
     plan._dataset.cache_clear()
     found, others, unusable = clips_of(sent)
     assert (others, unusable) == (0, [])

@@ -9,9 +9,10 @@ from types import SimpleNamespace
 import pytest
 import torch
 
-from retarget_bench import plan, registry
 from retarget_bench.errors import BenchError
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, log, parallel, request, weights
 
 

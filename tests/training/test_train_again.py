@@ -4,11 +4,11 @@ import json
 
 import pytest
 
-from retarget_bench import plan
 from retarget_bench.errors import BenchError
-from retarget_bench.spec import Spec
+from retarget_bench.evaluation import plan
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import lock, request, train, weights
-from retarget_bench.training.described import described
+from retarget_bench.training.card_text import described
 
 
 def card(folder):

@@ -13,10 +13,10 @@ import pytest
 import torch
 from conftest import Inline
 
-from retarget_bench import registry
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, clips, log, weights
-from retarget_bench.training.material import gather
+from retarget_bench.training.data import gather
 
 TOYS = Path(__file__).parent / "toys"
 TRAIN = [

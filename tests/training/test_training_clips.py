@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from retarget_bench import registry
 from retarget_bench.errors import NotSupported
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import by_character, training_clips
-from retarget_bench.training.material import Material, gather
+from retarget_bench.training.data import Material, clips_of, gather
 
 TOYS = Path(__file__).parent / "learned_toys"
 
@@ -88,7 +88,7 @@ def test_progress_is_told():
     told = []
     names = list(training_clips(registry.create("datasets", "odd_clips"))["toy"])
     common = {"dataset": Spec("odd_clips"), "method": Spec("rooted"), "fps": 60.0}
-    by_character("retarget_bench.training.material:clips_of", names, common, 1, lambda *at: told.append(at))
+    by_character(clips_of, names, common, 1, lambda *at: told.append(at))
     assert told == [(0, 2), (1, 2), (2, 2)]
 
 

@@ -15,11 +15,11 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from torch import nn
 
-from retarget_bench import registry
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
-from retarget_bench.training.learned import Learned
+from retarget_bench.training.learned_method import Learned
 
 CARD = {"method": "mine", "version": "2", "facts": {"cell": "torch", "layers": 2, "dropout": 0.1}}
 SHIPPED = sorted((Path(__file__).parents[2] / "methods").glob("*/weights/*.json"))

@@ -14,9 +14,9 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.mesh import Mesh
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.viewing import player
-from retarget_bench.viewing.packing import packed
-from retarget_bench.viewing.scene import Figure, Scene
+from retarget_bench.viewer import player
+from retarget_bench.viewer.packing import packed
+from retarget_bench.viewer.scene import Figure, Scene
 
 FRAMES = 24
 EVIL = '<img src=x onerror="boom()">"\'&\u2028 </script><b>ű名'

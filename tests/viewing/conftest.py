@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from acted import page, scene
 
-from retarget_bench.viewing.scene import Scene
+from retarget_bench.viewer.scene import Scene
 
 
 @pytest.fixture

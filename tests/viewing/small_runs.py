@@ -6,13 +6,14 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-from retarget_bench import registry, run
-from retarget_bench.executor import Done
+from retarget_bench.evaluation import runner as run
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.evaluation.process_pool import Done
+from retarget_bench.evaluation.worker import work
 from retarget_bench.motion import bvh
-from retarget_bench.plan import Plan
-from retarget_bench.records import Place
-from retarget_bench.spec import Spec
-from retarget_bench.work import work
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results.store import Place
 from tests.viewing.viewing_toys.toy_moves import PERSON, body, moving
 
 HERE = Path(__file__).parent

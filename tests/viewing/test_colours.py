@@ -4,17 +4,17 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from retarget_bench import palette, placing
 from retarget_bench.commands.showing import scene_of
-from retarget_bench.viewing import finding, scenes
-from retarget_bench.viewing.colours import names
-from retarget_bench.viewing.shelf import Shelf
+from retarget_bench.figures import method_order, palette
+from retarget_bench.viewer import finding, scenes
+from retarget_bench.viewer.colours import names
+from retarget_bench.viewer.shelf import Shelf
 from tests.viewing.small_runs import CASE, ran
 
 
 def test_methods_keep_the_colour_of_their_rank_whoever_is_shown_and_in_which_order(tmp_path):
     ran(tmp_path, "copy", "far")
-    ranked = list(placing.ranked(placing.everything([tmp_path])))
+    ranked = list(method_order.ranked(method_order.everything([tmp_path])))
     wanted = {label: palette.colour(place) for place, label in enumerate(ranked)}
     assert len(set(wanted.values())) == 2
     for methods in ((), tuple(ranked), tuple(reversed(ranked)), ranked[1:]):

@@ -14,14 +14,14 @@ from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.viewing import shapes, sheet
-from retarget_bench.viewing.camera import DISTANCE, Camera, fitted, track
-from retarget_bench.viewing.colours import CONTACT, PAPER, STAGE, TROUBLE, colours
-from retarget_bench.viewing.drawing import Look, Picture
-from retarget_bench.viewing.figures import figure_of
-from retarget_bench.viewing.lettering import font, plain, short, wrapped
-from retarget_bench.viewing.scene import Figure, Scene
-from retarget_bench.viewing.solids import RIM, tube
+from retarget_bench.viewer import shapes, sheet
+from retarget_bench.viewer.camera import DISTANCE, Camera, fitted, track
+from retarget_bench.viewer.colours import CONTACT, PAPER, STAGE, TROUBLE, colours
+from retarget_bench.viewer.drawing import Look, Picture
+from retarget_bench.viewer.figures import figure_of
+from retarget_bench.viewer.lettering import font, plain, short, wrapped
+from retarget_bench.viewer.scene import Figure, Scene
+from retarget_bench.viewer.solids import RIM, tube
 
 LEVEL = Ground(heights=np.zeros((2, 2)))
 """A floor without shadows."""

@@ -19,14 +19,14 @@ from viewing_toys.toy_moves import DOG, body, moving
 
 from retarget_bench import cli
 from retarget_bench.errors import BenchError
-from retarget_bench.records import Place
-from retarget_bench.spec import Spec
-from retarget_bench.viewing import live
-from retarget_bench.viewing.figures import figure_of
-from retarget_bench.viewing.models import AROUND, PROFILE, Model, tube_faces, tubes
-from retarget_bench.viewing.running import going_on, told_so_far
-from retarget_bench.viewing.shelf import Shelf
-from retarget_bench.viewing.solids import Solid
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results.store import Place
+from retarget_bench.viewer import live
+from retarget_bench.viewer.figures import figure_of
+from retarget_bench.viewer.models import AROUND, PROFILE, Model, tube_faces, tubes
+from retarget_bench.viewer.running import going_on, told_so_far
+from retarget_bench.viewer.shelf import Shelf
+from retarget_bench.viewer.solids import Solid
 
 needs_viser = pytest.mark.skipif(
     find_spec("viser") is None, reason="no viser: pip install 'retarget-bench[viz]'"
@@ -59,7 +59,7 @@ def test_data_may_lie_elsewhere_than_usual(tmp_path, monkeypatch):
     ran(tmp_path, "copy")
     asked = []
     monkeypatch.setattr(
-        "retarget_bench.viewing.scenes.of_told", lambda told, case, data, colours: asked.append(data)
+        "retarget_bench.viewer.scenes.of_told", lambda told, case, data, colours: asked.append(data)
     )
     shelf = Shelf([tmp_path], root="elsewhere")
     shelf.look()

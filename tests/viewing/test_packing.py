@@ -15,12 +15,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from viewing_toys.toy_moves import DOG, PERSON, body
 
-from retarget_bench import palette
 from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
-from retarget_bench.viewing import player, shapes
-from retarget_bench.viewing.packing import STEP, packed
-from retarget_bench.viewing.scene import Figure, Scene
+from retarget_bench.figures import palette
+from retarget_bench.viewer import player, shapes
+from retarget_bench.viewer.packing import STEP, packed
+from retarget_bench.viewer.scene import Figure, Scene
 
 HALF_A_MILLIMETRE = 5e-4
 

@@ -9,7 +9,7 @@ from acted import EVIL, FRAMES, hostile, many_joints, scene
 from playing import SHOWN, box_of, button, frame, picture, until
 
 from retarget_bench.api import Ground
-from retarget_bench.ground import ground_height
+from retarget_bench.motion.ground import ground_height
 
 STAIRS = Ground(heights=np.arange(20.0).reshape(4, 5) % 3 / 10, origin=(-1.0, -0.5), spacing=0.5)
 

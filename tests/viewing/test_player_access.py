@@ -12,8 +12,8 @@ from acted import acted, figure, hostile, scene
 from playing import SHOWN, button, until
 from viewing_toys.toy_moves import PERSON, body
 
-from retarget_bench import palette
-from retarget_bench.viewing import player
+from retarget_bench.figures import palette
+from retarget_bench.viewer import player
 
 EVERY = palette.COLOURS + palette.CONTROLS + (palette.SOURCE, palette.REFERENCE)
 

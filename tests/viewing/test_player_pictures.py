@@ -15,7 +15,7 @@ from acted import scene
 from PIL import Image
 from playing import frame
 
-from retarget_bench.viewing.scene import Scene
+from retarget_bench.viewer.scene import Scene
 
 PICTURES = Path(__file__).parent / "pictures"
 SIZE = (120, 60)

@@ -12,10 +12,10 @@ from viewing_toys.toy_moves import body
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.mesh import Mesh
-from retarget_bench.viewing import player
-from retarget_bench.viewing.packing import packed
-from retarget_bench.viewing.scene import Scene
-from retarget_bench.viewing.skins import FOLLOWED, WHOLE, Skin, thinned
+from retarget_bench.viewer import player
+from retarget_bench.viewer.packing import packed
+from retarget_bench.viewer.scene import Scene
+from retarget_bench.viewer.skins import FOLLOWED, WHOLE, Skin, thinned
 
 SURFACE = """async (frames) => {
     const { figures, frames: all } = await RetargetPlayer.decode(packed(0));

@@ -10,7 +10,7 @@ from acted import FRAMES, acted, figure, scene
 from playing import RED, button, frame, picture
 from viewing_toys.toy_moves import DOG, body
 
-from retarget_bench.viewing.scene import Figure, Scene
+from retarget_bench.viewer.scene import Figure, Scene
 
 HEARD = """() => {
     window.said = new Set();

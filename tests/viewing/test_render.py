@@ -15,9 +15,9 @@ from viewing_toys.toy_moves import DOG
 from retarget_bench import cli
 from retarget_bench.commands.render import chosen
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.records import case_file
-from retarget_bench.viewing import clips, scenes
-from retarget_bench.viewing.clips import ffmpeg, write_clip
+from retarget_bench.results.store import case_file
+from retarget_bench.viewer import clips, scenes
+from retarget_bench.viewer.clips import ffmpeg, write_clip
 
 SMALL = ("--size", "160x120")
 

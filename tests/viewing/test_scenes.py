@@ -7,10 +7,10 @@ import pytest
 from small_runs import CASE, OTHER, bvh_file, ran, toys
 from viewing_toys.toy_moves import DOG, PERSON
 
-from retarget_bench import predict
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.spec import Spec
-from retarget_bench.viewing import scenes
+from retarget_bench.evaluation import predict
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.viewer import scenes
 
 
 @pytest.fixture(autouse=True)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from retarget_bench.post import PostCard
+from retarget_bench.plugins.post_processors import PostCard
 
 
 class ToyPost:

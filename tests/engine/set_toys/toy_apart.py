@@ -4,8 +4,8 @@ from dataclasses import replace
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.motion.character import Character
-from retarget_bench.registry import create
-from retarget_bench.spec import Spec
+from retarget_bench.plugins.registry import create
+from retarget_bench.plugins.spec import Spec
 
 KINDS = ("hop", "rest")
 

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from retarget_bench import registry
 from retarget_bench.api import MethodCard
-from retarget_bench.spec import Spec
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 
 
 class OddAnswers:

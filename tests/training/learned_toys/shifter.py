@@ -1,7 +1,7 @@
 """A learned method whose weights say by how much the root moves to the left."""
 
 from retarget_bench.api import MethodCard
-from retarget_bench.training.learned import Learned
+from retarget_bench.training.learned_method import Learned
 
 
 class Shifter(Learned):

@@ -19,9 +19,9 @@ from torch import nn
 from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.training import parallel
+from retarget_bench.training.config import Recipe
 from retarget_bench.training.contract import Phase
-from retarget_bench.training.learned import Learned
-from retarget_bench.training.recipe import Recipe
+from retarget_bench.training.learned_method import Learned
 
 
 class ToyLearner:

@@ -1,0 +1,177 @@
+"""Two methods against each other: the paired difference of every value, with its interval and p-value."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.analysis import statistics
+from retarget_bench.analysis.statistics import ALPHA, Interval
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import compatibility
+from retarget_bench.results.result_matrix import Panel, Row
+
+LEAST_CLIPS = 6
+"""With fewer, no pattern of signs is rare enough: 2 of 2^5 is more than 5 %."""
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One value of two methods, over the cases that both have it for.
+
+    first, second: means over clips, in the value's unit.
+    difference:    of the first from the second, in the value's unit; where a value is best at a goal, of
+                   their distances |log(value / goal)| from it.
+    p, adjusted:   of the difference being 0, by sign flips over clips; adjusted for all values compared.
+    none:          no clip differs by more than the value's tolerance.
+    """
+
+    value: str
+    facts: Mapping[str, Any]
+    first: float
+    second: float
+    difference: float
+    interval: Interval | None
+    p: float
+    adjusted: float
+    cases: int
+    clips: int
+    none: bool
+
+    @property
+    def verdict(self) -> str:
+        """``first``, ``second`` (which is better), ``higher``, ``lower`` (the first, of a description),
+        ``same``, ``few`` (too few clips to tell) or ``open`` (not told apart)."""
+        if self.none:
+            return "same"
+        if self.clips < LEAST_CLIPS:
+            return "few"
+        if self.adjusted >= ALPHA:
+            return "open"
+        if self.facts["better"] == "none":
+            return "higher" if self.difference > 0 else "lower"
+        return "first" if (self.difference > 0) == (self.facts["better"] == "higher") else "second"
+
+
+@dataclass(frozen=True)
+class Versus:
+    """Two methods on one split of one data set; ``notes`` are what a reader must know of them."""
+
+    dataset: str
+    split: str
+    first: str
+    second: str
+    differences: tuple[Difference, ...]
+    notes: tuple[str, ...]
+
+
+def find(panel: Panel, name: str) -> Row | None:
+    """The row of a method by its label, or by what means the same; None where it has no results here."""
+    rows = {row.label: row for row in panel.rows}
+    label = label_of(name, rows)
+    return None if label is None else rows[label]
+
+
+def label_of(name: str, labels: Collection[str]) -> str | None:
+    """The label among these that a method's name, written in any way, means; None where there is none."""
+    return next((each for each in (name, _canonical(name)) if each in labels), None)
+
+
+def unknown(panels: Sequence[Panel], name: str) -> BenchError:
+    """The error for a method that has no results at all: it lists those that have, close names first."""
+    labels = sorted({row.label for panel in panels for row in panel.rows})
+    if close := difflib.get_close_matches(name, labels, 3, 0.5):
+        return BenchError(f"no results of {name!r} here; did you mean {' or '.join(close)}?")
+    return BenchError(f"no results of {name!r} here; there are those of {', '.join(labels)}")
+
+
+def _canonical(name: str) -> str:
+    try:
+        return str(registry.canonical("methods", Spec.parse(name)))
+    except BenchError:
+        return name
+
+
+def versus(panel: Panel, first: Row, second: Row, values: Sequence[str]) -> Versus:
+    """The differences of two rows of a panel, of those values that both have a number for.
+
+    p-values are adjusted by Holm over the values compared here. Raises BenchError where the two were
+    scored on different data.
+    """
+    contents = [row.header["dataset"]["content"] for row in (first, second)]
+    if contents[0] != contents[1]:
+        raise BenchError(
+            f"{first.label} and {second.label} were scored on different data called {panel.dataset} "
+            f"({contents[0]}; {contents[1]}); run one of them again"
+        )
+    found = [_difference(panel, first, second, value) for value in values]
+    differences = [each for each in found if each is not None]
+    adjusted = statistics.holm(np.array([each.p for each in differences]))
+    return Versus(
+        dataset=panel.dataset,
+        split=panel.split,
+        first=first.label,
+        second=second.label,
+        differences=tuple(
+            replace(each, adjusted=float(p)) for each, p in zip(differences, adjusted, strict=True)
+        ),
+        notes=tuple(_notes(first, second)),
+    )
+
+
+def _difference(panel: Panel, first: Row, second: Row, value: str) -> Difference | None:
+    numbers = [row.number((value, "")) for row in (first, second)]
+    if numbers[0] is None or numbers[1] is None:
+        return None
+    both = np.array(numbers)
+    there = ~np.isnan(both).any(axis=0)
+    if not there.any():
+        return None
+    both, clips = both[:, there], panel.clips[there]
+    facts = panel.values[value]
+    scale = statistics.losses(both, facts) if facts["better"] == "target" else both
+    pair = statistics.per_clip(scale, clips)
+    apart = statistics.differences(pair[:1], pair[1:], facts["tolerance"])
+    means = statistics.per_clip(both, clips).mean(axis=1)
+    p = float(statistics.sign_flip(apart)[0])
+    return Difference(
+        value=value,
+        facts=facts,
+        first=float(means[0]),
+        second=float(means[1]),
+        difference=float(apart.mean()),
+        interval=statistics.paired_intervals(apart)[0],
+        p=p,
+        adjusted=p,
+        cases=int(there.sum()),
+        clips=apart.shape[1],
+        none=not apart.any(),
+    )
+
+
+def _notes(first: Row, second: Row) -> list[str]:
+    notes = []
+    for row in (first, second):
+        method, counts = row.header["method"], row.header["counts"]
+        if method["privileged"]:
+            seen = ", ".join(name.replace("_", " ") for name in method["privileged"])
+            notes.append(f"{row.label} sees {seen}")
+        if method["control"]:
+            notes.append(f"{row.label} is a control")
+        if counts["ok"] < counts["asked"]:
+            notes.append(f"{row.label} answered {counts['ok']} of {counts['asked']} cases")
+        if len(row.draws) > 1:
+            notes.append(f"{row.label}: mean of {len(row.draws)} seeds in every case")
+    one, two = (compatibility.metric_versions(row.header) for row in (first, second))
+    notes += [
+        f"{name} scored them in versions {one[name]} and {two[name]}: its values are left out"
+        for name in one
+        if name in two and one[name] != two[name]
+    ]
+    return notes

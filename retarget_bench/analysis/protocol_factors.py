@@ -1,0 +1,223 @@
+"""The same predictions under every position protocol, and what stands between any two of them.
+
+A protocol is a value whose declaration says what fixes it (``protocols.PROTOCOL``). Two protocols differ by
+what these facts say; the factor between them is measured, case by case, on the predictions at hand.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.analysis.protocols import PROTOCOL
+from retarget_bench.errors import BenchError
+from retarget_bench.results.store import Results
+
+CONSTANT = 1e-6
+"""Relative spread of a factor below which it is the same in every case."""
+FIRST = "mpjpe_h.world"
+"""The protocol that the others are explained from, where it is there."""
+NOTHING = 1e-9
+"""Errors below this share of a value's typical size say nothing about a factor."""
+
+
+@dataclass(frozen=True)
+class Reading:
+    """One protocol's number for a method on a split.
+
+    value: mean over clips of the mean per clip. cases: ``(id, number)`` of every case that has it.
+    facts: what fixes the protocol, the unit included.
+    """
+
+    id: str
+    label: str
+    unit: str
+    value: float
+    cases: Mapping[str, float]
+    clips: int
+    facts: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class Factor:
+    """From one protocol to another: ``second = factor * first``.
+
+    means:   factor of the two means over the same cases, or where only the self pairs are more. None where
+             one of them is 0.
+    usual:   median over cases. low, high: of nine cases in ten. n: cases in which both are above 0.
+    reasons: what the protocols do differently, as sentences.
+    """
+
+    first: str
+    second: str
+    means: float | None
+    usual: float | None
+    low: float
+    high: float
+    n: int
+    reasons: tuple[str, ...]
+
+    @property
+    def constant(self) -> bool:
+        """Whether one number turns every case's value into the other protocol's."""
+        return self.usual is not None and self.high - self.low <= CONSTANT * abs(self.usual)
+
+
+@dataclass(frozen=True)
+class Explanation:
+    """One method on one split of one data set."""
+
+    dataset: str
+    split: str
+    method: str
+    readings: tuple[Reading, ...]
+    factors: tuple[Factor, ...]
+
+
+def explain(results: Results, selves: Results | None = None) -> Explanation:
+    """What every position protocol says of one method on one split.
+
+    selves: the same method on the split self, which legacy protocols pool into intra.
+    Raises BenchError where the results declare no protocol or have no number of any.
+    """
+    declared: Mapping[str, Mapping[str, Any]] = results.header["values"]
+    label = results.header["method"]["label"]
+    known = {id_: value for id_, value in declared.items() if value.get("protocol")}
+    if not known:
+        raise BenchError(
+            f"the results of {label} do not say what their position protocols are (they were written by an "
+            "older version, or without position metrics); score them again: bench score"
+        )
+    found = (_reading(id_, value, results, selves) for id_, value in known.items())
+    readings = tuple(sorted(filter(None, found), key=lambda reading: reading.id != FIRST))
+    if not readings:
+        raise BenchError(f"{label} has no position error on {results.place.split}: no case has a reference")
+    factors = tuple(_factor(a, b) for a, b in combinations(readings, 2))
+    header = results.header
+    if header["method"].get("stochastic") and (seeds := header.get("seeds")):
+        label += f", seed {seeds[0]}"
+    return Explanation(header["dataset"]["label"], results.place.split, label, readings, factors)
+
+
+def _reading(
+    id_: str, value: Mapping[str, Any], results: Results, selves: Results | None
+) -> Reading | None:
+    pooled = [results]
+    if value["with_self"] and results.place.split == "intra" and selves is not None:
+        pooled.append(selves)
+    cases, by_clip = {}, {}  # type: dict[str, float], dict[str, list[float]]
+    for each in pooled:
+        for entry in each.entries:
+            number = entry.values.get(id_)
+            if isinstance(number, float):
+                cases[entry.case] = number
+                by_clip.setdefault(each.cases[entry.case].clip, []).append(number)
+    if not cases:
+        return None
+    mean = float(np.mean([np.mean(numbers) for numbers in by_clip.values()]))
+    facts = {**value["protocol"], "unit": value["unit"]}
+    return Reading(id_, value["label"], value["unit"], mean, cases, len(by_clip), facts)
+
+
+def _factor(first: Reading, second: Reading) -> Factor:
+    comparable = (
+        first.cases.keys() == second.cases.keys() or first.facts["self pairs"] != second.facts["self pairs"]
+    )
+    both = [(first.cases[case], second.cases[case]) for case in first.cases if case in second.cases]
+    pairs = np.array(both, dtype=np.float64).reshape(-1, 2)
+    if len(pairs):
+        typical = np.abs(pairs).mean(axis=0)
+        pairs = pairs[(pairs > NOTHING * typical).all(axis=1)]
+    ratios = pairs[:, 1] / pairs[:, 0] if len(pairs) else np.empty(0)
+    low, usual, high = np.quantile(ratios, [0.05, 0.5, 0.95]) if len(ratios) else (0.0, None, 0.0)
+    return Factor(
+        first=first.id,
+        second=second.id,
+        means=second.value / first.value if comparable and first.value > 0 and second.value > 0 else None,
+        usual=None if usual is None else float(usual),
+        low=float(low),
+        high=float(high),
+        n=len(ratios),
+        reasons=reasons(first.facts, second.facts),
+    )
+
+
+def reasons(first: Mapping[str, str], second: Mapping[str, str]) -> tuple[str, ...]:
+    """What two protocols do differently: ``error: distance against squared distance`` and so on."""
+    return tuple(
+        f"{key}: {first.get(key, 'not said')} against {second.get(key, 'not said')}"
+        for key in (*PROTOCOL, "unit")
+        if first.get(key) != second.get(key)
+    )
+
+
+# ------------------------------------------------------------------------------------- as text
+def shown(number: float) -> str:
+    """Four significant digits, without an exponent where that stays short."""
+    return f"{number:.4g}"
+
+
+def factor_text(factor: Factor) -> str:
+    """``x 3 in every case``, ``x 0.41 (0.38 to 0.55 in nine cases of ten)``, or why there is none."""
+    if factor.usual is None:
+        return "no factor: one of the two is 0 in every case"
+    if factor.constant:
+        text = f"x {shown(factor.usual)} in every case"
+    else:
+        text = f"x {shown(factor.usual)} ({shown(factor.low)} to {shown(factor.high)} in nine cases of ten)"
+    if factor.means is not None and not np.isclose(factor.means, factor.usual, rtol=0.01):
+        text += f"; of the means x {shown(factor.means)}"
+    return text
+
+
+def text(found: Explanation, factors: Sequence[Factor]) -> str:
+    """For a terminal: every protocol's number with what fixes it, then the factors asked for."""
+    out = [f"{found.method} on {found.dataset}, {found.split}", ""]
+    ids = max(len(reading.id) for reading in found.readings)
+    numbers = [f"{shown(reading.value)} {reading.unit}" for reading in found.readings]
+    width = max(map(len, numbers))
+    for reading, number in zip(found.readings, numbers, strict=True):
+        fixed = "; ".join(reading.facts[key] for key in PROTOCOL if key in reading.facts)
+        out.append(f"  {reading.id:<{ids}}  {number:>{width}}  n {len(reading.cases)}  {fixed}")
+    out += ["", f"  ({'; '.join(PROTOCOL)})", ""]
+    for factor in factors:
+        out.append(f"  {factor.first} -> {factor.second}: {factor_text(factor)}")
+        out += [f"      {reason}" for reason in factor.reasons]
+    return "\n".join(out) + "\n"
+
+
+def markdown(found: Explanation, factors: Sequence[Factor]) -> str:
+    """Two Markdown tables: protocols and factors."""
+    out = [f"## {found.method} on {found.dataset}, {found.split}", ""]
+    out += ["| protocol | value | unit | n | " + " | ".join(PROTOCOL) + " |"]
+    out.append("|---|---:|---|---:|" + "---|" * len(PROTOCOL))
+    for reading in found.readings:
+        fixed = " | ".join(reading.facts.get(key, "") for key in PROTOCOL)
+        out.append(
+            f"| `{reading.id}` | {shown(reading.value)} | {reading.unit} | {len(reading.cases)} | {fixed} |"
+        )
+    out += ["", "| from | to | factor | because |", "|---|---|---|---|"]
+    for factor in factors:
+        because = "; ".join(factor.reasons)
+        out.append(f"| `{factor.first}` | `{factor.second}` | {factor_text(factor)} | {because} |")
+    return "\n".join(out) + "\n"
+
+
+def chosen(found: Explanation, between: Sequence[str], *, every: bool) -> list[Factor]:
+    """The factors to show: between the named protocols, all, or those from the first protocol.
+
+    Raises BenchError for a protocol that there is no number of, and for one alone.
+    """
+    known = [reading.id for reading in found.readings]
+    if unknown := [id_ for id_ in between if id_ not in known]:
+        raise BenchError(f"{found.method} has no protocol {unknown[0]!r} here; it has {', '.join(known)}")
+    if between:
+        wanted = set(between)
+        if len(wanted) == 1:
+            raise BenchError(f"a factor is between two protocols; name another beside {between[0]}")
+        return [f for f in found.factors if {f.first, f.second} <= wanted and f.first != f.second]
+    return [f for f in found.factors if every or f.first == known[0]]

@@ -1,0 +1,251 @@
+"""Rows to means: per case, then per source clip, then over clips, for every method and split."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.analysis import statistics
+from retarget_bench.analysis.breakdown import By, broken_down, lasting
+from retarget_bench.analysis.statistics import Interval
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import set_metrics as sets
+from retarget_bench.evaluation import timing
+from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.results.result_matrix import Panel, panels
+from retarget_bench.results.store import Place
+
+COVERAGE = 0.95
+"""A method that answered a smaller share of the cases is listed, and not ranked."""
+
+
+@dataclass(frozen=True)
+class Mean:
+    """A mean over clips. ``n`` counts cases, ``clips`` the source clips they come from.
+
+    interval: 95 %, over clips; None below ``statistics.ENOUGH_CLIPS`` clips.
+    """
+
+    value: float
+    n: int
+    clips: int
+    interval: Interval | None = None
+
+
+@dataclass(frozen=True)
+class Ranking:
+    """Who is best by one value, on the cases that all ranked methods have it for.
+
+    Values that are best at a goal are compared as |log(value / goal)| of every case.
+
+    order: labels of the ranked methods, best first.
+    tied:  those that the data cannot tell from the best.
+    cases: common cases, of ``clips`` source clips.
+    p:     label -> p-value of the difference from the best, adjusted for all pairs of methods (Holm).
+    left_out: label -> why a ranked method is not ranked by this value.
+    """
+
+    order: tuple[str, ...]
+    tied: frozenset[str]
+    cases: int
+    clips: int
+    p: Mapping[str, float]
+    left_out: Mapping[str, str]
+
+    @property
+    def best(self) -> str:
+        return self.order[0]
+
+
+@dataclass
+class Score:
+    """One method on one split.
+
+    means:  value id -> Mean; a value that no case has is absent. Of ranked methods over the common cases.
+    curves: value id -> index -> Mean.
+    spread: value id -> standard deviation over seeds of the mean; empty where there is one seed.
+    fps:    frames per second of one process and thread, or None where it was not measured.
+    sets:   values of all answers as a set, by target structure; under several seeds, those of the first.
+    """
+
+    label: str
+    header: Mapping[str, Any]
+    means: dict[str, Mean]
+    curves: dict[str, dict[str, Mean]]
+    fps: float | None
+    spread: dict[str, float] = field(default_factory=dict)
+    sets: list[SetValue] = field(default_factory=list)
+
+    @property
+    def asked(self) -> int:
+        return int(self.header["counts"]["asked"])
+
+    @property
+    def ok(self) -> int:
+        return int(self.header["counts"]["ok"])
+
+    @property
+    def unranked(self) -> str:
+        """Why the method is not ranked; "" where it is."""
+        return unranked(self.header)
+
+
+@dataclass
+class Section:
+    """All methods on one split of one data set, or on one part of it.
+
+    part:     which group of the cases, or joints, this is; "" for all.
+    rankings: value id -> Ranking; values that are descriptions, or curves, have none.
+    """
+
+    dataset: str
+    split: str
+    notes: list[str]
+    scores: list[Score]
+    pairs: int
+    clips: int
+    frames: int
+    values: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    rankings: dict[str, Ranking] = field(default_factory=dict)
+    part: str = ""
+
+
+def unranked(header: Mapping[str, Any]) -> str:
+    """Why a method with this header is not ranked; "" where it is."""
+    method, counts = header["method"], header["counts"]
+    if method["control"]:
+        return "control"
+    if method["privileged"]:
+        return "sees " + ", ".join(name.replace("_", " ") for name in method["privileged"])
+    enough = counts["ok"] >= COVERAGE * counts["asked"]
+    return "" if enough else f"answered {counts['ok']} of {counts['asked']}"
+
+
+def sections(places: Iterable[Place], by: By | None = None, at_least: int | None = None) -> list[Section]:
+    """The results at these places, by data set and split (self, intra, cross).
+
+    by: one section per group: ``pair``, ``clip``, ``kind``, ``joint``, ``part`` (of the body), ``seen``
+        (whether the method's training, or else the data set's, had the characters and the motion), or per
+        point of curves over it: ``second``, ``threshold``.
+    at_least: only of the cases that last so many seconds.
+    Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
+    Raises BenchError where results do not know what they are to be broken down by, or how long cases last.
+    """
+    found = panels(places)
+    if at_least is not None:
+        found = [panel for panel in (lasting(each, at_least) for each in found) if len(panel.cases)]
+        if not found:
+            raise BenchError(f"no case lasts {at_least} s and has a reference; ask for less")
+    made = [
+        section(part) for panel in found for part in ([panel] if by is None else broken_down(panel, by))
+    ]
+    for each in made if at_least is not None else []:
+        each.notes.append(f"Only clips of {at_least} s or longer.")
+    return made
+
+
+def section(panel: Panel) -> Section:
+    """All methods of a panel with their means, curves and ranks."""
+    own = [info for info, own in zip(panel.cases, panel.own, strict=True) if own]
+    scores = [
+        Score(
+            row.label, row.header, {}, {}, _fps(row.place), sets=[] if panel.part else sets.read(row.place)
+        )
+        for row in panel.rows
+    ]
+    made = Section(
+        dataset=panel.dataset,
+        split=panel.split,
+        notes=list(panel.rows[0].header["dataset"]["notes"]),
+        scores=scores,
+        pairs=len({info.pair for info in own}),
+        clips=len({info.clip for info in own}),
+        frames=sum(info.frames for info in own),
+        values=dict(panel.values),
+        part=panel.part,
+    )
+    ranked = np.array([not score.unranked for score in scores])
+    for key in panel.keys:
+        value, index = key
+        numbers = panel.numbers(key)
+        common, left_out = common_cases(numbers, ranked)
+        among = ranked & ~np.isin(np.arange(len(scores)), list(left_out)) & common.any()
+        numbers[among] = np.where(common, numbers[among], np.nan)
+        for score, mean in zip(scores, _means(numbers, panel.clips), strict=True):
+            if mean is not None and index:
+                score.curves.setdefault(value, {})[index] = mean
+            elif mean is not None:
+                score.means[value] = mean
+        if index:
+            continue
+        _add_spreads(made, panel, value, [common if each else None for each in among])
+        if panel.values[value]["better"] != "none" and among.any():
+            made.rankings[value] = _ranking(panel, value, numbers, among, left_out)
+    return made
+
+
+def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
+    """``(cases,)`` bool: those that all ranked methods have a number for; and who is left out, and why.
+
+    numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. A method that has a number for less than
+    ``COVERAGE`` of the cases that any ranked method has one for is left out, lest it shrink the set.
+    """
+    there = ~np.isnan(numbers)
+    any_of = there[ranked].any(axis=0)
+    counts = there.sum(axis=1)
+    few = ranked & (counts < COVERAGE * any_of.sum())
+    left_out = {int(i): f"has it for {counts[i]} of {any_of.sum()} cases" for i in np.flatnonzero(few)}
+    return any_of & there[ranked & ~few].all(axis=0), left_out
+
+
+def _means(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
+    """The mean over clips of every row of ``(methods, cases)``; None where a row has no number."""
+    per_clip = statistics.per_clip(numbers, clips)
+    counts, filled = (~np.isnan(numbers)).sum(axis=1), (~np.isnan(per_clip)).sum(axis=1)
+    totals = np.nansum(per_clip, axis=1)
+    found = statistics.mean_intervals(per_clip)
+    return [
+        Mean(float(total / k), int(n), int(k), interval) if n else None
+        for total, n, k, interval in zip(totals, counts, filled, found, strict=True)
+    ]
+
+
+def _ranking(
+    panel: Panel, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
+) -> Ranking:
+    labels = [row.label for row in panel.rows]
+    # by name, so that equals stand in one order however the results were listed
+    at = np.array(sorted(np.flatnonzero(among), key=lambda row: labels[row]))
+    worse = statistics.losses(numbers[at], panel.values[value])
+    there = ~np.isnan(worse).any(axis=0)
+    per_clip = statistics.per_clip(worse[:, there], panel.clips[there])
+    order = np.argsort(per_clip.mean(axis=1), kind="stable")
+    best, p = statistics.against_best(per_clip, panel.values[value]["tolerance"])
+    adjusted = {labels[at[i]]: float(p[i]) for i in order if i != best}
+    return Ranking(
+        order=tuple(labels[at[i]] for i in order),
+        tied=frozenset(label for label, each in adjusted.items() if each >= statistics.ALPHA),
+        cases=int(there.sum()),
+        clips=per_clip.shape[1],
+        p=adjusted,
+        left_out={labels[i]: why for i, why in left_out.items()},
+    )
+
+
+def _add_spreads(section: Section, panel: Panel, value: str, common: Sequence[np.ndarray | None]) -> None:
+    """The spread over seeds, of methods that ran with several: of the mean over the same cases."""
+    for score, row, kept in zip(section.scores, panel.rows, common, strict=True):
+        if value in score.means and len(row.draws) > 1:
+            draws = np.array([draw[value, ""] for draw in row.draws])
+            there = ~np.isnan(draws).any(axis=0) & (True if kept is None else kept)
+            means = statistics.per_clip(draws[:, there], panel.clips[there]).mean(axis=1)
+            score.spread[value] = float(means.std(ddof=1))
+
+
+def _fps(place: Place) -> float | None:
+    times = timing.read(place)
+    seconds = sum(second for _, second in times)
+    return sum(frames for frames, _ in times) / seconds if seconds > 0 else None

@@ -1,0 +1,49 @@
+"""Which methods the data cannot tell from each other: all groups, not only the best's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from retarget_bench.analysis import statistics
+from retarget_bench.analysis.summary import Ranking
+from retarget_bench.results.result_matrix import Panel
+
+
+def told_apart(panel: Panel, ranking: Ranking, value: str) -> np.ndarray:
+    """``(methods, methods)`` bool, symmetric, in the order of the ranking: whose difference is significant.
+
+    Every method is compared with those below it as the best is in the table: sign flips over the same
+    clips, adjusted by Holm with all pairs of methods as the family. That rejects no more than Holm over all
+    pairs at once, and its first row is the table's.
+    """
+    labels = [row.label for row in panel.rows]
+    numbers = panel.numbers((value, ""))[[labels.index(label) for label in ranking.order]]
+    worse = statistics.losses(numbers, panel.values[value])
+    there = ~np.isnan(worse).any(axis=0)
+    means = statistics.per_clip(worse[:, there], panel.clips[there])
+    count = len(means)
+    apart = np.zeros((count, count), dtype=bool)
+    for row in range(count - 1):
+        differences = statistics.differences(means[row + 1 :], means[row], panel.values[value]["tolerance"])
+        p = statistics.holm(statistics.sign_flip(differences), count * (count - 1) // 2)
+        apart[row, row + 1 :] = p < statistics.ALPHA
+    found: np.ndarray = apart | apart.T
+    return found
+
+
+def cliques(apart: np.ndarray) -> list[tuple[int, ...]]:
+    """All largest groups of which no two members are told apart; groups of one are left out.
+
+    apart: ``(n, n)`` bool, symmetric. Piepho's (2004) insert and absorb: begin with one group of all, and
+    split every group that holds a pair that is told apart.
+    """
+    groups = [frozenset(range(len(apart)))]
+    for first, second in np.argwhere(np.triu(apart)).tolist():
+        split = [
+            part
+            for group in groups
+            for part in ((group - {first}, group - {second}) if {first, second} <= group else (group,))
+        ]
+        unique = list(dict.fromkeys(split))
+        groups = [group for group in unique if not any(group < other for other in unique)]
+    return sorted(tuple(sorted(group)) for group in groups if len(group) > 1)

@@ -1,0 +1,98 @@
+"""Hashes of what code says: comments, docstrings, blank lines and the engine's own layout do not count."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import io
+import tokenize
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from types import ModuleType
+
+ENGINE = "retarget_bench"
+
+
+def code_hash(files: Iterable[tuple[str, Path]]) -> str:
+    """Eight hex digits of Python files, each under a relative name, in the order of these names.
+
+    A file counts by its statements (``statements``). One that is not Python counts byte by byte.
+    """
+    total = hashlib.sha256()
+    for name, path in sorted(files):
+        total.update(f"{name}\0{statements(path.read_bytes())}\0".encode())
+    return total.hexdigest()[:8]
+
+
+def relative_to(folder: Path, paths: Iterable[Path]) -> Iterator[tuple[str, Path]]:
+    """Files under their names relative to a folder; those outside of it under their own names."""
+    for path in paths:
+        inside = path.is_relative_to(folder)
+        yield (path.relative_to(folder).as_posix() if inside else path.name), path
+
+
+def package_code(package: ModuleType) -> Iterator[tuple[str, Path]]:
+    """Every Python file of a package, however deep, under its name relative to the package's folder."""
+    folder = _file(package).parent
+    files = (path for path in folder.rglob("*.py") if "__pycache__" not in path.parts)
+    return ((f"{folder.name}/{name}", path) for name, path in relative_to(folder, files))
+
+
+def module_code(module: ModuleType) -> Iterator[tuple[str, Path]]:
+    """One module's file."""
+    yield _file(module).name, _file(module)
+
+
+def _file(module: ModuleType) -> Path:
+    if module.__file__ is None:
+        raise ValueError(f"{module.__name__} has no file")
+    return Path(module.__file__)
+
+
+def statements(source: bytes) -> str:
+    """A module's text without comments, docstrings, blank lines and trailing space.
+
+    An import from the engine keeps the names that it imports and loses the module that they come from,
+    so that modules of the engine can move. The text depends on no version of Python.
+    """
+    try:
+        tree = ast.parse(source)
+        text = source.decode("utf-8")
+    except (SyntaxError, ValueError):
+        return source.decode("latin-1")
+    lines = text.splitlines()
+    _cut_comments(lines, text)
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and not node.level and _of_engine(node.module or ""):
+            names = ", ".join(f"{a.name} as {a.asname or a.name}" for a in node.names)
+            _replace(lines, node, f"from {ENGINE} import {names}")
+        elif isinstance(node, ast.Expr) and _is_text(node.value):
+            _replace(lines, node, "")
+    return "\n".join(line.rstrip() for line in lines if line.strip())
+
+
+def _of_engine(module: str) -> bool:
+    return module == ENGINE or module.startswith(f"{ENGINE}.")
+
+
+def _is_text(value: ast.expr) -> bool:
+    return isinstance(value, ast.Constant) and isinstance(value.value, str)
+
+
+def _cut_comments(lines: list[str], text: str) -> None:
+    if "#" not in text:
+        return
+    for token in tokenize.generate_tokens(io.StringIO(text).readline):
+        if token.type == tokenize.COMMENT:
+            row, column = token.start
+            lines[row - 1] = lines[row - 1][:column]
+
+
+def _replace(lines: list[str], node: ast.stmt, with_text: str) -> None:
+    """Put a text in the place of a statement; the number of lines stays."""
+    first, last = node.lineno - 1, (node.end_lineno or node.lineno) - 1
+    before = lines[first].encode()[: node.col_offset].decode()
+    after = lines[last].encode()[node.end_col_offset :].decode() if node.end_col_offset else ""
+    lines[first] = before + with_text + (after if last == first else "")
+    for row in range(first + 1, last + 1):
+        lines[row] = after if row == last else ""

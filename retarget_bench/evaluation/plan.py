@@ -1,0 +1,304 @@
+"""What shall be run: methods x data sets x splits, and the identity of every result."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cache, cached_property
+from pathlib import Path
+from typing import Any, Literal
+
+from retarget_bench import motion
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, Value
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.evaluation import comparison
+from retarget_bench.evaluation.batches import RULE, batches
+from retarget_bench.evaluation.code_hash import code_hash, module_code, package_code, relative_to
+from retarget_bench.evaluation.predict import takes_batches
+from retarget_bench.evaluation.score import declared_values
+from retarget_bench.evaluation.tasks import RETARGET, derive
+from retarget_bench.files import digest, slug
+from retarget_bench.motion.character import Character
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
+
+Redo = Literal["never", "missing", "failed", "always"]
+Stage = Literal["run", "predict", "score"]
+
+OWN_CASES = (RETARGET, "probe")
+"""Tasks whose cases are the data set's own."""
+LOCATIONS = ("root", "target", "people", "dogs")
+"""Data set parameters that say where files lie: no part of what a result is known by; its content is."""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """A request. Plain data throughout: it travels to worker processes.
+
+    task:     ``retarget``, or a derived one with its parameters (``denoise[levels=5]``).
+    stage:    predict only, score only, or both.
+    redo:     never: compute nothing; missing: what is missing or was made by other code, data or
+              parameters; failed: also what failed; always: everything.
+    external: a folder of predictions made elsewhere, to be scored under the name ``methods[0]``.
+    seeds:    stochastic methods run with so many seeds, from ``seed`` on; others with the first alone.
+    """
+
+    methods: tuple[Spec, ...]
+    datasets: tuple[Spec, ...]
+    splits: tuple[str, ...] = SPLITS
+    metrics: tuple[str, ...] = ()
+    task: str = RETARGET
+    root: Path = Path("runs")
+    seed: int = 0
+    seeds: int = 1
+    jobs: int = 1
+    stage: Stage = "run"
+    redo: Redo = "missing"
+    external: Path | None = None
+    plugin_files: tuple[str, ...] = field(default_factory=registry.files)
+
+
+def dataset(spec: Spec, task: str = RETARGET) -> Dataset:
+    """The data set, built once per process; of a derived task, what the engine makes of its motion."""
+    return _dataset(spec) if task in OWN_CASES else _derived(spec, task)
+
+
+@cache
+def _dataset(spec: Spec) -> Dataset:
+    return registry.create("datasets", spec)
+
+
+@cache
+def _derived(spec: Spec, task: str) -> Dataset:
+    return derive(_dataset(spec), Spec.parse(task))
+
+
+@cache
+def method(spec: Spec) -> Method:
+    """The method, built once per process."""
+    return registry.create("methods", spec)
+
+
+def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
+    """The metrics of single cases, built once per process; BenchError where two declare one value."""
+    return tuple(each for each in _built(names) if not hasattr(each, "features"))
+
+
+def set_metrics(names: tuple[str, ...]) -> tuple[SetMetric, ...]:
+    """The metrics of sets of cases, likewise."""
+    return tuple(each for each in _built(names) if hasattr(each, "features"))
+
+
+@cache
+def _built(names: tuple[str, ...]) -> tuple[Any, ...]:
+    built = tuple(registry.create("metrics", Spec.parse(name)) for name in names)
+    declared_values(built)
+    return built
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One method on one split of one data set: a result file and what it is known by.
+
+    draw: which of several seeds of a stochastic method this is; ``plan.seed`` is that seed.
+    """
+
+    plan: Plan
+    dataset: Spec
+    split: str
+    method: Spec
+    draw: int = 0
+
+    @property
+    def data(self) -> Dataset:
+        return dataset(self.dataset, self.plan.task)
+
+    @cached_property
+    def infos(self) -> Sequence[CaseInfo]:
+        return self.data.cases(Spec.parse(self.plan.task).name, self.split)
+
+    @property
+    def known_as(self) -> Spec:
+        """The method as results know it."""
+        return self.method if self.plan.external else known_as(self.method)
+
+    @cached_property
+    def place(self) -> store.Place:
+        name = self.known_as.slug + (f".seed-{self.draw}" if self.draw else "")
+        task = Spec.parse(self.plan.task).slug
+        return store.Place(self.plan.root, dataset_slug(self.dataset), task, self.split, name)
+
+    @cached_property
+    def prediction_facts(self) -> dict[str, Any]:
+        """What predictions depend on; the case is added per case."""
+        facts = {
+            "method": self.method.name,
+            "parameters": dict(self.known_as.parameters),
+            "code": folder_hash(self.plan.external) if self.plan.external else method_code(self.method),
+            "weights": str(getattr(method(self.method), "weights_hash", ""))
+            if not self.plan.external
+            else "",
+            "dataset": self.dataset.name,
+            "dataset_parameters": without_location(self.dataset),
+            "content": self.data.content,
+            "task": self.plan.task,
+            "split": self.split,
+            "seed": self.plan.seed,
+        }
+        if self.known_as.posts:
+            facts["posts"] = [[post.name, dict(post.parameters)] for post in self.known_as.posts]
+        return facts | ({"batches": RULE} if self.in_batches else {})
+
+    @property
+    def in_batches(self) -> bool:
+        """Whether the method takes several cases at once."""
+        return self.plan.external is None and takes_batches(method(self.method))
+
+    @cached_property
+    def batches(self) -> Sequence[tuple[str, ...]]:
+        """The ids of all cases, in the batches that the method is asked them in; mostly one by one."""
+        if not self.in_batches or self.plan.stage == "score":
+            return [(info.id,) for info in self.infos]
+        return batches(self.infos, self.data.characters())
+
+    @cached_property
+    def keys(self) -> dict[str, str]:
+        prediction = store.key(self.prediction_facts)
+        facts = {"prediction": prediction, "metrics": metric_versions(self.plan.metrics)}
+        if self.networks:
+            facts["networks"] = self.networks
+        return {"prediction_key": prediction, "score_key": store.key(facts)}
+
+    @cached_property
+    def networks(self) -> dict[str, dict[str, str]]:
+        """Set metric -> target structure -> hash of what makes its features; "" where there is none."""
+        asked = set_metrics(self.plan.metrics)
+        if not asked:
+            return {}
+        cast = self.data.characters()
+        targets = {cast[name].structure: cast[name] for name in {info.target for info in self.infos}}
+        return {
+            each.card.name: {name: _network(each, targets[name]) for name in sorted(targets)}
+            for each in asked
+        }
+
+    def case_key(self, case_id: str) -> str:
+        """The key of one case's prediction."""
+        return digest(f"{self.keys['prediction_key']}\n{case_id}", 16)
+
+
+def cells(plan: Plan) -> list[Cell]:
+    """Every cell of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
+    if unknown := [split for split in plan.splits if split not in SPLITS]:
+        raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
+    methods = plan.methods if plan.external else _distinct(plan.methods)
+    found = []
+    for spec in dict.fromkeys(registry.canonical("datasets", data) for data in plan.datasets):
+        offered = dataset(spec, plan.task).card.splits
+        for split in dict.fromkeys(plan.splits):
+            if split in offered:
+                found += [
+                    Cell(replace(plan, seed=plan.seed + draw), spec, split, each, draw)
+                    for each in dict.fromkeys(methods)
+                    for draw in range(_draws(plan, each))
+                ]
+    return found
+
+
+def _draws(plan: Plan, spec: Spec) -> int:
+    """With how many seeds a method runs."""
+    stochastic = not plan.external and getattr(method(spec).card, "stochastic", False)
+    return plan.seeds if stochastic else 1
+
+
+def _distinct(methods: Sequence[Spec]) -> list[Spec]:
+    """In canonical form, each once, also where its weights are given by several paths."""
+    found = (registry.canonical("methods", each) for each in methods)
+    return list({known_as(each): each for each in found}.values())
+
+
+@cache
+def known_as(spec: Spec) -> Spec:
+    """A method with local weights goes by their hash: where they lie does not matter, what they hold does.
+
+    Raises BenchError where there are no such weights.
+    """
+    label = getattr(method(spec), "weights_label", "") if "weights" in spec.parameters else ""
+    return spec.with_parameters(weights=label) if label else spec
+
+
+def _network(metric: SetMetric, target: Character) -> str:
+    try:
+        return metric.network(target)
+    except NotSupported:
+        return ""
+
+
+def without_location(spec: Spec) -> dict[str, Any]:
+    return {name: value for name, value in spec.parameters.items() if name not in LOCATIONS}
+
+
+def dataset_slug(spec: Spec) -> str:
+    """The folder of a data set's results. Where its files lie does not matter, what they hold does."""
+    if not spec.parameters:
+        return slug(spec.name)
+    facts = {"parameters": without_location(spec)}
+    if any(name in spec.parameters for name in LOCATIONS):
+        facts["content"] = {"hash": dataset(spec).content}
+    return f"{slug(spec.name)}-{store.key(facts)[:8]}"
+
+
+# ---------------------------------------------------------------------------------------------- hashes
+@cache
+def method_code(spec: Spec) -> str:
+    """A hash of the plug-in's own files, of those of its post-processes and of the engine's motion room."""
+    return code_hash(
+        [
+            *_own_code("methods", spec.name),
+            *(file for post in spec.posts for file in _own_code("posts", post.name)),
+            *package_code(motion),
+        ]
+    )
+
+
+@cache
+def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
+    """Metric name -> ``version+code``; the engine's comparison counts as code of each."""
+    return {
+        metric.card.name: f"{metric.card.version}+"
+        + code_hash([*_own_code("metrics", Spec.parse(name).name), *module_code(comparison)])
+        for name, metric in zip(names, _built(names), strict=True)
+    }
+
+
+def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
+    """A plug-in's own files, under names that do not depend on where the plug-in lies."""
+    files = registry.code_files(kind, name)
+    for relative, path in relative_to(registry.home(kind, name), files):
+        yield f"{kind}/{name}/{relative}", path
+
+
+def files_hash(paths: Sequence[Path]) -> str:
+    """Eight hex digits of the names and contents of files."""
+    total = hashlib.sha256()
+    for path in paths:
+        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return total.hexdigest()[:8]
+
+
+@cache
+def folder_hash(folder: Path) -> str:
+    """Eight hex digits of every motion file in a folder of predictions."""
+    found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (".npz", ".bvh"))
+    if not found:
+        raise BenchError(f"{folder} holds no .npz or .bvh file; give the folder with the predictions")
+    return files_hash(found)
+
+
+def value_facts(value: Value) -> Mapping[str, Any]:
+    """What a table needs to know of a value, as plain data for the header."""
+    names = ("label", "meaning", "unit", "better", "goal", "tolerance", "index", "with_self", "formula")
+    facts = {name: getattr(value, name) for name in names}
+    return facts | ({"protocol": dict(value.protocol)} if value.protocol else {})

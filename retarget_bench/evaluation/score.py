@@ -1,0 +1,72 @@
+"""Second stage: metrics turn a case and its prediction into named numbers."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+from retarget_bench.api import Case, Metric, Prediction, SetMetric, Value
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.motion.motion import Motion
+from retarget_bench.results.store import Values
+
+
+def score(metrics: Sequence[Metric], case: Case, prediction: Prediction) -> Values:
+    """Every value that applies to this case. Raises BenchError where a metric breaks its contract."""
+    comparison = Comparison(case, prediction)
+    values: Values = {}
+    for metric in metrics:
+        applicable = {value.id for value in metric.card.values if not missing(value, case, prediction)}
+        if not applicable:
+            continue
+        for value_id, number in metric.compute(comparison).items():
+            if value_id in applicable:
+                values[value_id] = _finite(metric, value_id, number)
+    return values
+
+
+def missing(value: Value, case: Case, prediction: Prediction) -> str:
+    """What a value needs and this case lacks; "" where it applies."""
+    has = {
+        "reference": case.reference is not None,
+        "contacts": case.contacts is not None,
+        "touches": bool(case.touches),
+        "rotations": isinstance(prediction, Motion)
+        and (case.reference is None or isinstance(case.reference, Motion)),
+        "source": True,
+        "ground": True,
+    }
+    return next((need for need in value.needs if not has.get(need, False)), "")
+
+
+def _finite(metric: Metric, value_id: str, number: Any) -> float | dict[str, float]:
+    if isinstance(number, Mapping):
+        return {str(k): _scalar(metric, value_id, v) for k, v in number.items()}
+    return _scalar(metric, value_id, number)
+
+
+def _scalar(metric: Metric, value_id: str, number: Any) -> float:
+    number = float(number)
+    if not math.isfinite(number):
+        raise BenchError(
+            f"metric {metric.card.name!r} gave {number} for {value_id!r}; a value that is undefined "
+            "for a case must be left out"
+        )
+    return number
+
+
+def declared_values(metrics: Iterable[Metric | SetMetric]) -> dict[str, Value]:
+    """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
+    values: dict[str, Value] = {}
+    owner: dict[str, str] = {}
+    for metric in metrics:
+        for value in metric.card.values:
+            if value.id in values:
+                raise BenchError(
+                    f"metrics {owner[value.id]!r} and {metric.card.name!r} both declare {value.id!r}"
+                )
+            values[value.id] = value
+            owner[value.id] = metric.card.name
+    return values

@@ -1,0 +1,162 @@
+"""From the features of a cell's cases to its values: one per value id and target structure."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import CaseFeatures, CaseInfo, Sample, SetMetric
+from retarget_bench.evaluation.plan import Plan, set_metrics
+from retarget_bench.evaluation.set_metrics import files
+from retarget_bench.evaluation.set_metrics.collect import PARTS
+from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
+from retarget_bench.evaluation.set_metrics.files import Arrays, SetValue
+from retarget_bench.evaluation.set_metrics.jackknife import CLIPS, GROUPS, groups_of, interval
+from retarget_bench.evaluation.set_metrics.real import RealSet, real_set
+from retarget_bench.evaluation.worker import know
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results.store import Place
+
+Halves = tuple[Sample, Sample]
+
+
+def evaluate(job: Mapping[str, Any]) -> list[SetValue]:
+    """Gather the features of a finished cell and compute its values; what a worker process does.
+
+    job: ``plan``, ``place``, ``dataset``, ``infos`` of the cases that have features.
+    """
+    plan: Plan = job["plan"]
+    place: Place = job["place"]
+    data: Spec = job["dataset"]
+    know(plan.plugin_files)
+    infos = {info.id: info for info in job["infos"]}
+    arrays = files.gather(place, infos)
+    found = []
+    for metric in set_metrics(plan.metrics):
+        for structure, cases in _by_structure(arrays, infos).items():
+            mine = {case: infos[case] for case in cases}
+            real = partial(real_set, data, plan.metrics, metric.card.name, plan.task, structure)
+            found += _values(metric, structure, mine, arrays, real)
+    return found
+
+
+def _by_structure(arrays: Arrays, cases: Iterable[str]) -> dict[str, list[str]]:
+    found: dict[str, list[str]] = {}
+    for case in cases:
+        found.setdefault(str(arrays[f"{case}/structure"]), []).append(case)
+    return {structure: found[structure] for structure in sorted(found)}
+
+
+def _values(
+    metric: SetMetric,
+    structure: str,
+    infos: Mapping[str, CaseInfo],
+    arrays: Arrays,
+    real: Callable[[], RealSet],
+) -> list[SetValue]:
+    """All values of a metric on one structure."""
+    name, ids = metric.card.name, [value.id for value in metric.card.values]
+    reasons = {str(arrays[key]) for case in infos if (key := f"{case}/{name}:reason") in arrays}
+    if reasons:
+        return [SetValue(value, structure, 0, 0, reason=min(reasons)) for value in ids]
+    features = {case: CaseFeatures(*(arrays[f"{case}/{name}:{part}"] for part in PARTS)) for case in infos}
+    network = str(arrays[f"{min(infos)}/{name}:network"])
+    bare = SetValue("", structure, 0, 0, network=network)
+    if all(len(each.real) == len(each.generated) for each in features.values()):
+        return _drawn(metric, bare, draw(features, infos))
+    found = []
+    for kind in ("", *sorted({info.kind for info in infos.values()} - {""})):
+        mine = {case: info for case, info in infos.items() if kind in ("", info.kind)}
+        found += _apart(metric, replace(bare, kind=kind), mine, features, real())
+    return found
+
+
+def _apart(
+    metric: SetMetric,
+    bare: SetValue,
+    infos: Mapping[str, CaseInfo],
+    features: Mapping[str, CaseFeatures],
+    real: RealSet,
+) -> list[SetValue]:
+    """Of cases without references: their answers against other real motion, of the same kind."""
+    kept = {case: info for case, info in real.infos.items() if bare.kind in ("", info.kind)}
+    if not kept:
+        reason = real.reason or f"there is no real motion of kind {bare.kind}"
+        return [replace(bare, value_id=value.id, reason=reason) for value in metric.card.values]
+    mine, theirs = {case: features[case] for case in infos}, {case: real.features[case] for case in kept}
+    return _drawn(metric, bare, draw_apart(mine, infos, theirs, kept))
+
+
+def _drawn(metric: SetMetric, bare: SetValue, sets: Draw) -> list[SetValue]:
+    """All values of the sets that were drawn, with intervals where there are clips enough."""
+    bare = replace(bare, n=sets.n, clips=len(sets.clips), real=sets.hash)
+    found = [_value(metric, replace(bare, value_id=each.id), sets) for each in metric.card.values]
+    if bare.clips < CLIPS:
+        return found
+    defined = [each.value_id for each in found if each.value is not None]
+    without = _without(metric, defined, sets)
+    return [_bounded(each, without[each.value_id]) if each.value_id in without else each for each in found]
+
+
+def _value(metric: SetMetric, bare: SetValue, sets: Draw) -> SetValue:
+    """A value and its floor."""
+    name = bare.value_id
+    if sets.n < (least := metric.least(name)):
+        return replace(bare, reason=f"{name} needs {least} windows in each set, here {sets.n}")
+    value, floor = _both(metric, name, sets.real, sets.generated), _both(metric, name, sets.real, sets.real)
+    if not np.isfinite([value, floor]).all():
+        return replace(bare, reason=f"{name} is undefined for {bare.clips} clips")
+    return replace(bare, value=value, floor=floor)
+
+
+def _both(metric: SetMetric, value_id: str, a: Halves, b: Halves) -> float:
+    """The real windows of either half against the other ones of the other half."""
+    return 0.5 * (metric.value(value_id, a[0], b[1]) + metric.value(value_id, a[1], b[0]))
+
+
+def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, list[float]]:
+    """Value id -> the values without a tenth of the clips at a time, of both halves.
+
+    All values of one tenth before the next one: what they have in common is computed once.
+    """
+    group = _groups(sets)
+    found: dict[str, list[float]] = {value_id: [] for value_id in ids}
+    for left_out in range(GROUPS if ids else 0):
+        real, generated = (_halves(each, group, left_out) for each in (sets.real, sets.generated))
+        for value_id in ids:
+            found[value_id].append(_both(metric, value_id, real, generated))
+    return found
+
+
+def _groups(sets: Draw) -> dict[str, int]:
+    """Clip -> which tenth it belongs to; where one half has the larger ones, the other has the smaller.
+
+    Sets of different clips each have tenths: the errors of both add up in what leaving out one of either
+    does.
+    """
+    group: dict[str, int] = {}
+    samples = (*sets.real, sets.generated[0]) if sets.apart else sets.real
+    for number, half in enumerate(samples):
+        dealt = groups_of(Counter(half.clips.tolist()))
+        group |= {clip: GROUPS - 1 - rank if number == 1 else rank for clip, rank in dealt.items()}
+    return group
+
+
+def _halves(halves: Halves, group: Mapping[str, int], left_out: int) -> Halves:
+    first = _kept(halves[0], group, left_out)
+    return first, first if halves[1] is halves[0] else _kept(halves[1], group, left_out)
+
+
+def _kept(sample: Sample, group: Mapping[str, int], left_out: int) -> Sample:
+    return sample.part(np.flatnonzero([group[clip] != left_out for clip in sample.clips.tolist()]))
+
+
+def _bounded(found: SetValue, without: Sequence[float]) -> SetValue:
+    assert found.value is not None
+    low, high = interval(found.value, without) or (None, None)
+    return replace(found, low=low, high=high)

@@ -1,0 +1,150 @@
+"""The files of sets: features of single cases, of a whole cell, and the values."""
+
+from __future__ import annotations
+
+import csv
+import shutil
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields
+from pathlib import Path
+from zipfile import BadZipFile
+
+import numpy as np
+
+from retarget_bench.errors import FileError
+from retarget_bench.files import atomic
+from retarget_bench.results.store import Place, case_file
+
+Arrays = dict[str, np.ndarray]
+
+
+@dataclass(frozen=True)
+class SetValue:
+    """One value of the results on one target structure.
+
+    kind:    of the cases, where they have no references and are also compared kind by kind; "": all.
+    n:       windows in each set. clips: source clips that they come from, both halves together.
+    value:   None where it is not applicable; ``reason`` says why.
+    low, high: 95 % interval, or None where there are too few clips for one.
+    floor:   what the references score in the place of the results.
+    real, network: hashes of the real set and of what made the features; values are comparable where both
+             agree.
+    """
+
+    value_id: str
+    structure: str
+    n: int
+    clips: int
+    value: float | None = None
+    low: float | None = None
+    high: float | None = None
+    floor: float | None = None
+    real: str = ""
+    network: str = ""
+    reason: str = ""
+    kind: str = ""
+
+
+FIELDS = tuple(field.name for field in fields(SetValue))
+UNPARTED = FIELDS[:-1]
+"""Of files in which no value is of one kind alone."""
+WHOLE, NUMBERS = ("n", "clips"), ("value", "low", "high", "floor")
+
+
+def values_path(place: Place) -> Path:
+    return place.folder / f"{place.method}.sets.csv"
+
+
+def features_path(place: Place) -> Path:
+    return place.folder / f"{place.method}.features.npz"
+
+
+def waiting_folder(place: Place) -> Path:
+    """Where the features of finished cases wait for the others."""
+    return place.folder / f"{place.method}.features"
+
+
+# ----------------------------------------------------------------------------------------- single cases
+def put(place: Place, case_id: str, arrays: Arrays) -> None:
+    """Keep the features of a finished case. Raises FileError."""
+    _write(waiting_folder(place) / f"{case_file(case_id)}.npz", arrays)
+
+
+def waits(place: Place, case_id: str) -> bool:
+    return (waiting_folder(place) / f"{case_file(case_id)}.npz").exists()
+
+
+def gather(place: Place, cases: Iterable[str]) -> Arrays:
+    """The features of these cases as one set of arrays ``<case>/<name>``, written beside the rows."""
+    found = {
+        f"{case}/{name}": array
+        for case in sorted(cases)
+        for name, array in _read(waiting_folder(place) / f"{case_file(case)}.npz").items()
+    }
+    _write(features_path(place), found)
+    return found
+
+
+def clear(place: Place) -> None:
+    """Remove what waited."""
+    shutil.rmtree(waiting_folder(place), ignore_errors=True)
+
+
+def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    with atomic(path) as temporary, temporary.open("wb") as stream:
+        np.savez(stream, **arrays)  # type: ignore[arg-type]
+
+
+def _read(path: Path) -> Arrays:
+    try:
+        with np.load(path) as file:
+            return {name: file[name] for name in file.files}
+    except (OSError, ValueError, EOFError, BadZipFile) as error:
+        raise FileError(path, f"cannot be read ({error}); score it anew with --redo always") from error
+
+
+# ---------------------------------------------------------------------------------------------- values
+def write(place: Place, values: Sequence[SetValue]) -> None:
+    """``<method>.sets.csv``, sorted, with nine significant digits; none where there is no value."""
+    path = values_path(place)
+    if not values:
+        path.unlink(missing_ok=True)
+        return
+    columns = FIELDS if any(value.kind for value in values) else UNPARTED
+    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        for value in sorted(values, key=lambda value: (value.value_id, value.structure, value.kind)):
+            writer.writerow(_text(getattr(value, name)) for name in columns)
+
+
+def read(place: Place) -> list[SetValue]:
+    """The values of a result, sorted by id, structure and kind; none where no set metric was computed.
+
+    Raises FileError where the file is damaged.
+    """
+    path = values_path(place)
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            head, *rows = list(csv.reader(file))
+            if tuple(head) not in (FIELDS, UNPARTED):
+                raise ValueError(f"it has columns {', '.join(head)}")
+            return [_value({"kind": ""} | dict(zip(head, row, strict=True))) for row in rows]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError) as error:
+        raise FileError(
+            path, f"cannot be read as values of sets ({error}); score the method again"
+        ) from error
+
+
+def _text(cell: object) -> str:
+    return "" if cell is None else f"{cell:.9g}" if isinstance(cell, float) else str(cell)
+
+
+def _value(row: Mapping[str, str]) -> SetValue:
+    numbers = {name: float(row[name]) if row[name] else None for name in NUMBERS}
+    if any(number is not None and not np.isfinite(number) for number in numbers.values()):
+        raise ValueError(f"{row['value_id']} of {row['structure']} is no number")
+    texts = {name: row[name] for name in FIELDS if name not in (*WHOLE, *NUMBERS)}
+    return SetValue(**texts, **{name: int(row[name]) for name in WHOLE}, **numbers)  # type: ignore[arg-type]

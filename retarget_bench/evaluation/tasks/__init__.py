@@ -1,0 +1,46 @@
+"""Tasks that the engine derives from any data set's own motion: reconstruct, denoise, upsample.
+
+Each asks for a clean motion back: after it went through a method (HuMoT, Table 2), from positions with
+noise on them (Figure 8), from positions of some of its joints (Figure 9). A data set knows nothing of them.
+"""
+
+from __future__ import annotations
+
+from retarget_bench.api import TASKS, Dataset
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.tasks.derived import Derived
+from retarget_bench.evaluation.tasks.questions import QUESTIONS
+from retarget_bench.plugins.spec import Spec
+
+RETARGET, *DERIVED = TASKS
+
+
+def derive(data: Dataset, task: Spec) -> Derived:
+    """The cases of a derived task. Raises BenchError for an unknown task or parameter, or a bad level."""
+    if task.name not in QUESTIONS:
+        raise BenchError(f"there is no task {task.name!r}; tasks are {', '.join(QUESTIONS)}")
+    known = {"motions", *(("levels",) if QUESTIONS[task.name].LEVELS else ())}
+    if unknown := sorted(set(task.parameters) - known):
+        raise BenchError(f"{task.name} has no parameter {unknown[0]!r}; it has {', '.join(sorted(known))}")
+    return Derived(data, task)
+
+
+def canonical(name: str, levels: str | None = None, motions: int = 0) -> Spec:
+    """A task with those parameters that are not the usual ones. Raises BenchError for a bad level.
+
+    levels:  with commas between them; None: the usual ones.
+    motions: at most so many, evenly spread over structures and clips; 0: all.
+    """
+    if name not in QUESTIONS:
+        raise BenchError(f"there is no task {name!r}; tasks are {', '.join(QUESTIONS)}")
+    asked = QUESTIONS[name]
+    if levels is not None and not asked.LEVELS:
+        raise BenchError(f"{name} has no levels; leave them out")
+    changed: dict[str, str | int] = {}
+    if levels is not None:
+        words = ",".join(level.word for level in asked(levels).levels)
+        if words != asked.LEVELS:
+            changed["levels"] = words
+    if motions:
+        changed["motions"] = motions
+    return Spec(name, changed)

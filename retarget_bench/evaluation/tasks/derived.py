@@ -1,0 +1,152 @@
+"""The cases of a derived task, from the motions that a data set has."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import TASKS, Case, CaseInfo, Dataset
+from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.evaluation.tasks.questions import QUESTIONS, Level, Question
+from retarget_bench.motion.character import Character
+from retarget_bench.plugins.spec import Spec
+
+SPLIT = "self"
+"""Source and target are the same body, so all cases are of this split."""
+VERSION = "1"
+"""Moves when any case does: how noise is made, which joints are drawn, the usual levels."""
+
+
+class Derived:
+    """A data set of a task, out of one that knows nothing of tasks.
+
+    Clean motions are the references of its self cases; where it has none, the sources of all its cases.
+    Every clean motion is asked at every level. The cases' ids are those of the motions, with the level.
+    Raises BenchError for a parameter that is not understood.
+    """
+
+    def __init__(self, data: Dataset, task: Spec) -> None:
+        self._data, self.task = data, task
+        asked = QUESTIONS[task.name]
+        self.question: Question = asked(str(task.parameters.get("levels", asked.LEVELS)))
+        self._most = _whole(task.parameters.get("motions", 0))
+        self.card = replace(data.card, tasks=(task.name,), splits=(SPLIT,))
+        if (unseen := getattr(data, "unseen", None)) is not None:
+            self.unseen = lambda info: unseen(self._listed[info.id][0])
+
+    @property
+    def content(self) -> str:
+        return f"{self._data.content}; {self.task} {VERSION}"
+
+    @property
+    def label(self) -> str:
+        return f"{self._data.label.strip()}: {self.task}"
+
+    @property
+    def notes(self) -> Sequence[str]:
+        return self._data.notes
+
+    def characters(self) -> Mapping[str, Character]:
+        return self._data.characters()
+
+    def training(self) -> Any:
+        """What the data set has to train on."""
+        return getattr(self._data, "training", dict)()
+
+    def training_manifest(self) -> Mapping[str, Sequence[str]]:
+        return getattr(self._data, "training_manifest", dict)()
+
+    def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
+        """Raises NotSupported for another task or split."""
+        if task != self.task.name or split != SPLIT:
+            raise NotSupported(f"{self.label} has the task {self.task.name} and the split {SPLIT} alone")
+        return self._infos
+
+    def load(self, info: CaseInfo) -> Case:
+        """Raises BenchError for a case that is none of this task."""
+        if info.id not in self._listed:
+            raise BenchError(f"{self.label} has no case {info.id}")
+        motion, level = self._listed[info.id]
+        case = self._data.load(motion)
+        own = motion.source == motion.target
+        clean = case.reference if own and case.reference is not None else case.source
+        asked = self.question.ask(clean, level, info.id)
+        kept = {"contacts": case.contacts, "ground": case.ground, "touches": case.touches} if own else {}
+        return Case(
+            info=info,
+            source=asked.source,
+            target=asked.target,
+            reference=asked.reference,
+            conditions=self.conditions(info),
+            **kept,  # type: ignore[arg-type]
+        )
+
+    def conditions(self, info: CaseInfo) -> Mapping[str, float]:
+        """What is asked, in numbers, without loading the motion."""
+        level = self._listed[info.id][1]
+        return self.question.conditions(self.characters()[info.target], level) or {}
+
+    # ----------------------------------------------------------------------------------------- lists
+    @cached_property
+    def _infos(self) -> Sequence[CaseInfo]:
+        return [
+            replace(
+                motion,
+                id=case_id,
+                task=self.task.name,
+                split=SPLIT,
+                target=motion.source,
+            )
+            for case_id, (motion, _) in self._listed.items()
+        ]
+
+    @cached_property
+    def _listed(self) -> Mapping[str, tuple[CaseInfo, Level]]:
+        """Case id -> the data set's own case that its motion is from, and the level."""
+        cast = self.characters()
+        return {
+            "/".join(filter(None, (_own_id(motion), level.suffix))): (motion, level)
+            for motion in _spread(self._motions(), self._most, cast)
+            for level in self.question.levels
+            if self.question.conditions(cast[motion.source], level) is not None
+        }
+
+    def _motions(self) -> Sequence[CaseInfo]:
+        """The data set's own cases that clean motions are taken from, each motion once."""
+        task, splits = TASKS[0], self._data.card.splits
+        if SPLIT in splits and (own := self._data.cases(task, SPLIT)):
+            return own
+        found: dict[str, CaseInfo] = {}
+        for split in splits:
+            for info in self._data.cases(task, split):
+                found.setdefault(_own_id(info), info)
+        return list(found.values())
+
+
+def _own_id(info: CaseInfo) -> str:
+    """The id that a motion's self case has, or would have."""
+    if info.source == info.target:
+        return info.id
+    return f"{info.id.split('/')[0]}/{info.source}>{info.source}/{info.clip}"
+
+
+def _spread(motions: Sequence[CaseInfo], most: int, cast: Mapping[str, Character]) -> Sequence[CaseInfo]:
+    """At most so many (0: all), evenly over structures, bodies and clips, in their own order."""
+    if not 0 < most < len(motions):
+        return motions
+    alike = sorted(
+        range(len(motions)),
+        key=lambda n: (cast[motions[n].source].structure, motions[n].source, motions[n].clip),
+    )
+    chosen = np.linspace(0, len(alike) - 1, most).round().astype(int)
+    return [motions[number] for number in sorted({alike[at] for at in chosen.tolist()})]
+
+
+def _whole(value: object) -> int:
+    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
+        raise BenchError(f"motions is a whole number, 0 for all; got {value}")
+    return value

@@ -1,0 +1,191 @@
+"""What each task asks: from a clean motion to a source, a target and the right answer."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar, Protocol
+
+import numpy as np
+
+from retarget_bench.api import Prediction
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.comparison import structure_joints
+from retarget_bench.evaluation.tasks import randomness
+from retarget_bench.evaluation.tasks.reduced import reduced
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Positions
+from retarget_bench.motion.roles import SIDES
+
+MAJOR = "major"
+MAJOR_ROLES = tuple(
+    f"{side}_{part}" for part in ("foot", "leg", "up_leg", "arm", "forearm", "hand") for side in SIDES
+)
+"""Ankles, knees, hips, shoulders, elbows and wrists: the joints that all of HuMoT's structures share."""
+FEWEST = 2
+"""Joints that are given at least: one alone says nothing of where a body faces."""
+LARGEST_NOISE = 100.0
+"""Centimetres."""
+
+
+@dataclass(frozen=True)
+class Level:
+    """How hard a question is. word: as it is written, number: what is written; suffix: what it adds to the
+    id of a case."""
+
+    word: str = ""
+    suffix: str = ""
+    number: float = 0.0
+
+
+@dataclass(frozen=True, eq=False)
+class Asked:
+    """A question: the source, the body that is to perform it, and the right answer."""
+
+    source: Prediction
+    target: Character
+    reference: Prediction
+
+
+class Question(Protocol):
+    """A task. LEVELS: the usual ones, as text; "" where it has none."""
+
+    LEVELS: ClassVar[str]
+    levels: Sequence[Level]
+
+    def __init__(self, levels: str = "") -> None: ...
+    def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
+        """What is asked, in numbers; None where this body cannot be asked this."""
+
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> Asked:
+        """The question of a case. clean: the right answer, all joints."""
+
+
+class Reconstruct:
+    """The motion itself, to and from whatever a method makes of it (HuMoT, section 4.1)."""
+
+    LEVELS: ClassVar[str] = ""
+
+    def __init__(self, levels: str = "") -> None:
+        del levels
+        self.levels: Sequence[Level] = (Level(),)
+
+    def conditions(self, body: Character, level: Level) -> Mapping[str, float]:
+        del body, level
+        return {}
+
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> Asked:
+        del level, case_id
+        return Asked(clean, clean.character, clean)
+
+
+class Denoise:
+    """Positions with Gaussian noise on every coordinate of every joint in every frame, each on its own
+    (HuMoT, section 4.3). Levels are standard deviations in centimetres."""
+
+    LEVELS: ClassVar[str] = "0,1,2,3,4,5,6,8,10"
+
+    def __init__(self, levels: str = LEVELS) -> None:
+        self.levels: Sequence[Level] = _once(map(_noise, words(levels, "denoise")))
+
+    def conditions(self, body: Character, level: Level) -> Mapping[str, float]:
+        del body
+        return {"noise": level.number}
+
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> Asked:
+        seed = randomness.seed_of("denoise", case_id)
+        noise = level.number * randomness.gaussian(seed, clean.positions.shape)
+        return Asked(Positions(clean.character, clean.positions + noise, clean.fps), clean.character, clean)
+
+
+class Upsample:
+    """Positions of some joints, drawn at random, all of them asked for (HuMoT, section 4.4).
+
+    Levels are the proportion of joints that are given, or ``major``: the twelve of the paper's Figure 12,
+    of bodies that have them all. Fingers, hair and props are neither given nor asked for, as in the paper.
+    """
+
+    LEVELS: ClassVar[str] = "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.9,1,major"
+
+    def __init__(self, levels: str = LEVELS) -> None:
+        self.levels: Sequence[Level] = _once(map(_proportion, words(levels, "upsample")))
+
+    def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
+        total = len(structure_joints(body))
+        if total < FEWEST:
+            return None
+        if level.word != MAJOR:
+            return {"proportion": level.number, "joints": float(_count(total, level)), "of": float(total)}
+        if len(body.joints(MAJOR_ROLES)) < len(MAJOR_ROLES):
+            return None
+        return {MAJOR: 1.0, "joints": float(len(MAJOR_ROLES)), "of": float(total)}
+
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> Asked:
+        whole = structure_joints(clean.character)
+        if level.word == MAJOR:
+            given = sorted(clean.character.joints(MAJOR_ROLES))
+        else:
+            seed = randomness.seed_of("upsample", case_id)
+            given = whole[list(randomness.drawn(seed, len(whole), _count(len(whole), level)))].tolist()
+        target = reduced(clean.character, whole.tolist())
+        reference = Positions(target, clean.positions[:, whole], clean.fps)
+        if len(given) == len(whole):
+            return Asked(reference, target, reference)
+        source = reduced(clean.character, given)
+        return Asked(Positions(source, clean.positions[:, given], clean.fps), target, reference)
+
+
+QUESTIONS: Mapping[str, type[Question]] = {
+    "reconstruct": Reconstruct,
+    "denoise": Denoise,
+    "upsample": Upsample,
+}
+
+
+def words(text: str, task: str) -> list[str]:
+    """Levels as they are written. Raises BenchError where there is none."""
+    found = [word.strip() for word in text.split(",") if word.strip()]
+    if not found:
+        raise BenchError(f"{task}: name at least one level, such as {QUESTIONS[task].LEVELS}")
+    return found
+
+
+def _once(levels: Iterable[Level]) -> tuple[Level, ...]:
+    """Each once, in increasing order."""
+    return tuple(sorted(dict.fromkeys(levels), key=lambda level: (level.word == MAJOR, level.number)))
+
+
+def _noise(word: str) -> Level:
+    number = _number(word)
+    if not 0.0 <= number <= LARGEST_NOISE:
+        raise BenchError(
+            f"denoise: levels are standard deviations in centimetres, from 0 to {LARGEST_NOISE:g}; got "
+            f"{word}"
+        )
+    return Level(f"{number:g}", f"noise-{number:g}cm", float(f"{number:g}") / 100)
+
+
+def _proportion(word: str) -> Level:
+    if word == MAJOR:
+        return Level(MAJOR, f"joints-{MAJOR}")
+    number = _number(word)
+    if not 0.0 < number <= 1.0:
+        raise BenchError(
+            f"upsample: levels are the proportion of joints that are given, above 0 and at most 1, or "
+            f"{MAJOR}; got {word}"
+        )
+    return Level(f"{number:g}", f"joints-{number:g}", float(f"{number:g}"))
+
+
+def _number(word: str) -> float:
+    """Not a number where it is none."""
+    try:
+        return float(word)
+    except ValueError:
+        return math.nan
+
+
+def _count(total: int, level: Level) -> int:
+    """How many joints are given: the nearest whole number, a half upwards, and never less than two."""
+    return max(FEWEST, int(np.floor(level.number * total + 0.5)))

@@ -1,0 +1,98 @@
+"""How fast a method is: measured on its own, in one process and one thread, after a warm-up.
+
+Times stand in files of their own, never in rows or keys: they differ from run to run and machine to
+machine, and rows must not.
+"""
+
+from __future__ import annotations
+
+import csv
+import time
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+from retarget_bench.api import CaseInfo
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation.plan import Plan, cells, dataset, method
+from retarget_bench.evaluation.predict import context_for, predict
+from retarget_bench.evaluation.process_pool import LocalPool
+from retarget_bench.evaluation.worker import know
+from retarget_bench.files import atomic
+from retarget_bench.results.store import Place, case_seed
+
+CASES = 5
+REPEATS = 3
+ENOUGH_SECONDS = 0.5
+FIELDS = ("case", "frames", "seconds")
+
+
+def measure(plan: Plan) -> None:
+    """Write times for every cell of a plan that has results but no times newer than them."""
+    wanted = [
+        cell for cell in cells(plan) if plan.external is None and not cell.draw and _stale(cell.place)
+    ]
+    jobs = [
+        {"plan": plan, "dataset": cell.dataset, "method": cell.method, "cases": spread(cell.infos)}
+        for cell in wanted
+    ]
+    for done in LocalPool(1).run(time_method, jobs):
+        if done.result is not None:
+            _write(wanted[done.job].place, done.result)
+
+
+def spread(infos: Sequence[CaseInfo]) -> list[CaseInfo]:
+    """A few cases, evenly spread over the list."""
+    step = max(1, len(infos) // CASES)
+    return list(infos[::step][:CASES])
+
+
+def time_method(job: dict[str, Any]) -> list[tuple[str, int, float]]:
+    """(case, frames, median seconds) for a few cases, the first of which was run once before."""
+    plan: Plan = job["plan"]
+    know(plan.plugin_files)
+    asked, data = method(job["method"]), dataset(job["dataset"])
+    times: list[tuple[str, int, float]] = []
+    spent = 0.0
+    for info in job["cases"]:
+        if spent > ENOUGH_SECONDS:
+            break
+        try:
+            case = data.load(info)
+        except BenchError:
+            continue
+        context = context_for(asked, data, case, case_seed(plan.seed, str(job["method"]), info.id))
+        if not times and predict(asked, case, context).prediction is None:
+            continue
+        seconds = []
+        for _ in range(REPEATS):
+            start = time.perf_counter()
+            outcome = predict(asked, case, context)
+            seconds.append(time.perf_counter() - start)
+        spent += sum(seconds)
+        if outcome.prediction is not None:
+            times.append((info.id, case.source.frames, sorted(seconds)[REPEATS // 2]))
+    return times
+
+
+def read(place: Place) -> list[tuple[int, float]]:
+    """(frames, seconds) of the timed cases; empty where none were timed."""
+    try:
+        with place.timing.open(encoding="utf-8", newline="") as file:
+            return [(int(row["frames"]), float(row["seconds"])) for row in csv.DictReader(file)]
+    except FileNotFoundError:
+        return []
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError(place.timing, f"cannot be read as times ({error}); delete it") from error
+
+
+def _stale(place: Place) -> bool:
+    if not place.rows.exists():
+        return False
+    return not place.timing.exists() or place.timing.stat().st_mtime < place.rows.stat().st_mtime
+
+
+def _write(place: Place, times: Iterable[tuple[str, int, float]]) -> None:
+    with atomic(place.timing) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(FIELDS)
+        writer.writerows((case, frames, f"{seconds:.6g}") for case, frames, seconds in times)

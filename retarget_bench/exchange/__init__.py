@@ -1,0 +1,5 @@
+"""Files that leave the benchmark or come into it.
+
+Imports everything but the viewer and the report.
+Offers the export of data sets and of cases, and submissions with their leaderboard.
+"""

@@ -1,0 +1,108 @@
+"""Cases as files for whoever predicts elsewhere: sources, target characters, a manifest, no reference."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench import __version__
+from retarget_bench.api import CaseInfo, Dataset, Prediction
+from retarget_bench.files import atomic, slug, write_text
+from retarget_bench.motion import bvh
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.results import store
+
+SCHEMA = 1
+MANIFEST = "manifest.json"
+CONVENTIONS = (
+    "Metres, Y up, characters face +Z, left is +X. Rotations are local unit quaternions (frames, joints, "
+    "4), w first; root (frames, 3) is the root joint's place in the world. For every case write a motion "
+    "of its target with the source's frames and rate, named as 'prediction' says, beside this file: .npz "
+    "with rotations and root, or with positions (frames, joints, 3); or .bvh with the target's hierarchy."
+)
+
+
+def export(data: Dataset, name: str, infos: Sequence[CaseInfo], folder: Path) -> Iterator[int]:
+    """Write the cases' inputs to a folder, the manifest last; yields after every case.
+
+    name: the data set's spec, by which ``bench score`` finds the references again. A source that several
+    cases share, and a target, are written once. Raises FileError where the folder cannot be written.
+    """
+    sources: dict[tuple[str, str], dict[str, Any]] = {}
+    targets: dict[str, str] = {}
+    cases = []
+    for done, info in enumerate(infos, 1):
+        if (info.source, info.clip) not in sources or info.target not in targets:
+            case = data.load(info)
+            if (info.source, info.clip) not in sources:
+                sources[info.source, info.clip] = _source(folder, info, case.source)
+            if info.target not in targets:
+                targets[info.target] = _target(folder, case.target)
+        names = {
+            "source_file": sources[info.source, info.clip]["file"],
+            "target_file": targets[info.target],
+        }
+        length = {key: sources[info.source, info.clip][key] for key in ("frames", "fps")}
+        cases.append({**asdict(info), **length, **names, "prediction": store.case_file(info.id)})
+        yield done
+    write_text(
+        folder / MANIFEST, json.dumps(_manifest(data, name, cases), indent=1, ensure_ascii=False) + "\n"
+    )
+
+
+def _manifest(data: Dataset, name: str, cases: Sequence[dict[str, Any]]) -> dict[str, Any]:
+    return {
+        "schema": SCHEMA,
+        "made_by": f"retarget-bench {__version__}",
+        "dataset": name,
+        "version": data.card.version,
+        "licence": data.card.licence,
+        "content": data.content,
+        "conventions": CONVENTIONS,
+        "cases": cases,
+    }
+
+
+def _source(folder: Path, info: CaseInfo, source: Prediction) -> dict[str, Any]:
+    """Write a source motion; its file without suffix, relative to the folder, and its length."""
+    file = f"sources/{slug(f'{info.source}--{info.clip}')}"
+    if isinstance(source, Motion):
+        _save(
+            folder / f"{file}.npz",
+            source.character,
+            rotations=source.rotations,
+            root=source.root,
+            fps=source.fps,
+        )
+        bvh.write(folder / f"{file}.bvh", source)
+    else:
+        _save(folder / f"{file}.npz", source.character, positions=source.positions, fps=source.fps)
+    return {"file": file, "frames": source.frames, "fps": source.fps}
+
+
+def _target(folder: Path, target: Character) -> str:
+    """Write a target's body, standing in the reference pose in its BVH file."""
+    file = f"characters/{slug(target.name)}"
+    root = np.array([[0.0, target.measures.hip_height, 0.0]])
+    _save(folder / f"{file}.npz", target, reference_pose=target.reference_pose, height=target.height)
+    bvh.write(folder / f"{file}.bvh", target.motion(target.reference_pose[None], root, fps=30.0))
+    return file
+
+
+def _save(path: Path, body: Character, **data: Any) -> None:
+    skeleton = body.skeleton
+    common = {
+        "joints": np.array(skeleton.names),
+        "parents": skeleton.parents,
+        "offsets": skeleton.offsets,
+        "roles": np.array([role or "" for role in body.roles]),
+        "structure": np.array(body.structure),
+    }
+    with atomic(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, **common, **data)  # type: ignore[arg-type]

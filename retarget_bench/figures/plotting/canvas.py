@@ -1,0 +1,163 @@
+"""What pictures share: a figure without a display, in the sizes of papers, looks of methods, and a file by
+its ending."""
+
+from __future__ import annotations
+
+import math
+import textwrap
+import warnings
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from retarget_bench.errors import BenchError
+from retarget_bench.figures import method_order
+from retarget_bench.files import atomic
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+ENDINGS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
+"""Kind of file -> what else it would say of the time or program that made it."""
+WIDTHS = {"column": 3.25, "page": 6.75}
+"""Inches: a column and both columns of the narrowest two-column papers, so that 8 points stay 8 points."""
+MARKS = "osD^vPX*"
+UNSEEN = "--"
+"""The dashes of what training did not have."""
+LETTER = 0.056
+"""Inches that a letter of the legend takes on average, rather too much than too little."""
+LONGEST = 60
+LOOK: dict[str, Any] = {
+    "font.size": 8, "axes.titlesize": 8, "axes.labelsize": 8, "figure.titlesize": 8, "figure.labelsize": 8,
+    "xtick.labelsize": 7, "ytick.labelsize": 7, "legend.fontsize": 7,
+    "axes.grid": True, "grid.alpha": 0.3, "grid.linewidth": 0.5, "axes.linewidth": 0.6,
+    "hatch.linewidth": 0.5,
+    "pdf.fonttype": 42, "svg.fonttype": "none", "svg.hashsalt": "retarget-bench",
+    "text.parse_math": False, "text.usetex": False,
+}  # fmt: skip
+"""PDFs embed fonts as TrueType, which publishers ask for; SVG has words as text. Names are
+drawn as they are, whatever signs they have."""
+
+
+@dataclass(frozen=True)
+class Page:
+    """What a picture is for. width: in inches. titled: whether it says what it is of, like a caption.
+
+    ranked: label -> a header, of all methods that there are results of, in the order of ``placing.ranked``:
+    a method keeps its colour, whichever of them a picture shows.
+    """
+
+    width: float = WIDTHS["page"]
+    titled: bool = True
+    ranked: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    def across(self, wanted: float) -> int:
+        """How many panels of so many inches stand side by side: one at least."""
+        return max(1, int(self.width / wanted))
+
+
+PAGE = Page()
+
+
+def ending(path: Path) -> str:
+    """``.png``, ``.pdf`` or ``.svg``. Raises BenchError for a file of another kind."""
+    if path.suffix.lower() not in ENDINGS:
+        raise BenchError(f"{path}: pictures are written as {', '.join(ENDINGS)}; end the name in one")
+    return path.suffix.lower()
+
+
+@contextmanager
+def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
+    """A figure of so many inches, which is written to the file when it is done. Raises FileError.
+
+    The same picture is the same file, byte for byte, whenever it is made, and whatever the user has set up.
+    """
+    from matplotlib import style
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    form = ending(path)
+    with style.context(["default", LOOK]), warnings.catch_warnings():
+        warnings.filterwarnings("ignore", "Glyph .* missing")  # a letter that no font has is a box
+        figure = Figure(figsize=(width, height), layout="constrained")
+        FigureCanvasAgg(figure)
+        yield figure
+        with atomic(path) as temporary:
+            figure.savefig(temporary, dpi=200, format=form[1:], metadata=ENDINGS[form])
+
+
+def told(name: str) -> str:
+    """A name as it can be drawn: on one line, of a length that fits, not hidden for its first letter."""
+    clean = "".join(c if c.isprintable() else " " for c in name.encode("utf-8", "replace").decode())
+    clean = " ".join(clean.split())
+    if len(clean) > LONGEST:
+        clean = f"{clean[: LONGEST // 2]}…{clean[-LONGEST // 2 + 1 :]}"
+    return f"\u200a{clean}" if clean.startswith("_") else clean or "(no name)"
+
+
+def short(number: float) -> str:
+    """Two decimals, or as many as four signs have room for."""
+    return (
+        f"{number:.2f}"
+        if abs(number) < 9.995
+        else f"{number:.1f}"
+        if abs(number) < 99.95
+        else f"{number:.0f}"
+    )
+
+
+def title(figure: Figure, page: Page, text: str) -> None:
+    """What the picture is of, above it, where it is to have a title."""
+    if page.titled:
+        figure.suptitle("\n".join(wrapped(line, page.width) for line in text.splitlines()))
+
+
+def wrapped(text: str, width: float) -> str:
+    """On as many lines as it needs within so many inches."""
+    return "\n".join(textwrap.wrap(text, max(1, int(width / LETTER))))
+
+
+def looks(headers: Mapping[str, Mapping[str, Any]], page: Page = PAGE) -> dict[str, dict[str, Any]]:
+    """Label -> colour, line and mark, the same in every panel: controls grey and dashed, methods that see
+    more than others dotted, all others in full lines.
+
+    headers: label -> the header of its results. Colours are by rank where the page knows it, else in the
+    order of the headers.
+    """
+    found: dict[str, dict[str, Any]] = {}
+    known = {**page.ranked, **headers}
+    for label, colour in method_order.colours(known).items():
+        method = known[label]["method"]
+        line = "--" if method["control"] else ":" if method["privileged"] else "-"
+        found[label] = {"color": colour, "linestyle": line}
+        found[label] |= {"marker": MARKS[len(found) % len(MARKS)], "markersize": 3.5, "linewidth": 1.2}
+    return {label: found[label] for label in headers}
+
+
+def legend(figure: Figure, panels: Sequence[Any]) -> None:
+    """One legend for all panels, below them; the figure grows by its height."""
+    handles: dict[str, Any] = {}
+    for panel in panels:
+        for handle, label in zip(*panel.get_legend_handles_labels(), strict=True):
+            handles.setdefault(label, handle)
+    if not handles:
+        return
+    longest = max(len(line) for label in handles for line in label.splitlines())
+    columns = min(len(handles), max(1, int(figure.get_figwidth() / (0.5 + LETTER * longest))))
+    rows = math.ceil(len(handles) / columns)
+    lines = max(label.count("\n") + 1 for label in handles)
+    figure.set_figheight(figure.get_figheight() + 0.15 * rows * lines + 0.1)
+    figure.legend(list(handles.values()), list(handles), loc="outside lower center", frameon=False,
+                  ncols=columns, handlelength=2.6)  # fmt: skip
+
+
+def spaced_by_ratio(axis: Any, *, decades: bool = False) -> None:
+    """A logarithmic axis whose numbers are written out: 0.1, 1, 20. decades: only powers of ten."""
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+
+    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
+    axis.set_major_locator(LogLocator(subs=(1.0,) if decades else (1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
+    axis.set_minor_formatter(NullFormatter())

@@ -1,0 +1,139 @@
+"""BVH files, read and written.
+
+``parse`` says what a file says; ``read`` turns that into a skeleton and its motion; ``write`` goes back.
+Every number is kept exactly. What cannot be kept is refused with a FileError that names file and line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import TYPE_CHECKING, BinaryIO
+
+from retarget_bench.errors import FileError
+from retarget_bench.motion.bvh import cache as bvh_cache
+from retarget_bench.motion.bvh.document import Document, Header, Hierarchy
+from retarget_bench.motion.bvh.header import reaches_the_numbers, read_header
+from retarget_bench.motion.bvh.recording import Recording, record
+from retarget_bench.motion.bvh.sniff import complaint, without_mark
+from retarget_bench.motion.bvh.values import read_values
+from retarget_bench.motion.bvh.writing import document_of, write_document
+
+if TYPE_CHECKING:
+    from retarget_bench.motion.motion import Motion
+
+__all__ = [
+    "Document",
+    "Header",
+    "Hierarchy",
+    "Recording",
+    "parse",
+    "parse_header",
+    "read",
+    "write",
+    "write_document",
+]
+
+_SNIFFED = 4096
+_CHUNK = 1 << 16
+
+
+def parse(path: str | Path, *, cache: bool = True) -> Document:
+    """What the file says: joints with their channels, frame time, numbers.
+
+    cache: keep what was parsed in the user's cache, under the hash of the file, and read it from there.
+    Raises FileError, with file and line, for whatever is not a complete BVH file.
+    """
+    path = Path(path)
+    if not cache:
+        return _parse(path, _read(path))
+    known = bvh_cache.place_by_path(path)
+    if (document := bvh_cache.load(known)) is not None:
+        return document
+    data = _read(path)
+    place = bvh_cache.place_by_content(data)
+    if (document := bvh_cache.load(place)) is None:
+        document = _parse(path, data)
+        bvh_cache.save(place, document)
+    bvh_cache.link(place, known)
+    return document
+
+
+def parse_header(path: str | Path) -> Header:
+    """The joints, the declared number of frames and the frame time, without reading the numbers.
+
+    Raises FileError as ``parse`` does, as far as the header goes.
+    """
+    path = Path(path)
+    with _opened(path) as file:
+        data = file.read(_CHUNK)
+        if problem := complaint(data[:_SNIFFED]):
+            raise FileError(path, problem)
+        while not reaches_the_numbers(data) and (more := file.read(len(data))):
+            data += more
+    return read_header(path, _text(data))[0]
+
+
+def read(path: str | Path, *, root: str = "auto", scale: float = 1.0, fold: bool = True) -> Recording:
+    """The motion of a file, in its own axes, lengths multiplied by ``scale``.
+
+    root: how the root's position channels are meant: ``absolute`` places, ``relative`` to its OFFSET, or
+        ``auto``, which finds out (``bvh_root.is_relative``) and says so in the notes.
+    fold: make the hips the root where the file's root only carries them.
+
+    Joints below the root may have position channels if these are constant; where they move, the file is
+    refused. A joint name that occurs twice gets a number. Clips of one body may share their ``Skeleton``.
+    Raises FileError for what cannot be read.
+    """
+    return record(Path(path), parse(path), root=root, scale=scale, fold=fold)
+
+
+def write(path: str | Path, motion: Motion, *, order: str = "ZXY", scale: float = 1.0) -> None:
+    """Write a motion: lengths in metres times ``scale``, root places absolute, all joints with one order.
+
+    Angles are written to 1e-8 degrees, lengths to 1e-8. Joints come in depth-first order, as the format
+    wants. Where ``read`` would take the places for relative ones (a body far below its rest height), the
+    root's OFFSET is written as 0, which every reader understands.
+    Raises FileError when a number is not finite or a name cannot stand in a BVH file.
+    """
+    write_document(path, document_of(Path(path), motion, order=order, scale=scale))
+
+
+@contextmanager
+def _opened(path: Path) -> Iterator[BinaryIO]:
+    try:
+        if path.exists() and not path.is_file():
+            raise FileError(path, "is a folder" if path.is_dir() else "is no ordinary file")
+        with path.open("rb") as file:
+            yield file
+    except OSError as error:
+        raise FileError(path, f"cannot be read ({error.strerror or error})") from error
+
+
+def _read(path: Path) -> bytes:
+    with _opened(path) as file:
+        start = file.read(_SNIFFED)
+        if problem := complaint(start):
+            raise FileError(path, problem)
+        file.seek(0)
+        return file.read()
+
+
+def _parse(path: Path, data: bytes) -> Document:
+    data = _text(data)
+    header, end, lines = read_header(path, data)
+    hierarchy = header.hierarchy
+    if not hierarchy.columns:
+        raise FileError(path, "no joint has channels: there is no motion in it")
+    if not header.frames:
+        raise FileError(path, "'Frames:' says 0: there is no motion in it", lines - 1)
+    values = read_values(path, data, end, frames=header.frames, columns=hierarchy.columns, line=lines + 1)
+    values.setflags(write=False)
+    return Document(hierarchy, header.frame_time, values)
+
+
+def _text(data: bytes) -> bytes:
+    """Without a byte order mark, lines ended by LF or CRLF."""
+    data = without_mark(data)
+    return data if b"\n" in data else data.replace(b"\r", b"\n")

@@ -1,0 +1,164 @@
+"""What a folder of BVH files holds, without parsing its motion: bodies, lengths, rates and hashes.
+
+A data set of thousands of files must be able to list its cases, and to say what it is made of, in the
+time that a command takes to start. So every file is looked at once, and what was found is kept under
+the file's size and time of change.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from pathlib import Path
+
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.files import cache_folder, digest, write_text
+from retarget_bench.motion import bvh
+from retarget_bench.motion.bvh.document import frame_rate
+
+VERSION = 1
+_HEADER = re.compile(rb"^[ \t]*MOTION\s+Frames:\s*(\d+)\s+Frame Time:\s*(\S+)[ \t\r]*\n", re.MULTILINE)
+_CHANNELS = re.compile(rb"\bCHANNELS[ \t]+(\d+)")
+_NUMERIC = b"0123456789+-.eE \t\r\n"
+
+
+@dataclass(frozen=True)
+class Entry:
+    """What is known of one BVH file.
+
+    content:   SHA-256 of its bytes, in hexadecimal.
+    hierarchy: a short hash of its hierarchy; files with the same one have the same body.
+    frames:    its length; 0 where it cannot be read.
+    fps:       frames per second, as its frame time states it.
+    problem:   why it cannot be read, or "".
+    """
+
+    content: str
+    hierarchy: str
+    frames: int
+    fps: float
+    problem: str = ""
+
+
+def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, Entry]:
+    """An entry per file, in the order given; ``root`` names the cache.
+
+    Files whose size and time of change are those of an earlier call are not opened. A file that cannot
+    be read gets an entry with its ``problem``; nothing is raised for it.
+    """
+    place = cache_folder() / "catalogue" / f"{digest(str(root.resolve()), 16)}.json"
+    known = _stored(place)
+    found: dict[Path, Entry] = {}
+    record: dict[str, list] = {}
+    for path in files:
+        name = str(path.resolve())
+        stamp = _stamp(path)
+        kept = known.get(name)
+        entry = Entry(**kept[1]) if kept is not None and kept[0] == stamp else inspect(path)
+        found[path] = entry
+        record[name] = [stamp, asdict(entry)]
+    if any(known.get(name) != kept for name, kept in record.items()):
+        with suppress(FileError):  # a cache that cannot be written costs time, nothing else
+            write_text(place, json.dumps({"version": VERSION, "files": {**known, **record}}))
+    return found
+
+
+def bvh_files(folder: Path) -> dict[str, Path]:
+    """The BVH files in a folder itself, by name without ``.bvh``, sorted, without hidden ones."""
+    files = (each for each in _visible(folder) if each.suffix.lower() == ".bvh" and each.is_file())
+    return {each.stem: each for each in files}
+
+
+def subfolders(folder: Path) -> list[Path]:
+    """The folders in a folder, sorted, without hidden ones."""
+    return [each for each in _visible(folder) if each.is_dir()]
+
+
+def contents(folder: Path) -> str:
+    """What lies in a folder, in a few words, for messages."""
+    names = [each.name for each in _visible(folder)]
+    return some(names) if names else "nothing"
+
+
+def some(names: Sequence[str], most: int = 6) -> str:
+    """A list for messages: the first few names, and how many more."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
+
+
+def _visible(folder: Path) -> list[Path]:
+    try:
+        return sorted(each for each in folder.iterdir() if not each.name.startswith("."))
+    except OSError as error:
+        raise FileError(folder, f"cannot be listed ({error.strerror or error})") from error
+
+
+def inspect(path: Path) -> Entry:
+    """One file's entry, from its bytes.
+
+    The motion block is checked by its outline only: number of lines, numbers in the last line, nothing
+    but numbers. Whatever looks odd is handed to the real parser, which has the last word.
+    """
+    try:
+        data = path.read_bytes()
+    except OSError as error:
+        return Entry("", "", 0, 0.0, f"cannot be read ({error.strerror or error})")
+    content = hashlib.sha256(data).hexdigest()
+    match = _HEADER.search(data)
+    body = data[match.end() :].strip() if match else b""
+    hierarchy = _hierarchy_hash(data, match.start() if match else 0)
+    if match and _looks_whole(data[: match.start()], body, int(match[1])):
+        with suppress(ValueError):
+            if 1e-4 < (seconds := float(match[2])) < 10.0:
+                return Entry(content, hierarchy, int(match[1]), frame_rate(seconds))
+    return _parsed(path, content, hierarchy)
+
+
+def fingerprint(named: Mapping[str, Entry]) -> str:
+    """A hash of file names and contents: what identifies a data set of these files in keys."""
+    lines = (f"{name}\t{entry.content}" for name, entry in sorted(named.items()))
+    return "sha256:" + digest("\n".join(lines), 32)
+
+
+def _hierarchy_hash(data: bytes, end: int) -> str:
+    return hashlib.sha256(b" ".join(data[:end].split())).hexdigest()[:16]
+
+
+def _looks_whole(header: bytes, body: bytes, frames: int) -> bool:
+    channels = sum(int(count) for count in _CHANNELS.findall(header))
+    return (
+        frames > 0
+        and b"HIERARCHY" in header
+        and body.count(b"\n") + 1 == frames
+        and not body.translate(None, _NUMERIC)
+        and len(body[body.rfind(b"\n") + 1 :].split()) == channels
+    )
+
+
+def _parsed(path: Path, content: str, hierarchy: str) -> Entry:
+    try:
+        recording = bvh.read(path)
+    except BenchError as error:
+        problem = error.problem if isinstance(error, FileError) else str(error)
+        line = f"line {error.line}: " if isinstance(error, FileError) and error.line else ""
+        return Entry(content, hierarchy, 0, 0.0, line + problem)
+    return Entry(content, hierarchy, len(recording.root), recording.fps)
+
+
+def _stamp(path: Path) -> list[int]:
+    try:
+        status = path.stat()
+    except OSError:
+        return [0, 0]
+    return [status.st_size, status.st_mtime_ns]
+
+
+def _stored(place: Path) -> dict[str, list]:
+    try:
+        kept = json.loads(place.read_text(encoding="utf-8"))
+        return dict(kept["files"]) if kept["version"] == VERSION else {}
+    except (OSError, ValueError, KeyError, TypeError):
+        return {}

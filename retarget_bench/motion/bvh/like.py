@@ -1,0 +1,164 @@
+"""A motion in the dress of another file: its joints, names, channels, unit, axes and OFFSETs stay."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.errors import FileError
+from retarget_bench.files import atomic
+from retarget_bench.motion import bvh, rotation
+from retarget_bench.motion.bvh import Document, Hierarchy, Recording
+from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS
+from retarget_bench.motion.importer import UP_AXES, Imported
+from retarget_bench.motion.motion import Motion
+
+_ANGLE = 1e-3
+"""Degrees by which a written file may differ from the motion before it counts as another motion."""
+_DIGITS = 6
+
+
+@dataclass(frozen=True)
+class _Pattern:
+    """The file that is imitated. ``first`` is the joint that became the root; those above only carry it."""
+
+    path: Path
+    document: Document
+    reading: str
+    first: int
+
+    @classmethod
+    def of(cls, path: Path, recording: Recording) -> _Pattern:
+        document = bvh.parse(path)
+        relative = bvh.read(path, root="relative").root
+        reading = "relative" if np.array_equal(relative, recording.root) else "absolute"
+        return cls(path, document, reading, len(document.hierarchy) - len(recording.skeleton))
+
+
+def write(path: str | Path, motion: Motion, like: Imported, *, root: str = "auto") -> tuple[str, ...]:
+    """Write a motion of the body of ``like`` as that file would state it; returns what could not be kept.
+
+    ``like`` was loaded with the same ``root``. The file is read back before it takes its name, so that
+    what lies there is the motion; nothing is left behind when it is not.
+    Raises FileError where the body's file has no channels to say where the body is.
+    """
+    path, source = Path(path), like.findings.path
+    pattern = _Pattern.of(source, bvh.read(source, root=root))
+    wanted = _in_axes_of(motion, like)
+    values, notes = _values(pattern, wanted)
+    document = Document(pattern.document.hierarchy, 1.0 / motion.fps, np.round(values, _DIGITS))
+    with atomic(path) as temporary:
+        bvh.write_document(temporary, document)
+        if not notes:
+            _check(path, bvh.read(temporary, root=pattern.reading), wanted)
+    return notes
+
+
+def _in_axes_of(motion: Motion, like: Imported) -> Motion:
+    """The motion in the unit and with the up axis of a file."""
+    reading = like.findings.reading
+    back = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[reading.up])))
+    rotations = np.array(motion.rotations)
+    rotations[:, 0] = rotation.multiply(back[None], rotations[:, 0])
+    root = rotation.rotate(back[None], motion.root) / reading.unit[1]
+    return replace(motion, rotations=rotations, root=root)
+
+
+def _values(pattern: _Pattern, motion: Motion) -> tuple[np.ndarray, tuple[str, ...]]:
+    """``(frames, columns)`` numbers of a file; joints above the first stay as in its first frame."""
+    hierarchy = pattern.document.hierarchy
+    values = np.repeat(pattern.document.values[:1], motion.frames, axis=0)
+    place_channels, place, heading = _placed(pattern, motion.root)
+    values[:, place_channels] = place
+    turned = np.array(motion.rotations)
+    turned[:, 0] = rotation.multiply(rotation.conjugate(heading)[None], turned[:, 0])
+    columns = [_columns(hierarchy, joint, ROTATIONS) for joint in range(pattern.first, len(hierarchy))]
+    angles = np.stack([_angles(turned[:, j], tuple(each)) for j, each in enumerate(columns)], axis=1)
+    angles = _without_jumps(angles, np.array([len(each) == 3 for each in columns]))
+    notes = []
+    for joint, each in enumerate(columns):
+        values[:, list(each.values())] = angles[:, joint, : len(each)]
+        lost = float(np.abs(angles[:, joint, len(each) :]).max(initial=0.0))
+        if lost > _ANGLE:
+            name = hierarchy.names[pattern.first + joint]
+            notes.append(f"{name} has {len(each)} rotation channels: {lost:.1f} degrees lost")
+    return values, tuple(notes)
+
+
+def _angles(turned: np.ndarray, axes: tuple[int, ...]) -> np.ndarray:
+    """``(frames, 3)`` degrees about the axes that a joint has, then about those that it lacks."""
+    order = "".join("XYZ"[axis] for axis in (*axes, *sorted({0, 1, 2} - set(axes))))
+    return np.degrees(rotation.to_euler(turned, order))
+
+
+def _without_jumps(angles: np.ndarray, free: np.ndarray) -> np.ndarray:
+    """``(frames, joints, 3)`` the same rotations, each by those of their angles closest to the last ones.
+
+    Three angles mean the same as both outer ones half a turn on and the middle one mirrored, and as any
+    whole turns more. Curves that jump between these are what animators cannot edit.
+    free: ``(joints,)`` whether the joint has all three angles, so that it may be said the other way.
+    """
+    other = 180.0 + angles * [1.0, -1.0, 1.0]
+    smooth = angles.copy()
+    for frame in range(1, len(angles)):
+        before = smooth[frame - 1]
+        near, far = (
+            way + 360.0 * np.round((before - way) / 360.0) for way in (angles[frame], other[frame])
+        )
+        shorter = np.abs(far - before).sum(axis=-1) < np.abs(near - before).sum(axis=-1)
+        smooth[frame] = np.where((shorter & free)[:, None], far, near)
+    return smooth
+
+
+def _placed(pattern: _Pattern, root: np.ndarray) -> tuple[list[int], np.ndarray, np.ndarray]:
+    """Columns and numbers that bring the first joint to ``root``, and the heading that it inherits."""
+    hierarchy, still = pattern.document.hierarchy, pattern.document.values[0]
+    movable = [j for j in range(pattern.first + 1) if len(_columns(hierarchy, j, POSITIONS)) == 3]
+    if not movable:
+        raise FileError(pattern.path, "has no position channels: it cannot say where a body is")
+    mover = movable[-1]
+    fixed, heading, at_mover = np.zeros(3), rotation.identity(), rotation.identity()
+    for joint in range(pattern.first + 1):
+        columns = _columns(hierarchy, joint, POSITIONS)
+        stated = joint in movable
+        if joint == mover:
+            at_mover = heading
+        step = still[[columns[axis] for axis in range(3)]] if stated and joint != mover else np.zeros(3)
+        if not stated or pattern.reading == "relative":
+            step = step + hierarchy.offsets[joint]
+        fixed = fixed + rotation.rotate(heading, step)
+        if joint < pattern.first:
+            heading = rotation.multiply(heading, _still_rotation(pattern, joint))
+    columns = _columns(hierarchy, mover, POSITIONS)
+    place = rotation.rotate(rotation.conjugate(at_mover)[None], root - fixed)
+    return [columns[axis] for axis in range(3)], place, heading
+
+
+def _columns(hierarchy: Hierarchy, joint: int, wanted: tuple[str, ...]) -> dict[int, int]:
+    """Axis (0, 1, 2) -> column of the joint's position or rotation channels, in file order."""
+    first = hierarchy.first_columns[joint]
+    return {wanted.index(c): first + i for i, c in enumerate(hierarchy.channels[joint]) if c in wanted}
+
+
+def _still_rotation(pattern: _Pattern, joint: int) -> np.ndarray:
+    """``(4,)`` how a joint is turned in the file's first frame."""
+    columns = _columns(pattern.document.hierarchy, joint, ROTATIONS)
+    order = "".join("XYZ"[axis] for axis in (*columns, *sorted({0, 1, 2} - set(columns))))
+    angles = np.zeros(3)
+    angles[: len(columns)] = np.radians(pattern.document.values[0, list(columns.values())])
+    return np.asarray(rotation.from_euler(angles, order))
+
+
+def _check(path: Path, written: Recording, wanted: Motion) -> None:
+    """Raise FileError where the file that was written holds another motion than the one it should."""
+    turned = np.degrees(rotation.angle(written.rotations, wanted.rotations)).max()
+    reach = float(np.abs(wanted.skeleton.bone_lengths).sum())
+    moved = float(np.abs(written.root - wanted.root).max()) / max(reach, 1e-9)
+    if turned > _ANGLE or moved > 1e-5:
+        raise FileError(
+            path,
+            f"not written: the target's file cannot state this motion (off by {turned:.2g} degrees, "
+            f"{moved:.2g} of the body's size at the root)",
+        )

@@ -1,0 +1,240 @@
+"""From what a BVH file says to a skeleton and its motion."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.motion import rotation
+from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Document, Hierarchy
+from retarget_bench.motion.bvh.root_channel import is_relative, reach
+from retarget_bench.motion.skeleton import EndSite, Skeleton
+
+ROOT_READINGS = ("auto", "absolute", "relative")
+_STILL, _SAME = 1e-3, 1e-5
+"""Shares of the body's reach up to which a joint's place in its parent's frame counts as constant (a skin
+moves more than that on its bone), and up to which it counts as its OFFSET (rounding in print)."""
+_MOST_JOINTS, _LONGEST = 2_000, 1e9
+"""No body has more joints, or is longer in any unit."""
+_DUMMY_NAMES = ("root", "reference", "armature", "world", "scene", "origin", "global", "master")
+_HIP_NAMES = ("hip", "pelvis")
+
+Offset = tuple[float, float, float]
+
+
+@dataclass(frozen=True, eq=False)
+class Recording:
+    """A motion as a file states it, in the file's axes; it knows nothing of roles or units.
+
+    rotations: ``(frames, joints, 4)`` local unit quaternions, w first, continuous in sign.
+    root:      ``(frames, 3)`` the root joint's place in the world, in the file's unit times the scale.
+    notes:     one sentence for each thing that was decided, folded or renamed.
+    """
+
+    skeleton: Skeleton
+    rotations: np.ndarray
+    root: np.ndarray
+    fps: float
+    notes: tuple[str, ...] = ()
+
+
+def record(path: Path, document: Document, *, root: str, scale: float, fold: bool) -> Recording:
+    """The recording that a document states; see ``bvh.read``."""
+    if root not in ROOT_READINGS:
+        raise NotSupported(f"root={root!r} is not known; it is one of {', '.join(ROOT_READINGS)}")
+    if not (np.isfinite(scale) and scale > 0):
+        raise NotSupported(f"scale must be positive, got {scale}")
+    hierarchy, notes = document.hierarchy, list[str]()
+    if len(hierarchy) > _MOST_JOINTS:
+        raise FileError(path, f"has {len(hierarchy)} joints; bodies of up to {_MOST_JOINTS} are read")
+    if np.abs(hierarchy.offsets).max() > _LONGEST or np.abs(document.values).max() > _LONGEST:
+        raise FileError(path, f"holds numbers above {_LONGEST:g}: no body is that long in any unit")
+    names = _unique_names(hierarchy.names)
+    notes += [
+        f"a second joint {old!r} is called {new!r}"
+        for old, new in zip(hierarchy.names, names, strict=True)
+        if old != new
+    ]
+    turned = local_rotations(document)
+    stated = _stated_places(path, document)
+    first = _first_joint(hierarchy, stated, turned, notes) if fold else 0
+    replaced = _replaced_offsets(path, hierarchy, stated, first, notes)
+    skeleton = _skeleton(hierarchy, first, replaced, scale)
+    absolute, heading = _carried(document, stated, turned, first, relative=False)
+    relative, _ = _carried(document, stated, turned, first, relative=True)
+    turned = turned[:, first:]
+    turned[:, 0] = heading
+    places = _reading(root, skeleton, turned, absolute * scale, relative * scale, notes)
+    return Recording(skeleton, rotation.continuous(turned), places, document.fps, tuple(notes))
+
+
+def local_rotations(document: Document) -> np.ndarray:
+    """``(frames, joints, 4)`` unit quaternions; joints with the same channels are turned at once."""
+    hierarchy = document.hierarchy
+    first = np.array(hierarchy.first_columns)
+    turned = rotation.identity(document.frames, len(hierarchy))
+    for channels, joints in hierarchy.groups:
+        places = [place for place, name in enumerate(channels) if name in ROTATIONS]
+        if not places:
+            continue
+        angles = np.zeros((document.frames, len(joints), 3))
+        columns = first[joints][:, None] + places
+        angles[..., : len(places)] = np.radians(document.values[:, columns])
+        # a joint that lacks an axis never turns about it: that axis goes last, with angle 0
+        axes = "".join(channels[place][0] for place in places)
+        order = axes + "".join(axis for axis in "XYZ" if axis not in axes)
+        turned[:, joints] = rotation.from_euler(angles, order)
+    return turned
+
+
+@lru_cache(maxsize=256)
+def _unique_names(names: tuple[str, ...]) -> tuple[str, ...]:
+    """The names, with ``_2``, ``_3`` ... behind those that occurred before."""
+    taken, used, last = set(names), set[str](), dict[str, int]()
+    unique = []
+    for name in names:
+        free = name
+        while free in used or (free != name and free in taken):
+            last[name] = last.get(name, 1) + 1
+            free = f"{name}_{last[name]}"
+        used.add(free)
+        unique.append(free)
+    return tuple(unique)
+
+
+def _stated_places(path: Path, document: Document) -> dict[int, np.ndarray]:
+    """Joint -> ``(frames, 3)`` its position channels, for the joints that have them."""
+    hierarchy, stated = document.hierarchy, {}
+    for channels, joints in hierarchy.groups:
+        places = [channels.index(name) for name in POSITIONS if name in channels]
+        if len(places) not in (0, 3):
+            raise FileError(
+                path,
+                f"joint {hierarchy.names[joints[0]]!r} has {len(places)} position channels, not 3 or none",
+            )
+        for joint in joints if places else ():
+            stated[joint] = document.values[:, [hierarchy.first_columns[joint] + place for place in places]]
+    return dict(sorted(stated.items()))
+
+
+# ------------------------------------------------------------------------------------- the dummy root
+def _first_joint(
+    hierarchy: Hierarchy, stated: dict[int, np.ndarray], turned: np.ndarray, notes: list[str]
+) -> int:
+    """The joint that becomes the root: whatever lies above it only carries it, and is folded into it."""
+    first = 0
+    while _is_dummy(hierarchy, first, stated, turned):
+        first += 1
+    if first:
+        above = ", ".join(map(repr, hierarchy.names[:first]))
+        notes.append(f"{above} only carries {hierarchy.names[first]!r} and is folded into it")
+    return first
+
+
+def _is_dummy(hierarchy: Hierarchy, joint: int, stated: dict[int, np.ndarray], turned: np.ndarray) -> bool:
+    """Whether the joint has one child alone, which moves by itself or is named as the hips.
+
+    Folding is exact for any joint with one child; this only decides what deserves to be the root.
+    """
+    if hierarchy.children(joint) != [joint + 1] or any(s.parent == joint for s in hierarchy.end_sites):
+        return False
+    if joint + 1 in stated:
+        still = not np.any(stated.get(joint, 0.0)) and not np.any(turned[:, joint, 1:])
+        size = reach(_skeleton(hierarchy, joint + 1, (), 1.0))
+        return still or bool(np.ptp(stated[joint + 1], axis=0).max() > _STILL * size)
+    name, below = hierarchy.names[joint].lower(), hierarchy.names[joint + 1].lower()
+    return any(word in name for word in _DUMMY_NAMES) and any(word in below for word in _HIP_NAMES)
+
+
+def _carried(
+    document: Document, stated: dict[int, np.ndarray], turned: np.ndarray, first: int, *, relative: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """World places ``(frames, 3)`` and orientations ``(frames, 4)`` of the joint ``first``."""
+    for joint in range(first + 1):
+        offset = np.broadcast_to(document.hierarchy.offsets[joint], (document.frames, 3))
+        step = stated[joint] + offset * relative if joint in stated else offset
+        if joint == 0:
+            place, heading = step, turned[:, 0]
+        else:
+            place = place + rotation.rotate(heading, step)
+            heading = rotation.multiply(heading, turned[:, joint])
+    return place, heading
+
+
+def _reading(
+    asked: str,
+    skeleton: Skeleton,
+    turned: np.ndarray,
+    absolute: np.ndarray,
+    relative: np.ndarray,
+    notes: list[str],
+) -> np.ndarray:
+    """The root's places by the asked reading, or by the one that the data speaks for."""
+    if np.abs(relative - absolute).max() <= 1e-6 * reach(skeleton):
+        return absolute
+    if asked == "auto":
+        asked = "relative" if is_relative(skeleton, turned, absolute, relative) else "absolute"
+        other = "absolute" if asked == "relative" else "relative"
+        away = np.linalg.norm((relative - absolute).mean(axis=0))
+        notes.append(f"root places read as {asked} (root={other} would move them by {away:.4g})")
+    return relative if asked == "relative" else absolute
+
+
+# ----------------------------------------------------------------------------------------- the bones
+def _replaced_offsets(
+    path: Path, hierarchy: Hierarchy, stated: dict[int, np.ndarray], first: int, notes: list[str]
+) -> tuple[tuple[int, Offset], ...]:
+    """(joint, offset) where constant position channels below the root differ from the file's OFFSET.
+
+    Raises FileError when such a joint moves against its parent: a skeleton has bones of fixed length.
+    """
+    joints = [joint for joint in stated if joint > first]
+    if not joints:
+        return ()
+    size = reach(_skeleton(hierarchy, first, (), 1.0))
+    lows = np.array([stated[joint].min(axis=0) for joint in joints])
+    highs = np.array([stated[joint].max(axis=0) for joint in joints])
+    middle, spread = (lows + highs) / 2, (highs - lows).max(axis=1)
+    if spread.max() > _STILL * size:
+        worst = hierarchy.names[joints[int(np.argmax(spread))]]
+        raise FileError(
+            path,
+            f"joint {worst!r} moves by up to {spread.max():.4g} against its parent, which only the root "
+            "may do: export the file without position channels below the root",
+        )
+    offsets = hierarchy.offsets[joints]
+    if np.abs(middle).sum() < np.abs(middle - offsets).sum():
+        middle = middle + offsets  # these channels are relative to OFFSET
+    away = np.abs(middle - offsets).max(axis=1)
+    replaced = tuple(
+        (joint, (x, y, z))
+        for joint, (x, y, z), by in zip(joints, middle.tolist(), away, strict=True)
+        if by > _SAME * size
+    )
+    note = f"{len(joints)} joints below the root have position channels, constant within {spread.max():.2g}"
+    if replaced:
+        note += f"; {len(replaced)} of them replace OFFSETs that differ by up to {away.max():.4g}"
+    notes.append(note)
+    return replaced
+
+
+@lru_cache(maxsize=256)
+def _skeleton(
+    hierarchy: Hierarchy, first: int, replaced: tuple[tuple[int, Offset], ...], scale: float
+) -> Skeleton:
+    """The joints from ``first`` on, its offset gathered over those above it; clips of a body share it."""
+    offsets = np.array(hierarchy.offsets)
+    for joint, offset in replaced:
+        offsets[joint] = offset
+    offsets[first] = offsets[: first + 1].sum(axis=0)
+    sites = []
+    for site in hierarchy.end_sites:
+        x, y, z = site.offset
+        sites.append(EndSite(site.parent - first, (x * scale, y * scale, z * scale)))
+    parents = np.maximum(hierarchy.parents[first:] - first, -1)
+    names = _unique_names(hierarchy.names)[first:]
+    return Skeleton(names, parents, offsets[first:] * scale, tuple(sites))

@@ -1,0 +1,1 @@
+"""From joint positions to rotations: the motion of a body that comes nearest to positions of its joints."""

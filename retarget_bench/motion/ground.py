@@ -1,0 +1,57 @@
+"""The floor of a case, and its height under a place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from retarget_bench.errors import BenchError
+
+
+@dataclass(frozen=True)
+class Ground:
+    """The floor of a case: flat at ``height`` metres, or a height field.
+
+    A height field is ``heights`` ``(rows, columns)`` metres over a grid with ``spacing`` metres between
+    samples, whose first sample lies at ``origin`` = (x, z); rows run along z, columns along x.
+    """
+
+    height: float = 0.0
+    heights: np.ndarray | None = None
+    origin: tuple[float, float] = (0.0, 0.0)
+    spacing: float = 1.0
+
+
+FLAT = Ground()
+"""The floor at height 0."""
+
+
+def ground_height(ground: Ground, x: np.ndarray, z: np.ndarray) -> np.ndarray:
+    """``(...)`` metres: the floor under the places x, z ``(...)`` metres.
+
+    A height field is read bilinearly between its samples; beyond its edge the nearest edge goes on.
+    Raises BenchError when the field is not a grid of finite numbers with a positive spacing.
+    """
+    if ground.heights is None:
+        return np.full(np.broadcast_shapes(np.shape(x), np.shape(z)), float(ground.height))
+    heights = np.asarray(ground.heights, dtype=np.float64)
+    if heights.ndim != 2 or heights.size == 0 or not np.isfinite(heights).all() or not ground.spacing > 0:
+        raise BenchError(
+            f"a height field needs finite heights (rows, columns) and a positive spacing; "
+            f"got {heights.shape} and {ground.spacing}"
+        )
+    column, right = _cell(x, ground.origin[0], ground.spacing, heights.shape[1])
+    row, up = _cell(z, ground.origin[1], ground.spacing, heights.shape[0])
+    next_row = np.minimum(row + 1, heights.shape[0] - 1)
+    next_column = np.minimum(column + 1, heights.shape[1] - 1)
+    near = heights[row, column] * (1 - right) + heights[row, next_column] * right
+    far = heights[next_row, column] * (1 - right) + heights[next_row, next_column] * right
+    return np.asarray(near * (1 - up) + far * up)
+
+
+def _cell(at: np.ndarray, origin: float, spacing: float, samples: int) -> tuple[np.ndarray, np.ndarray]:
+    """The sample at or before a place, and the share of the way to the next."""
+    place = np.clip((np.asarray(at, dtype=np.float64) - origin) / spacing, 0.0, samples - 1)
+    sample = np.floor(place).astype(int)
+    return sample, place - sample

@@ -1,0 +1,158 @@
+"""Post-processes: what may be done to the answers of any method, and a method together with them.
+
+``pan+footfix`` is the method ``pan`` whose every answer goes through the post-process ``footfix``;
+``a+b+c`` goes through ``b``, then ``c``. A post-process is a plug-in like any other: a callable that takes
+its parameters as keywords and returns an object of the shape of ``Post``. It is asked once per answer, sees
+what the method could see without privileges, and the floor; never the reference.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+from retarget_bench.api import TASKS, BatchMethod, Case, CaseInfo, Context, Method, MethodCard, Prediction
+from retarget_bench.errors import NotSupported
+from retarget_bench.evaluation.predict import Invalid, declared, takes_batches, verified
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+
+
+@dataclass(frozen=True)
+class PostCard:
+    """What a post-process is, and which answers it works on.
+
+    accepts:    the kinds of answer that it takes: ``motion`` (rotations) and/or ``positions``.
+    stochastic: the result depends on ``context.seed``.
+    """
+
+    name: str
+    summary: str
+    version: str
+    paper: str = ""
+    licence: str = ""
+    accepts: tuple[str, ...] = ("motion",)
+    stochastic: bool = False
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    """Parameter name -> one line that says what it does and which values it takes."""
+
+
+class Post(Protocol):
+    """Turns a method's answer into another one."""
+
+    card: PostCard
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        """None, or the reason why answers of this pair cannot be worked on, as a sentence."""
+
+    def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Prediction:
+        """A motion of ``prediction.character``, the target: same frames, same rate.
+
+        context: the method's, with ``ground`` and without anything privileged.
+        """
+
+
+def composed(method: Method, posts: Sequence[Post]) -> Composed:
+    """A method with post-processes as a method; it takes batches where the method does."""
+    return (ComposedBatch if takes_batches(method) else Composed)(method, posts)
+
+
+class Composed:
+    """A method whose answers go through post-processes, one after the other.
+
+    It needs, accepts and was trained on what the method is; it supports what all of them support.
+    """
+
+    def __init__(self, method: Method, posts: Sequence[Post]) -> None:
+        self.method = method
+        self.posts = tuple(posts)
+        self.card = _card(method, self.posts)
+
+    @property
+    def weights_hash(self) -> str:
+        return str(getattr(self.method, "weights_hash", ""))
+
+    @property
+    def weights_label(self) -> str:
+        return str(getattr(self.method, "weights_label", ""))
+
+    @property
+    def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
+        found: Mapping[str, Sequence[str]] | None = getattr(self.method, "training_manifest", None)
+        return found
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        if reason := self.method.supports(source, target):
+            return reason
+        each = ((post.card.name, post.supports(source, target)) for post in self.posts)
+        return next((f"{name}: {reason}" for name, reason in each if reason), None)
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:
+        answer = self.method.retarget(source.copy(), target, context=replace(context, ground=None))
+        return self._processed(answer, source, target, context)
+
+    def _processed(
+        self, answer: object, source: Prediction, target: Character, context: Context
+    ) -> Prediction:
+        """The answer after every post-process. Raises NotSupported, and Invalid naming who is at fault."""
+        case = Case(_NO_CASE, source, target)
+        bare = Context(
+            seed=context.seed, device=context.device, precision=context.precision, ground=context.ground
+        )
+        found, before = verified(answer, case), self.method.card.name
+        for post in self.posts:
+            name = post.card.name
+            kind = "motion" if isinstance(found, Motion) else "positions"
+            if kind not in post.card.accepts:
+                takes = " or ".join(post.card.accepts)
+                raise NotSupported(f"{name} takes {takes}, but {before} gives {kind} only")
+            answer = post.process(found.copy(), source.copy(), context=bare)
+            try:
+                found, before = verified(answer, case), name
+            except Invalid as error:
+                raise Invalid(f"{name} {error}") from error
+        return found
+
+
+class ComposedBatch(Composed):
+    """The same of a method that takes several cases at once; the post-processes take one at a time."""
+
+    method: BatchMethod
+
+    def retarget_batch(
+        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> list[Prediction]:
+        answers = self.method.retarget_batch(
+            [source.copy() for source in sources],
+            targets,
+            contexts=[replace(context, ground=None) for context in contexts],
+        )
+        asked = zip(answers, sources, targets, contexts, strict=True)
+        return [self._processed(*each) for each in asked]
+
+
+_NO_CASE = CaseInfo("", "retarget", "", "", "", "")
+"""An answer is looked at before it is known which case it is for."""
+
+
+def _card(method: Method, posts: Sequence[Post]) -> MethodCard:
+    """The method's card, with what follows it."""
+    card: Any = method.card
+    cards = [post.card for post in posts]
+    then = ", ".join(each.name for each in cards)
+    return MethodCard(
+        name="+".join((card.name, *(each.name for each in cards))),
+        summary=f"{getattr(card, 'summary', '')}; then {then}".removeprefix("; "),
+        version=", ".join((str(getattr(card, "version", "")), *(f"{p.name} {p.version}" for p in cards))),
+        paper=getattr(card, "paper", ""),
+        licence=getattr(card, "licence", ""),
+        accepts=declared(method, "accepts") or ("motion",),
+        needs=declared(method, "needs"),
+        uses=declared(method, "uses"),
+        tasks=declared(method, "tasks") or TASKS,
+        control=bool(getattr(card, "control", False)),
+        stochastic=any(getattr(each, "stochastic", False) for each in (card, *cards)),
+        default=False,
+        parameters=getattr(card, "parameters", {}),
+    )

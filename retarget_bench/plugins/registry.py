@@ -1,0 +1,349 @@
+"""Plug-ins by name: found without being imported, imported when they are used.
+
+A plug-in comes from one of three places: a file or folder in the rooms ``methods/``, ``metrics/``,
+``datasets/`` and ``methods/posts/``, whose name is the plug-in's name; an entry point of an installed
+distribution, in the groups ``retarget_bench.methods``, ``.metrics``, ``.datasets`` and ``.posts``; a file
+named on the command line (``--plugin``). Whatever goes wrong inside a plug-in becomes a BenchError that
+names it and its origin.
+"""
+
+from __future__ import annotations
+
+import ast
+import difflib
+import importlib
+import importlib.util
+import sys
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any, Literal
+
+import retarget_bench
+from retarget_bench import files as files_
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import parameters
+from retarget_bench.plugins.spec import NAME, Spec
+
+Kind = Literal["methods", "metrics", "datasets", "posts"]
+KINDS: tuple[Kind, ...] = ("methods", "metrics", "datasets", "posts")
+SINGULAR = {"methods": "method", "metrics": "metric", "datasets": "data set", "posts": "post-process"}
+ROOMS: dict[Kind, str] = {
+    "methods": "methods",
+    "metrics": "metrics",
+    "datasets": "datasets",
+    "posts": "methods/posts",
+}
+"""Where the built-in ones lie."""
+BUILT_IN = "built-in"
+_FILE_MODULE = "retarget_bench_file_"
+_MARKS: dict[Kind, tuple[str, ...]] = {
+    "methods": ("retarget",),
+    "metrics": ("compute", "features"),
+    "datasets": ("cases",),
+    "posts": ("process",),
+}
+_FILES: dict[Path, Entry] = {}
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One plug-in that can be used.
+
+    origin:    ``built-in``, the distribution and its version, or the file's path.
+    module:    what is imported for it.
+    attribute: the factory's name in that module.
+    path:      its file, or its folder's ``__init__.py``; None where it could not be found.
+    """
+
+    name: str
+    kind: Kind
+    origin: str
+    module: str
+    attribute: str = "plugin"
+    path: Path | None = None
+
+    @property
+    def summary(self) -> str:
+        """The first line of the module's docstring, read without importing it."""
+        if self.path is None:
+            return f"cannot be imported: no module {self.module}"
+        try:
+            text = ast.get_docstring(ast.parse(self.path.read_bytes()))
+        except (OSError, SyntaxError, ValueError) as error:
+            return f"cannot be read: {error}"
+        return text.splitlines()[0] if text else ""
+
+    def __str__(self) -> str:
+        return f"{SINGULAR[self.kind]} {self.name} ({self.origin})"
+
+
+# -------------------------------------------------------------------------------------------- finding
+def names(kind: Kind) -> list[Entry]:
+    """Every plug-in of a kind, sorted by name, built-ins first, none of them imported."""
+    order = {BUILT_IN: 0}
+    found = [*_built_in(kind), *_installed(kind), *(e for e in _FILES.values() if e.kind == kind)]
+    return sorted(found, key=lambda entry: (entry.name, order.get(entry.origin, 1), entry.origin))
+
+
+def find(kind: Kind, name: str) -> Entry:
+    """The plug-in of this name; raises BenchError with close names, or with both origins of two."""
+    entries = names(kind)
+    matching = [entry for entry in entries if entry.name == name]
+    if len(matching) == 1:
+        return matching[0]
+    if matching:
+        origins = " and ".join(entry.origin for entry in matching)
+        raise BenchError(f"two {kind} are called {name!r}: {origins}; rename or uninstall one of them")
+    known = sorted({entry.name for entry in entries})
+    raise BenchError(
+        f"no {SINGULAR[kind]} is called {name!r}; {_cure(name, known)}{_elsewhere(kind, name)}"
+    )
+
+
+def kinds_of(name: str) -> list[Kind]:
+    """The kinds that have a plug-in of this name, mostly one; raises BenchError where none has."""
+    kinds = [kind for kind in KINDS if any(entry.name == name for entry in names(kind))]
+    if not kinds:
+        known = sorted({entry.name for kind in KINDS for entry in names(kind)})
+        raise BenchError(f"nothing is called {name!r}; {_cure(name, known)}")
+    return kinds
+
+
+def _cure(name: str, known: list[str]) -> str:
+    """The names that were perhaps meant, else all of them."""
+    close = [each for each in known if each.startswith(name)]
+    close = close or difflib.get_close_matches(name, known, 3, 0.5)
+    return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
+
+
+def _elsewhere(kind: Kind, name: str) -> str:
+    """A hint when the name is one of another kind."""
+    others = [SINGULAR[k] for k in KINDS if k != kind and any(e.name == name for e in names(k))]
+    return f" ({name} is a {others[0]})" if others else ""
+
+
+def _built_in(kind: Kind) -> Iterator[Entry]:
+    for base in retarget_bench.__path__:
+        room = Path(base) / ROOMS[kind]
+        for path in sorted(room.iterdir()) if room.is_dir() else ():
+            file = path / "__init__.py" if path.is_dir() else path
+            if path.name[0] not in "_." and file.suffix == ".py" and file.is_file():
+                module = f"retarget_bench.{ROOMS[kind].replace('/', '.')}.{path.stem}"
+                yield Entry(path.stem, kind, BUILT_IN, module, path=file)
+
+
+@cache
+def _installed(kind: Kind) -> tuple[Entry, ...]:
+    from importlib.metadata import entry_points
+
+    found = []
+    for point in entry_points(group=f"retarget_bench.{kind}"):
+        origin = f"{point.dist.name} {point.dist.version}" if point.dist else "an installed package"
+        found.append(
+            Entry(point.name, kind, origin, point.module, point.attr or "plugin", _locate(point.module))
+        )
+    return tuple(dict.fromkeys(found))
+
+
+def _locate(module: str) -> Path | None:
+    """A module's source file, found without importing it or the packages around it."""
+    search: list[str] | None = None
+    spec = None
+    parts = module.split(".")
+    for count in range(1, len(parts) + 1):
+        name = ".".join(parts[:count])
+        finders = (getattr(finder, "find_spec", None) for finder in sys.meta_path)
+        spec = next((s for find in finders if find and (s := find(name, search)) is not None), None)
+        if spec is None:
+            return None
+        search = list(spec.submodule_search_locations or ())
+    return Path(spec.origin) if spec and spec.origin and spec.origin.endswith(".py") else None
+
+
+# ---------------------------------------------------------------------------------------- named files
+def add_file(path: str | Path) -> Entry:
+    """Make the plug-in in a ``.py`` file (or in a folder with an ``__init__.py``) known by its stem.
+
+    Its kind is told by what its ``plugin`` has: ``retarget``, ``compute`` or ``features``, ``cases``, or
+    ``process``; so the file is imported here. Adding a file twice is the same as once. Raises BenchError.
+    """
+    path = Path(path).resolve()
+    if path in _FILES:
+        return _FILES[path]
+    file = path / "__init__.py" if path.is_dir() else path
+    if not file.is_file() or file.suffix != ".py" or not NAME.fullmatch(path.stem):
+        raise BenchError(
+            f"{path}: no such plug-in file; --plugin takes a .py file or a package folder, "
+            "named with letters, digits and _.-"
+        )
+    module = f"{_FILE_MODULE}{path.stem}_{files_.digest(str(path))}"
+    entry = Entry(path.stem, "methods", str(path), module, path=file)
+    factory = _attribute(entry, _import_file(entry))
+    marks = ((kind, mark) for kind, either in _MARKS.items() for mark in either)
+    kind = next((kind for kind, mark in marks if hasattr(factory, mark)), None)
+    if kind is None:
+        raise BenchError(
+            f"{path}: its plugin has none of retarget (a method), compute (a metric), cases (a data set) "
+            "and process (a post-process)"
+        )
+    _FILES[path] = Entry(path.stem, kind, str(path), module, path=file)
+    return _FILES[path]
+
+
+def files() -> tuple[str, ...]:
+    """The plug-in files that were added, for handing on to other processes."""
+    return tuple(map(str, _FILES))
+
+
+def _import_file(entry: Entry) -> Any:
+    assert entry.path is not None
+    if entry.module in sys.modules:
+        return sys.modules[entry.module]
+    folder = [str(entry.path.parent)] if entry.path.name == "__init__.py" else None
+    spec = importlib.util.spec_from_file_location(
+        entry.module, entry.path, submodule_search_locations=folder
+    )
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[entry.module] = module
+    try:
+        spec.loader.exec_module(module)
+    except (Exception, SystemExit) as error:
+        del sys.modules[entry.module]
+        raise _broken(entry, "imported", error) from error
+    return module
+
+
+# -------------------------------------------------------------------------------------------- loading
+def load(kind: Kind, name: str) -> Callable[..., Any]:
+    """The factory of a plug-in, imported now; raises BenchError naming the plug-in and its origin."""
+    entry = find(kind, name)
+    if entry.module in sys.modules:
+        return _attribute(entry, sys.modules[entry.module])
+    try:
+        module = importlib.import_module(entry.module)
+    except (Exception, SystemExit) as error:
+        raise _broken(entry, "imported", error) from error
+    return _attribute(entry, module)
+
+
+def canonical(kind: Kind, spec: Spec | str) -> Spec:
+    """The spec with typed values and without those that equal a default, and so its post-processes;
+    raises BenchError, also where what is no method is given some."""
+    spec = Spec.parse(spec)
+    if spec.posts and kind != "methods":
+        several = "; several at once are for bench train alone" if kind == "datasets" else ""
+        raise BenchError(f"{spec}: post-processes follow a method, and this is a {SINGULAR[kind]}{several}")
+    fitted = parameters.fit(spec.alone, load(kind, spec.name))
+    return Spec(fitted.name, fitted.parameters, tuple(canonical("posts", post) for post in spec.posts))
+
+
+def create(kind: Kind, spec: Spec | str) -> Any:
+    """The plug-in object for a spec, built with its parameters; a method with its post-processes as one.
+
+    Raises BenchError: unknown names and parameters with the known ones; whatever the plug-in's own code
+    raises, with its origin. A BenchError of the plug-in passes as it is.
+    """
+    spec = canonical(kind, spec)
+    if spec.posts:
+        from retarget_bench.plugins.post_processors import composed
+
+        return composed(create(kind, spec.alone), [create("posts", post) for post in spec.posts])
+    factory = load(kind, spec.name)
+    try:
+        built = factory(**spec.parameters)
+    except BenchError:
+        raise
+    except Exception as error:
+        raise _broken(find(kind, spec.name), f"built as {spec}", error) from error
+    if not hasattr(built, "card"):
+        raise BenchError(
+            f"{find(kind, spec.name)} has no card; see retarget_bench/api.py for what it needs"
+        )
+    return built
+
+
+def working(kind: Kind) -> tuple[dict[str, Any], list[str]]:
+    """Every plug-in of a kind that can be built as it is, by name, and a sentence for each broken one.
+
+    Those that must be given a parameter are in neither.
+    """
+    found: dict[str, Any] = {}
+    problems: dict[str, None] = {}
+    for entry in names(kind):
+        try:
+            factory = load(kind, entry.name)
+            if not any(each.required for each in parameters.known(factory)[0]):
+                found[entry.name] = create(kind, entry.name)
+        except BenchError as error:
+            problems[str(error)] = None
+    return found, list(problems)
+
+
+def _attribute(entry: Entry, module: Any) -> Callable[..., Any]:
+    found = module
+    for part in entry.attribute.split("."):
+        found = getattr(found, part, None)
+    if not callable(found):
+        raise BenchError(
+            f"{entry}: module {entry.module} has no {entry.attribute} that can be called; "
+            f"a plug-in's module ends with a line such as {entry.attribute} = MyMethod"
+        )
+    return found
+
+
+def _broken(entry: Entry, what: str, error: BaseException) -> BenchError:
+    """The error to raise when plug-in code failed."""
+    lines = [each.strip() for each in str(error).splitlines() if each.strip()]
+    return BenchError(f"{entry} could not be {what}: {': '.join([type(error).__name__, *lines[:2]])}")
+
+
+# ------------------------------------------------------------------------------------------ own files
+def code_files(kind: Kind, name: str) -> list[Path]:
+    """The Python files whose text decides what a plug-in does, sorted; nothing is imported.
+
+    A built-in or a single file: itself, and what it reaches by relative imports. An installed plug-in:
+    every file of the package that it lies in.
+    """
+    entry = find(kind, name)
+    if entry.path is None:
+        raise BenchError(f"{entry}: no source file of module {entry.module} was found")
+    if entry.origin != BUILT_IN and not entry.module.startswith(_FILE_MODULE):
+        above = entry.module.count(".") - (entry.path.name != "__init__.py")
+        return _tree(entry.path.parents[above]) if above >= 0 else [entry.path]
+    reached: set[Path] = set()
+    waiting = _tree(entry.path.parent) if entry.path.name == "__init__.py" else [entry.path]
+    while waiting:
+        file = waiting.pop()
+        if file not in reached:
+            reached.add(file)
+            waiting.extend(_relative_imports(file))
+    return sorted(reached)
+
+
+def home(kind: Kind, name: str) -> Path:
+    """The folder that a plug-in's own files are named relative to: its own, or the one that it lies in."""
+    entry = find(kind, name)
+    if entry.path is None:
+        raise BenchError(f"{entry}: no source file of module {entry.module} was found")
+    return entry.path.parent
+
+
+def _tree(folder: Path) -> list[Path]:
+    return sorted(path for path in folder.rglob("*.py") if "__pycache__" not in path.parts)
+
+
+def _relative_imports(file: Path) -> Iterator[Path]:
+    """The files that a file's relative imports name."""
+    try:
+        nodes = list(ast.walk(ast.parse(file.read_bytes())))
+    except SyntaxError:
+        return
+    for node in nodes:
+        if isinstance(node, ast.ImportFrom) and node.level:
+            base = file.parents[node.level - 1].joinpath(*(node.module or "").split("."))
+            for place in (base, *(base / alias.name for alias in node.names)):
+                yield from (p for p in (place.with_suffix(".py"), place / "__init__.py") if p.is_file())

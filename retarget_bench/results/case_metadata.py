@@ -1,0 +1,127 @@
+"""What is known of a split's cases beyond the case list: bodies, what is unseen, and how hard a case is.
+
+Small files lie beside ``cases.csv``. Results written before there were any load without them.
+
+    cases.parts.csv    target, joint, part of the body (``retarget_bench.motion.roles.BODY_PARTS``)
+    cases.structures.csv  target, structure
+    cases.unseen.csv   case, and which of source, target and kind no training part of the data has
+    cases.conditions.csv  of derived tasks: case, condition (``noise``), number
+"""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+
+from retarget_bench.api import CaseInfo, Dataset
+from retarget_bench.errors import FileError
+from retarget_bench.files import atomic
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.roles import body_part
+from retarget_bench.results import store
+from retarget_bench.results.store import Place
+
+PARTS_FIELDS = ("target", "joint", "part")
+UNSEEN_FIELDS = ("case", "unseen")
+STRUCTURES_FIELDS = ("target", "structure")
+CONDITIONS_FIELDS = ("case", "condition", "value")
+
+
+def write(place: Place, data: Dataset, infos: Sequence[CaseInfo]) -> None:
+    """The marks of a split: a file of each kind that the data set knows."""
+    bodies = data.characters()
+    targets = sorted({info.target for info in infos} & set(bodies))
+    rows = [(name, joint, part) for name in targets for joint, part in parts(bodies[name]).items()]
+    _write(_path(place, "parts"), PARTS_FIELDS, rows)
+    _write(
+        _path(place, "structures"), STRUCTURES_FIELDS, [(name, bodies[name].structure) for name in targets]
+    )
+    _write_conditions(place, data, infos)
+    unseen = getattr(data, "unseen", None)
+    if unseen is None:
+        _path(place, "unseen").unlink(missing_ok=True)
+    else:
+        marks = [(info.id, "+".join(sorted(unseen(info)))) for info in infos]
+        _write(_path(place, "unseen"), UNSEEN_FIELDS, sorted(marks))
+
+
+def _write_conditions(place: Place, data: Dataset, infos: Sequence[CaseInfo]) -> None:
+    conditions = getattr(data, "conditions", None)
+    if conditions is None:
+        return
+    rows = [(info.id, name, f"{number:.9g}") for info in infos for name, number in conditions(info).items()]
+    _write(_path(place, "conditions"), CONDITIONS_FIELDS, sorted(rows))
+
+
+def parts(body: Character) -> dict[str, str]:
+    """Joint -> part of the body. Joints without a role go with the joint that carries them."""
+    parents = body.skeleton.parents.tolist()
+    found = {}
+    for joint, name in enumerate(body.skeleton.names):
+        while joint >= 0 and body.roles[joint] is None:
+            joint = parents[joint]
+        role = body.roles[joint] if joint >= 0 else None
+        found[name] = body_part(role) if role else "trunk"
+    return found
+
+
+def read_parts(place: Place) -> dict[tuple[str, str], str] | None:
+    """(target, joint) -> part of the body; None where the results are older than these marks."""
+    path = _path(place, "parts")
+    if not path.exists():
+        return None
+    return {(target, joint): part for target, joint, part in store.read_csv(path, PARTS_FIELDS)}
+
+
+def read_unseen(place: Place) -> dict[str, frozenset[str]] | None:
+    """Case -> what of it the data set's training part does not have; None where it does not say."""
+    path = _path(place, "unseen")
+    if not path.exists():
+        return None
+    rows = store.read_csv(path, UNSEEN_FIELDS)
+    return {case: frozenset(words.split("+")) if words else frozenset() for case, words in rows}
+
+
+def read_structures(place: Place) -> dict[str, str] | None:
+    """Target -> its structure; None where the results are older than these marks."""
+    path = _path(place, "structures")
+    return dict(store.read_csv(path, STRUCTURES_FIELDS)) if path.exists() else None
+
+
+def read_conditions(place: Place) -> dict[str, dict[str, float]]:
+    """Case -> condition -> number; empty where the task has none. Raises FileError."""
+    path = _path(place, "conditions")
+    found: dict[str, dict[str, float]] = {}
+    rows = store.read_csv(path, CONDITIONS_FIELDS) if path.exists() else []
+    for line, (case, name, text) in enumerate(rows, 2):
+        try:
+            found.setdefault(case, {})[name] = float(text)
+        except ValueError:
+            raise FileError(path, f"{text!r} is not a number", line) from None
+    return found
+
+
+def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[str]:
+    """What of a case a training manifest does not have, out of ``source``, ``target`` and ``kind``.
+
+    The motion counts as known where training had its kind, or, where kinds are not known, its clip.
+    """
+    kinds = bool(info.kind) and "kinds" in manifest
+    known = {
+        "source": info.source in manifest.get("characters", ()),
+        "target": info.target in manifest.get("characters", ()),
+        "kind": info.kind in manifest["kinds"] if kinds else info.clip in manifest.get("clips", ()),
+    }
+    return frozenset(word for word, there in known.items() if not there)
+
+
+def _path(place: Place, what: str) -> Path:
+    return place.folder / f"cases.{what}.csv"
+
+
+def _write(path: Path, fields: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
+    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(fields)
+        writer.writerows(rows)

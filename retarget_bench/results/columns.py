@@ -1,0 +1,108 @@
+"""Rows read as columns: for every value an array over the case list.
+
+Tables and comparisons of thousands of cases read millions of rows. Where files are large, pandas' reader
+takes them; small ones, and any that it refuses, are read line by line, so that an error names its line.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import CaseInfo
+from retarget_bench.errors import FileError
+from retarget_bench.results import store
+from retarget_bench.results.compatibility import Newest
+from retarget_bench.results.store import Place
+
+LARGE = 1_000_000
+"""Bytes from which importing pandas pays."""
+
+Key = tuple[str, str]
+"""A value's id and the index of a point of its curve, or ""."""
+
+
+@dataclass(frozen=True)
+class Columns:
+    """The numbers of one method on one split.
+
+    cases:   in the order of the case list.
+    numbers: (value id, index or "") -> ``(cases,)``, nan where a case has no such number.
+    """
+
+    place: Place
+    header: dict[str, Any]
+    cases: tuple[CaseInfo, ...]
+    numbers: dict[Key, np.ndarray]
+
+
+def read(place: Place, header: dict[str, Any], newest: Newest) -> Columns:
+    """The rows and case list at a place: the numbers that may stand beside the newest results.
+
+    Raises FileError when a file is missing, damaged or from a newer version.
+    """
+    if newest.stale_data(header):  # the case list beside the rows is that of the newer data
+        return Columns(place, header, (), {})
+    cases = tuple(store.read_cases(place.cases, place.task, place.split))
+    position = {info.id: number for number, info in enumerate(cases)}
+    found = _fast(place, position) if _is_large(place) else None
+    numbers = _slow(place, position) if found is None else found
+    stale = {value for value, _ in numbers if newest.stale_value(header, value)}
+    return Columns(place, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})
+
+
+def _is_large(place: Place) -> bool:
+    try:
+        return place.rows.stat().st_size >= LARGE
+    except OSError:
+        return False
+
+
+def _slow(place: Place, position: dict[str, int]) -> dict[Key, np.ndarray]:
+    numbers: dict[Key, np.ndarray] = {}
+    for case, entry in store.read_rows(place.rows).items():
+        if case not in position:
+            raise FileError(place.rows, f"names case {case!r}, which {place.cases} does not list")
+        for value_id, value in entry.values.items():
+            for index, number in value.items() if isinstance(value, dict) else (("", value),):
+                key = value_id, index
+                if key not in numbers:
+                    numbers[key] = np.full(len(position), np.nan)
+                numbers[key][position[case]] = number
+    return numbers
+
+
+def _fast(place: Place, position: dict[str, int]) -> dict[Key, np.ndarray] | None:
+    """The same by pandas; None where anything is not as it should be."""
+    import pandas as pd
+
+    # exact by default since 3.1, where asking for it is deprecated
+    old = tuple(map(int, pd.__version__.split(".")[:2])) < (3, 1)
+    exact: dict[str, Any] = {"float_precision": "round_trip"} if old else {}
+    text = dict.fromkeys(store.ROW_FIELDS[:3], "category")
+    try:
+        rows = pd.read_csv(
+            place.rows,
+            dtype=text | {"value": "float64"},
+            na_filter=False,
+            **exact,
+            encoding="utf-8",
+        )
+    except (OSError, ValueError):
+        return None
+    if tuple(rows.columns) != store.ROW_FIELDS or not np.isfinite(rows["value"]).all():
+        return None
+    names = {name: list(rows[name].cat.categories) for name in store.ROW_FIELDS[:3]}
+    codes = {name: rows[name].cat.codes.to_numpy().astype(np.int64) for name in names}
+    if not all(case in position for case in names["case"]):
+        return None
+    at = np.array([position[case] for case in names["case"]])[codes["case"]]
+    pairs, key = np.unique(codes["value_id"] * len(names["index"]) + codes["index"], return_inverse=True)
+    table = np.full((len(pairs), len(position)), np.nan)
+    table[key, at] = rows["value"].to_numpy()
+    value_of, index_of = np.divmod(pairs, len(names["index"]))
+    keys = [(names["value_id"][v], names["index"][i]) for v, i in zip(value_of, index_of, strict=True)]
+    both = {v for v, i in keys if i} & {v for v, i in keys if not i}
+    return None if both else dict(zip(keys, table, strict=True))

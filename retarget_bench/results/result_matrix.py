@@ -1,0 +1,231 @@
+"""All methods on one split side by side: for every value an array over methods and cases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import SPLITS, CaseInfo
+from retarget_bench.results import columns, compatibility, store
+from retarget_bench.results.columns import Columns, Key
+from retarget_bench.results.store import STATUSES, Place
+
+
+@dataclass(frozen=True)
+class Row:
+    """One method: what its header says, and for every seed that it was run with its numbers.
+
+    header: of the first seed, with the counts and problems of all.
+    places: of the results, per seed.
+    draws:  per seed (value id, index) -> ``(cases,)``.
+    """
+
+    label: str
+    header: Mapping[str, Any]
+    places: tuple[Place, ...]
+    draws: tuple[Mapping[Key, np.ndarray], ...]
+
+    @property
+    def place(self) -> Place:
+        return self.places[0]
+
+    def number(self, key: Key) -> np.ndarray | None:
+        """``(cases,)``: the mean over seeds, nan where any seed has none; None where no case has one."""
+        if not all(key in draw for draw in self.draws):
+            return None
+        if len(self.draws) == 1:
+            return self.draws[0][key]
+        return np.mean([draw[key] for draw in self.draws], axis=0)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """All methods on one split of one data set.
+
+    cases:  sorted by clip. Values of legacy protocols count self pairs as intra, so self cases are there
+            too, with those values only; ``own`` tells them apart.
+    part:   which group of the cases (or joints) this is; "" for all.
+    own:    ``(cases,)`` bool.
+    values: value id -> what headers declare of it.
+    """
+
+    dataset: str
+    split: str
+    cases: tuple[CaseInfo, ...]
+    own: np.ndarray
+    rows: tuple[Row, ...]
+    values: Mapping[str, Mapping[str, Any]]
+    part: str = ""
+
+    @cached_property
+    def clips(self) -> np.ndarray:
+        """``(cases,)`` the number of every case's clip, increasing."""
+        names = np.array([info.clip for info in self.cases])
+        return np.cumsum(np.concatenate([[False], names[1:] != names[:-1]])) if len(names) else names
+
+    @cached_property
+    def keys(self) -> list[Key]:
+        """Every value, and point of a curve, that any method has."""
+        return list(dict.fromkeys(key for row in self.rows for draw in row.draws for key in draw))
+
+    def numbers(self, key: Key) -> np.ndarray:
+        """``(methods, cases)``; nan where there is none."""
+        nothing = np.full(len(self.cases), np.nan)
+        found = (row.number(key) for row in self.rows)
+        return np.array([nothing if each is None else each for each in found])
+
+    def restricted(self, kept: np.ndarray, part: str) -> Panel:
+        """The panel of some cases: ``kept`` is ``(cases,)`` bool, or ``(methods, cases)`` where methods
+        keep different ones."""
+        each = np.array(np.broadcast_to(kept, (len(self.rows), len(self.cases))))
+        some: np.ndarray = np.logical_or.reduce(each, axis=0)
+        rows = []
+        for row, keep in zip(self.rows, each, strict=True):
+            ids = {
+                info.id
+                for info, mine in zip(self.cases, np.logical_and(keep, self.own), strict=True)
+                if mine
+            }
+            draws = tuple(
+                {key: np.where(keep, column, np.nan)[some] for key, column in draw.items()}
+                for draw in row.draws
+            )
+            rows.append(replace(row, header=counted(row.header, ids), draws=draws))
+        cases = tuple(info for info, keep in zip(self.cases, some, strict=True) if keep)
+        return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
+
+    def narrowed(self, value: str) -> Panel:
+        """The panel with one value and nothing else."""
+        rows = tuple(
+            replace(
+                row,
+                draws=tuple(
+                    {key: each for key, each in draw.items() if key[0] == value} for draw in row.draws
+                ),
+            )
+            for row in self.rows
+        )
+        return replace(self, rows=rows, values={value: self.values[value]} if value in self.values else {})
+
+
+def panels(places: Iterable[Place]) -> list[Panel]:
+    """The results at these places, by data set and split (self, intra, cross).
+
+    Numbers on other data, or of another version of a metric, than the newest of a data set's results are
+    left out, and so are further seeds of a method that another version of it ran with, or on other data.
+    A place that is named twice counts once.
+    """
+    once: dict[Path, Place] = {}
+    for place in places:
+        once.setdefault(place.header.resolve(), place)
+    there = [(place, store.read_header(place.header)) for place in once.values()]
+    newest = compatibility.newest_by_label(header for _, header in there)
+    grouped: dict[tuple[str, str, str], list[Columns]] = {}
+    for place, header in there:
+        label = header["dataset"]["label"]
+        found = columns.read(place, header, newest[label])
+        grouped.setdefault((label, place.task, place.split), []).append(found)
+    order = {split: rank for rank, split in enumerate(SPLITS)}
+    keys = sorted(grouped, key=lambda key: (*key[:2], order.get(key[2], len(order))))
+    return [_panel(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
+
+
+def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> Panel:
+    values: dict[str, Mapping[str, Any]] = {}
+    for each in sorted(found, key=lambda each: compatibility.made(each.header)):
+        values |= each.header["values"]
+    pooled = {key for key, value in values.items() if value["with_self"]}
+    split = found[0].place.split
+    extra = selves if pooled and split == "intra" else ()
+    infos = {info.id: (info, True) for each in found for info in each.cases}
+    infos |= {i.id: (i, False) for each in extra for i in each.cases if i.id not in infos}
+    ordered = sorted(infos.values(), key=lambda pair: (pair[0].clip, pair[0].id))
+    position = {info.id: number for number, (info, _) in enumerate(ordered)}
+    own_self = {_identity(each): each for each in extra}
+    draws = [
+        (each, _aligned(each, own_self.get(_identity(each)), pooled, split, position)) for each in found
+    ]
+    return Panel(
+        dataset=label,
+        split=split,
+        cases=tuple(info for info, _ in ordered),
+        own=np.array([own for _, own in ordered]),
+        rows=_rows(draws),
+        values=values,
+    )
+
+
+def _identity(found: Columns) -> tuple[Any, ...]:
+    return found.place.root, found.place.dataset, found.place.task, found.place.method
+
+
+def _aligned(
+    found: Columns, own_self: Columns | None, pooled: set[str], split: str, position: Mapping[str, int]
+) -> dict[Key, np.ndarray]:
+    """The columns over the panel's cases. Values that pool self pairs need those, or are left out."""
+    aligned: dict[Key, np.ndarray] = {}
+    for part, keep in ((found, None), (own_self, pooled)):
+        if part is None:
+            continue
+        at = np.array([position[info.id] for info in part.cases], dtype=np.int64)
+        for key, column in part.numbers.items():
+            if keep is None or (key[0] in keep and key in aligned):
+                aligned.setdefault(key, np.full(len(position), np.nan))[at] = column
+    if split != "intra":
+        return aligned
+    there = own_self.numbers if own_self is not None else {}
+    return {key: column for key, column in aligned.items() if key[0] not in pooled or key in there}
+
+
+# ----------------------------------------------------------------------------------------------- seeds
+def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Row, ...]:
+    """One row per method: results under several seeds together. Equal labels of several roots are told
+    apart by their folders."""
+    grouped: dict[tuple[str, str], list[tuple[Columns, dict[Key, np.ndarray]]]] = {}
+    for found, numbers in draws:
+        label = found.header["method"]["label"]
+        grouped.setdefault((label, str(found.place.root)), []).append((found, numbers))
+    labels = [label for label, _ in grouped]
+    rows = []
+    for (label, root), each in grouped.items():
+        # results on other data than the newest have no cases here
+        each.sort(key=lambda pair: (not pair[0].cases, pair[0].header.get("seeds", [0])))
+        first = each[0][0]
+        each = [pair for pair in each if _same_version(pair[0], first)]
+        shown = label if labels.count(label) == 1 else f"{label} ({root})"
+        seeds = tuple(numbers for _, numbers in each)
+        places = tuple(found.place for found, _ in each)
+        rows.append(Row(shown, _header([found for found, _ in each]), places, seeds))
+    return tuple(rows)
+
+
+def _header(found: Sequence[Columns]) -> Mapping[str, Any]:
+    """One header for the results under several seeds: a case is answered where every seed answered it."""
+    first = found[0].header
+    if len(found) == 1:
+        return first
+    problems = [problem for each in found for problem in each.header["problems"]]
+    seeds = [seed for each in found for seed in each.header["seeds"]]
+    ids = {info.id for info in found[0].cases}
+    return counted({**first, "problems": problems, "seeds": seeds}, ids)
+
+
+def _same_version(found: Columns, first: Columns) -> bool:
+    """Whether a result under another seed was made by the same method and metrics, on the same data."""
+    same_data = found.header["dataset"]["content"] == first.header["dataset"]["content"]
+    return same_data and all(found.header[name] == first.header[name] for name in ("method", "metrics"))
+
+
+def counted(header: Mapping[str, Any], ids: set[str]) -> dict[str, Any]:
+    """A header whose counts and problems are those of these cases."""
+    kept = [{**problem, "cases": sorted(ids & set(problem["cases"]))} for problem in header["problems"]]
+    problems = [problem for problem in kept if problem["cases"]]
+    status = {case: problem["status"] for problem in problems for case in problem["cases"]}
+    counts = {name: list(status.values()).count(name) for name in STATUSES}
+    counts["ok"] = len(ids) - len(status)
+    return {**header, "counts": {"asked": len(ids), **counts}, "problems": problems}

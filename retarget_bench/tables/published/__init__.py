@@ -1,0 +1,1 @@
+"""Tables as papers printed them, and our own results put into the same places."""

@@ -1,0 +1,171 @@
+"""A published table with our rows under the printed ones, as a table that every renderer can draw."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+from retarget_bench.tables.model import NOT_APPLICABLE, Cell, Column, Footnotes, Group, Row, Table, count
+from retarget_bench.tables.published.papers import (
+    OwnRow,
+    PublishedColumn,
+    PublishedRow,
+    PublishedTable,
+    caveats,
+)
+
+PRINTED = "printed"
+NOT_PRINTED = "the paper prints no number here"
+OTHER_CASES = "no case of these results belongs to this column"
+
+
+def paper_table(table: PublishedTable, rows: Sequence[OwnRow]) -> Table:
+    """The printed rows in their order, then ours by name; controls apart. Nothing is ranked or marked."""
+    footnotes = Footnotes()
+    printed = [_printed(table, row, footnotes) for row in table.rows]
+    several = len({row.dataset for row in rows}) > 1
+    ours = [(_own(table, row, footnotes, several), row.mark) for row in sorted(rows, key=_by_name)]
+    blocks = dict.fromkeys(column.block for column in table.columns)
+    groups = tuple(group for each in blocks if (group := _block(table, each, printed, ours)).rows)
+    notes = [
+        *_counts(table, rows),
+        *caveats(table, rows),
+        *table.notes,
+    ]
+    return Table(
+        title=table.title,
+        groups=groups,
+        notes=tuple(notes),
+        footnotes=tuple(footnotes.sentences),
+        reading=f"Rows marked '{PRINTED}' are the paper's numbers; all others were computed here, under "
+        "the protocol that each column names. Nothing is ranked.",
+    )
+
+
+def _block(
+    table: PublishedTable, block: str, printed: Sequence[Row], ours: Sequence[tuple[Row, str]]
+) -> Group:
+    """The columns of one block. Printed rows are left out where the paper prints nothing at all."""
+    numbers = [number for number, column in enumerate(table.columns) if column.block == block]
+    some = _prints(table, block)
+
+    def part(row: Row) -> Row:
+        return replace(row, cells=tuple(row.cells[number] for number in numbers))
+
+    ours = [each for each in ours if any(cell.reason != OTHER_CASES for cell in part(each[0]).cells)]
+
+    return Group(
+        title=f"{table.paper}: {block}" if block else table.paper,
+        split="",
+        columns=tuple(_column(table.columns[number]) for number in numbers),
+        ranked=(*(part(row) for row in printed if some), *(part(row) for row, mark in ours if not mark)),
+        unranked=tuple(part(row) for row, mark in ours if mark),
+        common=(None,) * len(numbers),
+    )
+
+
+def _prints(table: PublishedTable, block: str) -> bool:
+    """Whether the paper prints anything in a block."""
+    asked = [column.id for column in table.columns if column.block == block]
+    return any(each in row.values for row in table.rows for each in asked)
+
+
+def _by_name(row: OwnRow) -> tuple[str, str]:
+    return row.dataset, row.label
+
+
+def _column(column: PublishedColumn) -> Column:
+    if column.mean_of:
+        meaning = f"mean of {', '.join(column.mean_of)}"
+    elif column.any_pair:
+        meaning = f"protocol {column.value}, mean over every pair but self pairs"
+    elif column.splits:
+        meaning = f"protocol {column.value}, mean over all cases of split {' and '.join(column.splits)}"
+    elif column.legs:
+        kind = f" of kind {column.kind}" if column.kind else ""
+        meaning = f"{column.value} of all answers{kind} on bodies of {column.legs} legs"
+    elif column.seen:
+        had = "had" if column.seen == "seen" else "did not have"
+        meaning = f"protocol {column.value}, mean over bodies of structures that training {had}"
+    elif column.structure:
+        meaning = f"protocol {column.value}, mean over bodies of structure {column.structure}"
+    elif column.pairs:
+        meaning = f"protocol {column.value}, mean over {', '.join(column.pairs)}"
+    else:
+        meaning = column.missing
+    return Column(column.id, column.label, column.unit, "lower", meaning)
+
+
+def _printed(table: PublishedTable, row: PublishedRow, footnotes: Footnotes) -> Row:
+    cells = []
+    for column in table.columns:
+        numbers = row.values.get(column.id)
+        if numbers is None:
+            note = footnotes.number(NOT_PRINTED) if _prints(table, column.block) else 0
+            cells.append(Cell(NOT_APPLICABLE, reason=NOT_PRINTED, footnote=note))
+        else:
+            cells.append(
+                _cell(numbers[0], numbers[1] if len(numbers) > 1 else None, _decimals(table, column))
+            )
+    return Row(f"{row.method} ({PRINTED})", "", tuple(cells), "")
+
+
+def _own(table: PublishedTable, row: OwnRow, footnotes: Footnotes, several: bool) -> Row:
+    cells = []
+    for column in table.columns:
+        found = row.cells.get(column.id)
+        if found is None:
+            reason = column.missing or row.reasons.get(column.id, OTHER_CASES)
+            cells.append(Cell(NOT_APPLICABLE, reason=reason, footnote=footnotes.number(reason)))
+            continue
+        spread = (
+            found.spread if any(len(each.values.get(column.id, ())) > 1 for each in table.rows) else None
+        )
+        shown = _cell(found.value, spread, _decimals(table, column))
+        cells.append(
+            Cell(shown.text, shown.value, decimals=shown.decimals, n=found.cases, clips=found.clips)
+        )
+    label = f"{row.label}, {row.dataset}" if several else row.label
+    n = "" if table.of_sets else str(sum(row.cells[each].cases for each in _counted(table, row)))
+    return Row(label, row.mark, tuple(cells), n)
+
+
+def _counted(table: PublishedTable, row: OwnRow) -> list[str]:
+    """The columns whose cases add up to what the row is a mean over."""
+    apart = [c.id for c in table.columns if (c.pairs or c.structure) and c.id in row.cells]
+    return apart or [*row.cells][:1]
+
+
+def _cell(value: float, spread: float | None, decimals: int) -> Cell:
+    text = f"{value:.{decimals}f}" + ("" if spread is None else f" ±{spread:.{decimals}f}")
+    return Cell(text, value, decimals=decimals)
+
+
+def _decimals(table: PublishedTable, column: PublishedColumn) -> int:
+    """As many as are printed; of columns that nothing is printed in, as many as elsewhere."""
+    numbers = [row.values[column.id] for row in table.rows if column.id in row.values]
+    if not numbers:
+        numbers = [numbers for row in table.rows for numbers in row.values.values()]
+    return max(len(repr(number).partition(".")[2]) for each in numbers for number in each)
+
+
+def _counts(table: PublishedTable, rows: Sequence[OwnRow]) -> list[str]:
+    """How many cases, pairs and clips every column of ours is a mean over, by data set."""
+    sentences = []
+    for dataset in dict.fromkeys(row.dataset for row in rows):
+        mine = [row.cells for row in rows if row.dataset == dataset]
+        counts: list[str] = []
+        for column in table.columns:
+            found = [cells[column.id] for cells in mine if column.id in cells and not column.mean_of]
+            if found and column.legs:
+                least = min(found, key=lambda cell: cell.cases)
+                sets = f"{count(least.cases, 'window')} in each set, {count(least.clips, 'clip')}"
+                counts.append(f"{column.id}: {sets}, {count(least.pairs, 'structure')} of targets")
+            elif found:
+                least = min(found, key=lambda cell: cell.cases)
+                pairs = f"{least.pairs} of {len(column.pairs)}" if column.pairs else f"{least.pairs}"
+                clips = f"{least.clips} of {table.clips}" if column.pairs else f"{least.clips}"
+                counts.append(f"{column.label}: {count(least.cases, 'case')}, pairs {pairs}, clips {clips}")
+        if counts:
+            sentences.append(f"n, {dataset}: {'; '.join(counts)}.")
+    return sentences

@@ -1,0 +1,40 @@
+"""Tables drawn: as text, Markdown, LaTeX, HTML or CSV. Every renderer gets the same ``Table``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import partial
+
+from retarget_bench.tables.model import Table
+from retarget_bench.tables.rendering.as_csv import comma_separated
+from retarget_bench.tables.rendering.as_html import html
+from retarget_bench.tables.rendering.as_latex import latex
+from retarget_bench.tables.rendering.as_markdown import markdown
+from retarget_bench.tables.rendering.as_text import text
+
+Renderer = Callable[[Sequence[Table]], str]
+"""Tables to one document."""
+
+RENDERERS: dict[str, Renderer] = {
+    "text": text,
+    "md": markdown,
+    "tex": latex,
+    "html": html,
+    "csv": comma_separated,
+}
+WITH_INTERVALS: dict[str, Renderer] = RENDERERS | {
+    "text": partial(text, intervals=True),
+    "md": partial(markdown, intervals=True),
+}
+"""The other formats always hold intervals."""
+
+__all__ = [
+    "RENDERERS",
+    "WITH_INTERVALS",
+    "Renderer",
+    "comma_separated",
+    "html",
+    "latex",
+    "markdown",
+    "text",
+]

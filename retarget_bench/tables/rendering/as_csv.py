@@ -1,0 +1,48 @@
+"""Tables as CSV, for other programs: full precision, and beside every number what belongs to it."""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Sequence
+
+from retarget_bench.tables.model import Cell, Table
+
+ASPECTS = ("low", "high", "mark", "n", "clips", "seeds_sd")
+"""Columns ``<value id>:<aspect>`` stand beside every ``<value id>``."""
+NO_CELL = Cell("")
+
+
+def comma_separated(tables: Sequence[Table]) -> str:
+    """One line per row and group. Where there is no number its place is empty, and ``:mark`` says why."""
+    columns = list(dict.fromkeys(column.id for table in tables for column in table.columns))
+    groups = [(table, group) for table in tables for group in table.groups]
+    parts = next((group.heading for _, group in groups if group.subject), "")
+    structures = any(group.structure for _, group in groups)
+    about = ["value", parts] if parts else ["method", "not_ranked"]
+    about = ["structure", *about] if structures else about
+    aspects = [name for key in columns for name in (key, *(f"{key}:{each}" for each in ASPECTS))]
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n", quoting=csv.QUOTE_ALL)
+    writer.writerow(["dataset", "split", *about, *aspects, "n"])
+    for table, group in groups:
+        for row in group.rows:
+            named = [group.subject, row.label] if parts else [row.label, row.mark]
+            of = f"{group.structure}, kind {group.kind}" if group.kind else group.structure
+            named = [of, *named] if structures else named
+            cells = {c.id: cell for c, cell in zip(group.columns, row.cells, strict=True)}
+            numbers = [each for key in columns for each in _parts(cells.get(key, NO_CELL))]
+            writer.writerow([table.title, group.split, *named, *numbers, row.n])
+    return out.getvalue()
+
+
+def _parts(cell: Cell) -> list[str]:
+    low, high = (cell.interval.low, cell.interval.high) if cell.interval else (None, None)
+    numbers = [_number(each) for each in (cell.value, low, high)]
+    mark = cell.mark or (cell.text if cell.value is None else "")
+    counts = [str(each) if each else "" for each in (cell.n, cell.clips)]
+    return [*numbers, mark, *counts, _number(cell.spread)]
+
+
+def _number(value: float | None) -> str:
+    return "" if value is None else f"{value:.9g}"

@@ -1,0 +1,94 @@
+"""Tables as one HTML page that needs nothing else: it sorts by its own script, and reads without it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from retarget_bench.tables.model import MARKS, Cell, Column, Table, count
+from retarget_bench.tables.rendering import words
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+PAGES = Path(__file__).parent / "pages"
+BEST_FIRST = {"lower": "ascending", "higher": "descending", "target": "other", "none": "ascending"}
+"""The order of a column's numbers, as ``aria-sort`` calls it, when the best come first."""
+UNRANKED = 1e4
+"""Added to the keys of cells that are not ranked, where places are keys."""
+MOST_CASES = 5
+"""So many cases without an answer are named for each reason."""
+
+
+def html(tables: Sequence[Table]) -> str:
+    """One page with all tables, how to read them, what their columns mean and where they come from."""
+    return environment().get_template("tables.html").render(context(tables))
+
+
+def context(tables: Sequence[Table]) -> dict[str, Any]:
+    """What the templates of tables need to know, by name."""
+    kinds = dict.fromkeys(kind for table in tables for kind in words.empty_kinds(table))
+    return {
+        "tables": tables,
+        "words": words,
+        "marks": MARKS,
+        "kinds": list(kinds),
+        "has_marks": words.has_marks(tables),
+        "has_intervals": any(cell.interval for table in tables for cell in table.cells),
+        "has_common": any(any(group.common) for table in tables for group in table.groups),
+        "has_parts": any(group.subject for table in tables for group in table.groups),
+        "has_seeds": words.has_seeds(tables),
+        "best_first": BEST_FIRST,
+        "most_cases": MOST_CASES,
+        "sort_key": sort_key,
+        "told": told,
+    }
+
+
+@cache
+def environment() -> Environment:
+    """Templates of this package. Whatever is put into a page is escaped, and on one printable line."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    return Environment(
+        loader=FileSystemLoader(PAGES, encoding="utf-8"),
+        autoescape=True,
+        undefined=StrictUndefined,
+        finalize=_finalize,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+
+
+def _finalize(given: Any) -> Any:
+    return words.printable(given) if type(given) is str else given
+
+
+def sort_key(cell: Cell, column: Column) -> str:
+    """What a cell is sorted by: the better, the smaller.
+
+    A mean may be nearer to its goal than that of a method whose cases are nearer on average, so where a
+    column has a goal ranked cells are sorted by their place, and others after them by their mean.
+    """
+    value = cell.value or 0.0
+    if column.better != "target":
+        return f"{-value if column.better == 'higher' else value:.9g}"
+    if cell.place is not None:
+        return f"{cell.place}"
+    ratio = value / column.goal
+    return f"{UNRANKED + abs(math.log(ratio)):.9g}" if ratio > 0 else "Infinity"
+
+
+def told(cell: Cell) -> str:
+    """A cell in words, for its tool tip."""
+    if cell.value is None:
+        return cell.reason or cell.text
+    parts = [{"": "", "best": words.BEST, "tied": words.TIED}[cell.mark]]
+    if cell.n:
+        parts.append(f"mean over {count(cell.n, 'case')} of {count(cell.clips, 'clip')}")
+    if cell.interval:
+        parts.append(f"interval {cell.between}")
+    return "; ".join(part for part in (*parts, cell.reason) if part)

@@ -1,0 +1,151 @@
+"""A comparison of two methods as text, Markdown or comma-separated values."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import textwrap
+from collections.abc import Callable, Sequence
+
+from retarget_bench.analysis.pairwise import LEAST_CLIPS, Difference, Versus
+from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, Interval
+
+WIDTH = 108
+HEADS = ("", "{first}", "{second}", "difference", "95 % interval", "p", "cases", "clips", "")
+LEGEND = (
+    "Means over clips of the mean per clip, over the cases that both have. Difference: {first} minus "
+    "{second}; where a value is best at a goal, of their distances |ln(value / goal)|.",
+    "p: how often flipping signs of whole clips at random would give as large a difference, adjusted for "
+    "the values compared in a split (Holm). Below 0.05 it is called a difference.",
+    "Intervals (the differences that flips do not reject, without that adjustment) and p hold for these "
+    f"characters. Intervals need {ENOUGH_CLIPS} clips, verdicts {LEAST_CLIPS}.",
+)
+ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
+
+
+def text(found: Sequence[Versus]) -> str:
+    """For a terminal: a block per split, aligned."""
+    out = []
+    for each in found:
+        title = f"{each.first} against {each.second}: {each.dataset}, {each.split}"
+        rows = _cells(each)
+        widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+        out += [title, ""]
+        for row in rows:
+            middle = (cell.rjust(width) for cell, width in zip(row[1:-1], widths[1:-1], strict=True))
+            out.append("  ".join(["", row[0].ljust(widths[0]), *middle, row[-1]]).rstrip())
+        out += ["", *(f"* {note}" for note in each.notes), *([""] if each.notes else [])]
+    legend = [line for words in _legend(found) for line in textwrap.wrap(words, WIDTH)]
+    return "\n".join([*out, *legend]) + "\n"
+
+
+def markdown(found: Sequence[Versus]) -> str:
+    """A table per split, with a legend."""
+    out = []
+    for each in found:
+        head, *rows = [[_plain(cell) for cell in row] for row in _cells(each)]
+        out += [f"### {_plain(f'{each.first} against {each.second}: {each.dataset}, {each.split}')}", ""]
+        out += ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 2) + "---|"]
+        out += ["| " + " | ".join(row) + " |" for row in rows]
+        out += ["", *(f"- {_plain(note)}" for note in each.notes), *([""] if each.notes else [])]
+    return "\n".join([*out, *(f"- {_plain(line)}" for line in _legend(found))]) + "\n"
+
+
+def comma_separated(found: Sequence[Versus]) -> str:
+    """A line per split and value; full precision; empty where there is no interval."""
+    out = io.StringIO()
+    writer = csv.writer(out, lineterminator="\n")
+    names = ("first_mean", "second_mean", "difference", "low", "high", "p", "p_holm")
+    writer.writerow(["dataset", "split", "first", "second", "value", *names, "cases", "clips", "verdict"])
+    for each in found:
+        for one in each.differences:
+            ends = (one.interval.low, one.interval.high) if one.interval else (None, None)
+            numbers = (one.first, one.second, one.difference, *ends, one.p, one.adjusted)
+            shown = ["" if number is None else f"{number:.9g}" for number in numbers]
+            words = [one.cases, one.clips, verdict(each, one)]
+            writer.writerow([each.dataset, each.split, each.first, each.second, one.value, *shown, *words])
+    return out.getvalue()
+
+
+def verdict(found: Versus, one: Difference) -> str:
+    """What the numbers say, in words."""
+    return {
+        "first": f"{found.first} better",
+        "second": f"{found.second} better",
+        "higher": f"{found.first} higher",
+        "lower": f"{found.first} lower",
+        "same": "the same",
+        "few": "too few clips to tell",
+        "open": "not told apart",
+    }[one.verdict]
+
+
+def _cells(found: Versus) -> list[list[str]]:
+    """The heading and a row per value, as text."""
+    head = [words.format(first=found.first, second=found.second) for words in HEADS]
+    return [head, *(_row(found, one) for one in found.differences)]
+
+
+def _row(found: Versus, one: Difference) -> list[str]:
+    facts = one.facts
+    goal = f"{facts['goal']:g}" if facts["better"] == "target" else ""
+    unit = f", {facts['unit']}" if facts["unit"] != "1" else ""
+    name = f"{one.value} {ARROWS[facts['better']]}{goal}".rstrip() + unit
+    decimals = _decimals(max(abs(one.first), abs(one.second)))
+    fine = _decimals(_size(one)) - 1
+    return [
+        name,
+        f"{one.first:.{decimals}f}",
+        f"{one.second:.{decimals}f}",
+        "0" if one.none else f"{one.difference:+.{max(0, fine)}f}",
+        _interval(one.interval, max(0, fine)) if not one.none else "",
+        "" if one.none else _p(one.adjusted),
+        str(one.cases),
+        str(one.clips),
+        verdict(found, one),
+    ]
+
+
+def _size(one: Difference) -> float:
+    """What decides how finely a difference is written: how uncertain it is, or its own size."""
+    uncertain = (one.interval.high - one.interval.low) / 2 if one.interval else 0.0
+    return uncertain or abs(one.difference)
+
+
+def _interval(interval: Interval | None, decimals: int) -> str:
+    return f"[{interval.low:+.{decimals}f}, {interval.high:+.{decimals}f}]" if interval else "–"
+
+
+def _p(p: float) -> str:
+    """Never as if it were on the other side of the level."""
+    if p < 0.001:
+        return "<0.001"
+    shown = f"{p:.3f}"
+    return shown if (float(shown) < ALPHA) == (p < ALPHA) else f"<{ALPHA:g}"
+
+
+def _decimals(size: float) -> int:
+    """As many as show three significant digits of a number of this size."""
+    return min(9, max(0, 2 - math.floor(math.log10(size)))) if size > 0 else 2
+
+
+def _legend(found: Sequence[Versus]) -> list[str]:
+    names = {(each.first, each.second) for each in found}
+    first, second = names.pop() if len(names) == 1 else ("the first", "the second")
+    return [line.replace("{first}", first).replace("{second}", second) for line in LEGEND]
+
+
+def _plain(words: str) -> str:
+    """Text that Markdown and the HTML in it leave alone."""
+    escaped = words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("\n", " ")
+    for mark in "\\`*_[]|":
+        escaped = escaped.replace(mark, "\\" + mark)
+    return escaped
+
+
+RENDERERS: dict[str, Callable[[Sequence[Versus]], str]] = {
+    "text": text,
+    "md": markdown,
+    "csv": comma_separated,
+}

@@ -1,0 +1,189 @@
+"""Groups of a table for values of whole sets of answers (FID and its kin): one per split and structure."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from retarget_bench.analysis.statistics import Interval
+from retarget_bench.analysis.summary import Score, Section
+from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.results import compatibility
+from retarget_bench.tables import missing
+from retarget_bench.tables.groups import STALE, Making, about
+from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION, Cell, Group, Row, count
+
+FLOOR, FLOOR_MARK = "floor", "right answers, against other real motion"
+APART_MARK = "real motion, against other real motion"
+"""Of data whose cases have no right answers."""
+READING = (
+    "Values of sets (in tables that count windows): n is the number of windows in each of the two sets "
+    "that are compared. They are not ranked: read them by their intervals and against the floor, which is "
+    "what right answers score, or real motion where there are none. Values of another n are not comparable."
+)
+
+
+@dataclass(frozen=True)
+class _Sets:
+    """What most methods were drawn and measured with, of one value on one structure.
+
+    real, network: hashes; floor: of those, or None where no method has a value.
+    """
+
+    real: str = ""
+    network: str = ""
+    floor: float | None = None
+    n: int = 0
+    clips: int = 0
+
+
+def declared(found: Iterable[Section]) -> dict[str, Mapping[str, Any]]:
+    """Value id -> what the newest header declares of it, of all values of sets."""
+    headers = sorted(
+        (score.header for section in found for score in section.scores), key=compatibility.made
+    )
+    return {key: value for header in headers for key, value in header.get("set_values", {}).items()}
+
+
+def by_set(section: Section, keys: Sequence[str], making: Making) -> list[Group]:
+    """A group per target structure that any method has a value for, a row per method.
+
+    The floor stands among the rows that are not ranked.
+    """
+    return [_group(section, *each, keys, making) for each, why in _structures(section, keys) if not why]
+
+
+def without(section: Section, keys: Sequence[str]) -> list[str]:
+    """Sentences about target structures that no method has a value for, or none of a kind."""
+    found = _structures(section, keys)
+    empty = [structure for (structure, kind), why in found if why and not kind]
+    return [
+        f"{section.split}: no values of sets on bodies of structure {_named(*each)}: {why}."
+        for each, why in found
+        if why and not (each[1] and each[0] in empty)
+    ]
+
+
+def _named(structure: str, kind: str) -> str:
+    return f"{structure}, kind {kind}" if kind else structure
+
+
+def _structures(section: Section, keys: Sequence[str]) -> list[tuple[tuple[str, str], str]]:
+    """Every target structure and kind, and why no method has any of these values for it ("": one has)."""
+    values: dict[tuple[str, str], list[SetValue]] = {}
+    for score in section.scores:
+        for each in score.sets:
+            if each.value_id in keys:
+                values.setdefault((each.structure, each.kind), []).append(each)
+    return [
+        (which, "" if any(each.value is not None for each in found) else _reasons(found))
+        for which, found in sorted(values.items())
+    ]
+
+
+def _reasons(found: Sequence[SetValue]) -> str:
+    return "; ".join(dict.fromkeys(each.reason for each in found))
+
+
+def _group(section: Section, structure: str, kind: str, keys: Sequence[str], making: Making) -> Group:
+    usual = {key: _usual(section, (structure, kind), key) for key in keys}
+    rows = []
+    for score in section.scores:
+        mine = [each for each in score.sets if (each.structure, each.kind) == (structure, kind)]
+        values = {each.value_id: each for each in mine}
+        cells = tuple(_cell(score, values.get(key), key, making, usual[key]) for key in keys)
+        mark = STALE if making.newest.stale_data(score.header) else score.unranked
+        n = max((values[key].n for key in keys if key in values), default=0)
+        rows.append(Row(score.label, mark, cells, f"{n}", about(score.header)))
+    rows.sort(key=lambda row: _place(row.cells[0], making.column(keys[0]).better))
+    n, clips = max((each.n, each.clips) for each in usual.values())
+    mark = APART_MARK if any("four_legged" in score.header for score in section.scores) else FLOOR_MARK
+    floors = tuple(_floor(key, each, making) for key, each in usual.items())
+    return Group(
+        title=f"{section.split}, all answers on bodies of structure {_named(structure, kind)} as one set: "
+        f"{count(n, 'window')} of {count(clips, 'clip')}",
+        split=section.split,
+        columns=tuple(making.column(key) for key in keys),
+        ranked=tuple(row for row in rows if not row.mark),
+        unranked=(*(row for row in rows if row.mark), Row(FLOOR, mark, floors, f"{n}")),
+        common=(None,) * len(keys),
+        counted="windows",
+        structure=structure,
+        kind=kind,
+    )
+
+
+def _usual(section: Section, which: tuple[str, str], key: str) -> _Sets:
+    """Of the newest results, what most have: methods that lack a case are drawn otherwise."""
+    values = [
+        each
+        for score in sorted(section.scores, key=lambda score: compatibility.made(score.header))
+        for each in score.sets
+        if (each.value_id, each.structure, each.kind) == (key, *which) and each.value is not None
+    ]
+    if not values:
+        return _Sets()
+    network = values[-1].network
+    fresh = [each for each in values if each.network == network]
+    real = Counter(each.real for each in fresh).most_common(1)[0][0]
+    first = next(each for each in fresh if each.real == real)
+    return _Sets(real, network, first.floor, first.n, first.clips)
+
+
+def _cell(score: Score, value: SetValue | None, key: str, making: Making, usual: _Sets) -> Cell:
+    if gap := missing.of_row(score, making.newest):
+        return making.empty(gap)
+    if stale := making.newest.stale_value(score.header, key):
+        return making.empty((OTHER_VERSION, stale))
+    if key not in score.header.get("set_values", {}):
+        return making.empty((NOT_RUN, f"scored without {key}; bench score adds it"))
+    if value is None:
+        return making.empty((NOT_APPLICABLE, "no answer on a body of this structure"))
+    if value.value is None:
+        return making.empty((NOT_APPLICABLE, value.reason))
+    if value.network != usual.network:
+        return making.empty(
+            (OTHER_VERSION, "measured with another feature network than the newest results")
+        )
+    reason = "" if value.real == usual.real else _other_windows(value, key, making)
+    if (seeds := len(score.header.get("seeds", ()))) > 1:
+        reason = "; ".join(filter(None, [f"of the first of its {seeds} seeds", reason]))
+    low, high = value.low, value.high
+    return Cell(
+        making.shown(value.value, key),
+        value.value,
+        Interval(low, high) if low is not None and high is not None else None,
+        decimals=making.decimals[key],
+        n=value.n,
+        clips=value.clips,
+        reason=reason,
+        footnote=making.footnotes.number(reason),
+    )
+
+
+def _other_windows(value: SetValue, key: str, making: Making) -> str:
+    floor = "unknown" if value.floor is None else making.shown(value.floor, key)
+    return (
+        f"drawn from {count(value.n, 'window')} that are not those of the others, since it did not answer "
+        f"the same cases; its own floor is {floor}"
+    )
+
+
+def _floor(key: str, usual: _Sets, making: Making) -> Cell:
+    if usual.floor is None:
+        return Cell(NOT_APPLICABLE)
+    return Cell(
+        making.shown(usual.floor, key),
+        usual.floor,
+        decimals=making.decimals[key],
+        n=usual.n,
+        clips=usual.clips,
+    )
+
+
+def _place(cell: Cell, better: str) -> tuple[bool, float]:
+    if cell.value is None:
+        return True, 0.0
+    return False, -cell.value if better == "higher" else cell.value

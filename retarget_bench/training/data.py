@@ -1,0 +1,245 @@
+"""What a method is trained on: the unpaired clips of a data set as arrays, and windows drawn from them."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import Dataset
+from retarget_bench.errors import NotSupported, Unusable
+from retarget_bench.evaluation.plan import method
+from retarget_bench.evaluation.worker import know
+from retarget_bench.motion.bvh.catalogue import some
+from retarget_bench.motion.character import Character
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.clips import Progress, by_character, training_clips
+from retarget_bench.training.joint_datasets import dataset
+
+Arrays = Mapping[str, np.ndarray]
+
+
+@dataclass(frozen=True, eq=False)
+class Clip:
+    """One clip of one character: arrays ``(frames, ...)`` float32, as ``Trainable.prepare`` made them."""
+
+    character: str
+    name: str
+    arrays: Arrays
+
+    @property
+    def frames(self) -> int:
+        return len(next(iter(self.arrays.values())))
+
+    def starts(self, frames: int, hop: int = 1) -> range:
+        """Where windows of so many frames begin: at multiples of ``hop``. One where the clip is shorter."""
+        return range(0, max(self.frames - frames, 0) + 1, hop)
+
+
+LeftOut = Callable[[Clip, Sequence[int]], Collection[int]]
+"""Those of the starts of a clip's windows that are never drawn; some window of each character must be."""
+
+
+@dataclass(frozen=True, eq=False)
+class Windows:
+    """Rows of a batch that were cut from clips.
+
+    arrays:     ``(rows, frames, ...)``; a clip that is shorter than a window is followed by zeros.
+    lengths:    ``(rows,)`` int64: how many frames of each row are real.
+    characters: whose clip each row is from.
+    """
+
+    arrays: Arrays
+    lengths: np.ndarray
+    characters: tuple[str, ...]
+
+    @property
+    def mask(self) -> np.ndarray:
+        """``(rows, frames)`` bool: False at padding."""
+        frames = next(iter(self.arrays.values())).shape[1]
+        return np.asarray(np.arange(frames) < self.lengths[:, None])
+
+
+@dataclass(frozen=True, eq=False)
+class Material:
+    """All clips, by character.
+
+    characters: name -> body, of those that have clips. clips: character -> its clips.
+    notes:      sentences on what was left out and why.
+    """
+
+    characters: Mapping[str, Character]
+    clips: Mapping[str, Sequence[Clip]]
+    notes: Sequence[str] = field(default=())
+
+    @cached_property
+    def structures(self) -> Mapping[str, tuple[str, ...]]:
+        """Structure -> names of its characters, both sorted."""
+        found: dict[str, list[str]] = {}
+        for name in sorted(self.clips):
+            found.setdefault(self.characters[name].structure, []).append(name)
+        return {name: tuple(found[name]) for name in sorted(found)}
+
+    @cached_property
+    def hash(self) -> str:
+        """Sixteen hex digits of every array with its name and shape, whose clip it is, in a fixed order."""
+        found = hashlib.sha256()
+        for name in sorted(self.clips):
+            for clip in self.clips[name]:
+                for key, array in sorted(clip.arrays.items()):
+                    found.update(repr((name, clip.name, key, array.shape, array.dtype.str)).encode())
+                    found.update(np.ascontiguousarray(array).tobytes())
+        return found.hexdigest()[:16]
+
+    @cached_property
+    def frames(self) -> int:
+        """Of all clips together."""
+        return sum(clip.frames for mine in self.clips.values() for clip in mine)
+
+    def draw(
+        self,
+        numbers: np.random.Generator,
+        characters: Sequence[str],
+        frames: int,
+        hop: int = 1,
+        left_out: LeftOut | None = None,
+    ) -> Windows:
+        """One window per character asked for, each start of each of its clips as likely as any other.
+
+        hop: windows begin at multiples of it; left_out: but at these. Arrays of characters that differ in
+        shape (in joints) are followed by zeros.
+        """
+        cuts = [self._cut(numbers, name, frames, hop, left_out) for name in characters]
+        shapes = {
+            key: np.max([clip.arrays[key].shape[1:] for clip, _ in cuts], axis=0, initial=0).tolist()
+            for key in cuts[0][0].arrays
+        }
+        rows = {
+            key: np.zeros((len(cuts), frames, *map(int, shapes[key])), array.dtype)
+            for key, array in cuts[0][0].arrays.items()
+        }
+        lengths = np.zeros(len(cuts), dtype=np.int64)
+        for row, (clip, start) in enumerate(cuts):
+            lengths[row] = min(frames, clip.frames - start)
+            for key, array in clip.arrays.items():
+                part = (slice(lengths[row]), *(slice(size) for size in array.shape[1:]))
+                rows[key][row][part] = array[start : start + frames]
+        return Windows(rows, lengths, tuple(characters))
+
+    def cast(
+        self, numbers: np.random.Generator, rows: int, among: Sequence[str] | None = None
+    ) -> list[str]:
+        """Names for the rows of a batch, each character (of ``among``) as likely as any other."""
+        names = sorted(self.clips) if among is None else list(among)
+        return [names[k] for k in numbers.integers(len(names), size=rows)]
+
+    def stacked(self, key: str, characters: Sequence[str] | None = None) -> np.ndarray:
+        """``(frames of all clips, ...)``: one array of every clip in a row, for statistics."""
+        names = sorted(self.clips) if characters is None else characters
+        return np.concatenate([clip.arrays[key] for name in names for clip in self.clips[name]])
+
+    def _cut(
+        self, numbers: np.random.Generator, name: str, frames: int, hop: int, left_out: LeftOut | None
+    ) -> tuple[Clip, int]:
+        starts, ends = self._starts(name, frames, hop, left_out)
+        at = int(numbers.integers(ends[-1]))
+        number = int(np.searchsorted(ends, at, side="right"))
+        return self.clips[name][number], starts[number][at - int(ends[number - 1] if number else 0)]
+
+    def _starts(
+        self, name: str, frames: int, hop: int, left_out: LeftOut | None
+    ) -> tuple[Sequence[Sequence[int]], np.ndarray]:
+        """Where windows of each clip begin, and ``(clips,)`` how many the clips up to each have."""
+        key = (name, frames, hop, left_out)
+        if key not in self._counted:
+            starts: list[Sequence[int]] = [clip.starts(frames, hop) for clip in self.clips[name]]
+            if left_out is not None:
+                without = [left_out(*each) for each in zip(self.clips[name], starts, strict=True)]
+                starts = [
+                    [start for start in mine if start not in odd]
+                    for mine, odd in zip(starts, without, strict=True)
+                ]
+            self._counted[key] = starts, np.cumsum([len(mine) for mine in starts])
+        return self._counted[key]
+
+    @cached_property
+    def _counted(self) -> dict[Any, tuple[Sequence[Sequence[int]], np.ndarray]]:
+        return {}
+
+
+def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress) -> Material:
+    """Every training clip that the method can take, in a fixed order.
+
+    Raises NotSupported where nothing is left to train on or a clip cannot be had.
+    """
+    listed = training_clips(dataset(data))
+    asked: Any = method(trainee)
+    cast = {name: clips for mine in listed.values() for name, clips in mine.items()}
+    bodies = _bodies(dataset(data), cast)
+    unfit = {name: why for name in sorted(cast) if (why := asked.unfit(bodies[name]))}
+    fit = [name for name in sorted(cast) if name not in unfit]
+    common = {"dataset": data, "method": trainee, "fps": fps}
+    found = by_character(clips_of, fit, common, jobs, progress)
+    kept = {name: clips for name, (clips, *_) in found.items() if clips}
+    if not kept:
+        why = f": {next(iter(unfit.values()))}" if unfit else ""
+        raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
+    notes = [f"not trained on {name}: {why}" for name, why in unfit.items()]
+    notes += getattr(dataset(data), "training_notes", ())
+    notes += [
+        f"not trained on {number} clip{'s' * (number > 1)} of {name}, in which the body is another one"
+        for name, (_, number, _) in found.items()
+        if number
+    ]
+    notes += [
+        f"not trained on {len(unusable)} clip{'s' * (len(unusable) > 1)} of {name}: {some(unusable, 10)}"
+        for name, (*_, unusable) in found.items()
+        if unusable
+    ]
+    return Material({name: bodies[name] for name in kept}, kept, tuple(notes))
+
+
+def clips_of(job: Mapping[str, Any]) -> tuple[list[Clip], int, list[str]]:
+    """The clips of one character as arrays, the number of those left out since their body is another one,
+    and those that cannot be used, each with the reason; what a worker process does."""
+    know(job["plugins"])
+    name, asked, data = job["character"], method(job["method"]), dataset(job["dataset"])
+    (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
+    body = _bodies(data, {name: clips})[name]
+    found: list[Clip] = []
+    others, unusable = 0, []
+    for number in range(len(clips)):
+        try:
+            motion = clips[number].resample(job["fps"])
+        except Unusable as error:
+            unusable.append(f"{error.clip} ({error.why})")
+            continue
+        if not _alike(body, motion.character):
+            others += 1
+        elif motion.frames > 1:
+            arrays = asked.prepare(motion)  # type: ignore[attr-defined]
+            found.append(
+                Clip(name, clips.names[number], {k: np.asarray(a, np.float32) for k, a in arrays.items()})
+            )
+    return found, others, unusable
+
+
+def _alike(body: Character, other: Character) -> bool:
+    """The same joints, and bones of the same lengths to a thousandth of the height."""
+    if body is other:
+        return True
+    ours, theirs = body.skeleton, other.skeleton
+    if ours.names != theirs.names or ours.parents.tolist() != theirs.parents.tolist():
+        return False
+    lengths = (np.linalg.norm(each.offsets[1:], axis=-1) for each in (ours, theirs))
+    return bool(np.abs(np.subtract(*lengths)).max(initial=0.0) <= 1e-3 * body.height)
+
+
+def _bodies(data: Dataset, cast: Mapping[str, Any]) -> dict[str, Character]:
+    """The characters themselves; one that no case shows is known by its first clip."""
+    known = data.characters()
+    return {name: known[name] if name in known else cast[name][0].character for name in sorted(cast)}

@@ -1,0 +1,135 @@
+"""What feature networks are trained on: the training motion of a data set, per structure.
+
+A structure that a data set keeps out of training as a whole has no motion of its own here. Its network is
+trained on motion of another structure, seen at those joints that lie where its own joints lie: the joints
+of both are matched by their places in the reference pose, between the two bodies that are most alike.
+Places, not roles, since what a role names (the head, the upper spine) lies elsewhere on another structure.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import Dataset
+from retarget_bench.errors import NotSupported, Unusable
+from retarget_bench.evaluation.plan import dataset
+from retarget_bench.evaluation.worker import know
+from retarget_bench.motion import kinematics
+from retarget_bench.motion.character import Character
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.clips import Cast, Progress, by_character, training_clips
+from retarget_bench.training.features import windows
+
+NEAR = 0.06
+"""Heights by which matched joints may lie apart, at most."""
+Clips = Mapping[str, np.ndarray]
+"""``character/clip`` -> ``(frames, channels)`` float32."""
+
+
+@dataclass(frozen=True)
+class Source:
+    """Where the motion for a structure's network comes from.
+
+    lender: the structure that moves. joints: which of its joints are seen, in the structure's own order.
+    roles:  of the structure's own joints.
+    """
+
+    structure: str
+    lender: str
+    joints: tuple[int, ...]
+    roles: tuple[str | None, ...]
+
+    @property
+    def borrowed(self) -> bool:
+        return self.lender != self.structure
+
+
+def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
+    """Where the motion for each structure comes from; without ``wanted``, for all that some motion fits.
+
+    Raises NotSupported where the data set has no training motion, or none for a structure asked for.
+    """
+    moving = training_clips(data)
+    cast: dict[str, list[Character]] = {}
+    for character in data.characters().values():
+        if not windows.unseeable(character):
+            cast.setdefault(character.structure, []).append(character)
+    if unknown := [name for name in wanted if name not in cast]:
+        raise NotSupported(
+            f"{data.label} has no structure {unknown[0]!r} with a facing; structures are {', '.join(cast)}"
+        )
+    found = [_source(name, cast, moving) for name in wanted or cast]
+    if wanted and None in found:
+        raise NotSupported(
+            f"{data.label} has no training motion of structure {wanted[found.index(None)]!r}, nor of one "
+            "that has a joint wherever it has one"
+        )
+    return [each for each in found if each is not None]
+
+
+def gather(spec: Spec, source: Source, jobs: int, progress: Progress) -> dict[str, np.ndarray]:
+    """The clips of all training characters, in a fixed order, as channels."""
+    names = sorted(training_clips(dataset(spec))[source.lender])
+    common = {"dataset": spec, "source": source}
+    found = by_character(clips_of, names, common, jobs, progress)
+    return {name: clip for clips in found.values() for name, clip in clips.items()}
+
+
+def clips_of(job: Mapping[str, Any]) -> Clips:
+    """The clips of one character that are long enough, as channels; what a worker process does."""
+    know(job["plugins"])
+    source, character = job["source"], job["character"]
+    clips = training_clips(dataset(job["dataset"]))[source.lender][character]
+    found = {}
+    for number in range(len(clips)):
+        try:
+            seen = windows.channels(clips[number], source.joints)
+        except Unusable:
+            continue
+        if len(seen) >= windows.FRAMES:
+            found[f"{character}/{clips.names[number]}"] = seen.astype(np.float32)
+    return found
+
+
+def _source(structure: str, cast: Mapping[str, Sequence[Character]], moving: Cast) -> Source | None:
+    roles = _roles(cast[structure][0])
+    if structure in moving:
+        return Source(structure, structure, tuple(windows.joints_of(cast[structure][0]).tolist()), roles)
+    offers = []
+    for lender in moving:
+        if lender in cast:
+            apart, joints = min(
+                (_match(a, b) for a in cast[structure] for b in cast[lender] if b.name in moving[lender]),
+                key=lambda offer: offer[0],
+                default=(np.inf, ()),
+            )
+            offers.append((apart, lender, joints))
+    apart, lender, joints = min(offers, default=(np.inf, "", ()))
+    return Source(structure, lender, joints, roles) if apart < NEAR else None
+
+
+def _match(body: Character, lender: Character) -> tuple[float, tuple[int, ...]]:
+    """Heights by which matched joints lie apart at most, and the lender's joint for each of the body's."""
+    from scipy.optimize import linear_sum_assignment  # type: ignore[import-untyped]
+
+    ours, theirs = _places(body), _places(lender)
+    if len(ours) > len(theirs):
+        return np.inf, ()
+    apart = np.linalg.norm(ours[:, None] - theirs, axis=-1)
+    rows, columns = linear_sum_assignment(apart**2)
+    return float(apart[rows, columns].max()), tuple(windows.joints_of(lender)[columns].tolist())
+
+
+def _places(body: Character) -> np.ndarray:
+    """``(joints seen, 3)`` places in the reference pose, hips at zero, in heights."""
+    places, _ = kinematics.forward(body.skeleton, body.reference_pose, np.zeros(3))
+    hips = places[body.joint_of.get("hips", 0)]
+    return np.asarray((places[windows.joints_of(body)] - hips) / body.height)
+
+
+def _roles(body: Character) -> tuple[str | None, ...]:
+    return tuple(body.roles[joint] for joint in windows.joints_of(body))

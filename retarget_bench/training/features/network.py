@@ -1,0 +1,147 @@
+"""Feature networks: an encoder's weights and statistics, kept with a card, run with NumPy alone.
+
+A network belongs to one structure. It takes windows of channels (``windows.py``), three convolutions with
+stride 2 and tanh make ``(FRAMES / 8, 256)`` activations of them, and their mean over time, each brought to
+mean 0 and standard deviation 1 over the training windows, is the window's feature vector.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import Prediction
+from retarget_bench.errors import FileError
+from retarget_bench.files import cache_folder, slug
+from retarget_bench.motion.character import Character
+from retarget_bench.training import tensor_files as files
+from retarget_bench.training.features import windows
+
+SCHEMA = 1
+LAYERS = (64, 128, 256)
+"""Channels of the three convolutions."""
+KERNEL, STRIDE = 15, 2
+BATCH = 64
+"""Windows that are encoded at a time: bounds the memory."""
+TENSORS = (
+    *(f"{kind}_{layer}" for layer in range(len(LAYERS)) for kind in ("weight", "bias")),
+    *("input_mean", "input_scale", "feature_mean", "feature_scale"),
+)
+
+
+@dataclass(frozen=True, eq=False)
+class Network:
+    """tensors: of ``TENSORS``; weights ``(out, in, KERNEL)``, scales are 0 for what never varies.
+    card: structure, roles of its joints, training data, recipe, seed, loss; see ``train.py``."""
+
+    tensors: Mapping[str, np.ndarray]
+    card: Mapping[str, Any]
+
+    @property
+    def hash(self) -> str:
+        """Sixteen hex digits of the tensors: what rows name the network by."""
+        return str(self.card["hash"])
+
+    @property
+    def dimensions(self) -> int:
+        return LAYERS[-1]
+
+    def unfit(self, character: Character) -> str:
+        """Why a body cannot be seen by this network; "" where it can."""
+        joints = windows.joints_of(character)
+        roles = [character.roles[joint] for joint in joints]
+        if roles != self.card["roles"]:
+            return (
+                f"{character.name} has other joints than the feature network of structure "
+                f"{self.card['structure']} was trained on; bench train-features makes one of its own"
+            )
+        return windows.unseeable(character)
+
+    def features(self, motion: Prediction, floor: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
+        """``(windows, 256)`` float32 features of a motion, and ``(windows,)`` root speeds in heights/s."""
+        seen = windows.channels(motion, floor=floor)
+        return self.encode(windows.windows(seen)), windows.speeds(seen)
+
+    def encode(self, cut: np.ndarray) -> np.ndarray:
+        """``(windows, 256)`` float32 features of windows ``(windows, FRAMES, channels)``."""
+        parts = [self._encode(cut[at : at + BATCH]) for at in range(0, len(cut), BATCH)]
+        return np.concatenate(parts) if parts else np.zeros((0, self.dimensions), np.float32)
+
+    def _encode(self, cut: np.ndarray) -> np.ndarray:
+        return (
+            (self.activations(cut) - self._tensor["feature_mean"]) * self._tensor["feature_scale"]
+        ).astype(np.float32)
+
+    def activations(self, cut: np.ndarray) -> np.ndarray:
+        """``(windows, 256)`` deepest activations of a batch, mean over time, as they are."""
+        scaled = (cut - self._tensor["input_mean"]) * self._tensor["input_scale"]
+        signal = scaled.astype(np.float32)
+        for layer in range(len(LAYERS)):
+            signal = _convolve(signal, self._filters[layer], self._tensor[f"bias_{layer}"])
+        return np.asarray(signal.mean(axis=1, dtype=np.float32))
+
+    @cached_property
+    def _tensor(self) -> dict[str, np.ndarray]:
+        return {name: np.asarray(value, dtype=np.float32) for name, value in self.tensors.items()}
+
+    @cached_property
+    def _filters(self) -> list[np.ndarray]:
+        """Per layer ``(KERNEL * in, out)``."""
+        weights = (self._tensor[f"weight_{layer}"] for layer in range(len(LAYERS)))
+        return [np.ascontiguousarray(w.transpose(2, 1, 0).reshape(-1, len(w))) for w in weights]
+
+
+def _convolve(signal: np.ndarray, filters: np.ndarray, bias: np.ndarray) -> np.ndarray:
+    """Convolution with stride and zero padding, and tanh: ``(windows, frames, in)`` to
+    ``(windows, frames / STRIDE, out)``."""
+    padded = np.pad(signal, ((0, 0), (KERNEL // 2, KERNEL // 2), (0, 0)))
+    count, width, inner = padded.shape
+    frames = (width - KERNEL) // STRIDE + 1
+    step = padded.strides
+    # windows overlap in memory: one row of KERNEL * in numbers is contiguous already
+    rows = np.lib.stride_tricks.as_strided(
+        padded,
+        (count, frames, KERNEL * inner),
+        (step[0], STRIDE * step[1], step[2]),
+        writeable=False,
+    )
+    return np.tanh(rows.reshape(count * frames, -1) @ filters + bias).reshape(count, frames, -1)
+
+
+# ------------------------------------------------------------------------------------------------ files
+def own_folder() -> Path:
+    """Where ``bench train-features`` puts networks unless told otherwise, and where they are looked for."""
+    return cache_folder() / "features"
+
+
+def paths(folder: Path, structure: str) -> tuple[Path, Path]:
+    """Weights and card of a structure's network in a folder."""
+    return files.pair(folder / slug(structure))
+
+
+def write(folder: Path, tensors: Mapping[str, np.ndarray], card: Mapping[str, Any]) -> Network:
+    """Weights, then the card (whose presence says that all is there), each atomically."""
+    return Network(dict(tensors), files.write(paths(folder, card["structure"])[0], tensors, card, SCHEMA))
+
+
+def find(folder: Path, structure: str) -> Network | None:
+    """A structure's network in a folder, None where there is none.
+
+    Raises FileError when it is damaged, its files do not belong together, or it is from a newer version.
+    """
+    weights, facts = paths(folder, structure)
+    return _read(weights, facts.stat().st_mtime_ns) if facts.exists() else None
+
+
+@lru_cache(maxsize=16)
+def _read(weights: Path, _stamp: int) -> Network:
+    card = files.read_card(weights, SCHEMA, ("structure", "roles"), "a feature network")
+    tensors = files.read_arrays(weights, card)
+    if set(tensors) != set(TENSORS):
+        raise FileError(weights, "holds other tensors than a feature network; train it anew")
+    return Network(tensors, card)

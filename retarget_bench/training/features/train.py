@@ -1,0 +1,187 @@
+"""Training a feature network: a convolutional autoencoder of windows, after Holden et al. (2015, 2016)."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import asdict, dataclass
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from retarget_bench.training.features import network, windows
+from retarget_bench.training.features.data import Source
+from retarget_bench.training.features.network import KERNEL, LAYERS, STRIDE, Network
+
+DROPPED = 1e-6
+"""A channel or feature that varies less never varies: it is left out."""
+
+
+@dataclass(frozen=True)
+class Recipe:
+    """hop: frames between training windows. least: the smallest deviation that a place (heights) and any
+    other channel is divided by. validation: one clip in so many is kept aside."""
+
+    steps: int = 200
+    batch: int = 48
+    rate: float = 1e-3
+    hop: int = 16
+    least: tuple[float, float] = (0.01, 0.05)
+    validation: int = 10
+    checks: int = 8
+    seed: int = 0
+
+
+class Autoencoder(nn.Module):
+    """Three convolutions with stride 2 and tanh, and their mirror image."""
+
+    def __init__(self, inputs: int) -> None:
+        super().__init__()
+        widths = (inputs, *LAYERS)
+        half = KERNEL // 2
+        self.down = nn.ModuleList(nn.Conv1d(a, b, KERNEL, STRIDE, half) for a, b in pairwise(widths))
+        back = widths[::-1]
+        self.up = nn.ModuleList(
+            nn.ConvTranspose1d(a, b, KERNEL, STRIDE, half, output_padding=1) for a, b in pairwise(back)
+        )
+
+    def forward(self, signal: Tensor) -> Tensor:
+        """Windows ``(batch, channels, FRAMES)`` rebuilt from their deepest activations."""
+        for layer in self.down:
+            signal = torch.tanh(layer(signal))
+        for layer in self.up[:-1]:
+            signal = torch.tanh(layer(signal))
+        rebuilt: Tensor = self.up[-1](signal)
+        return rebuilt
+
+
+def train(
+    source: Source,
+    clips: Mapping[str, np.ndarray],
+    facts: Mapping[str, Any],
+    folder: Path,
+    recipe: Recipe,
+    progress: Callable[[int, float], None],
+) -> Network:
+    """Train on clips of channels and write the network to a folder.
+
+    facts: more lines for its card. progress is called after every step with the steps done and the loss.
+    """
+    begun = time.perf_counter()
+    kept, aside = _split(clips, recipe)
+    mean, scale = _statistics(kept, recipe)
+    curve, model = _fit((kept - mean) * scale, (aside - mean) * scale, recipe, progress)
+    tensors = _tensors(model, mean, scale)
+    bare = Network(
+        tensors | {"feature_mean": np.zeros(LAYERS[-1]), "feature_scale": np.ones(LAYERS[-1])}, {}
+    )
+    deepest = np.concatenate([bare.activations(kept[at : at + 64]) for at in range(0, len(kept), 64)])
+    spread = deepest.std(axis=0)
+    tensors["feature_mean"] = deepest.mean(axis=0).astype(np.float32)
+    tensors["feature_scale"] = np.where(spread > DROPPED, 1.0 / np.maximum(spread, DROPPED), 0.0).astype(
+        np.float32
+    )
+    card = {
+        "structure": source.structure,
+        "roles": list(source.roles),
+        **facts,
+        "clips": len(clips),
+        "windows": len(kept),
+        "validation_windows": len(aside),
+        "features": int((tensors["feature_scale"] > 0).sum()),
+        "recipe": asdict(recipe),
+        "loss": curve,
+        "seconds": round(time.perf_counter() - begun),
+        "torch": torch.__version__,
+    }
+    return network.write(folder, tensors, card)
+
+
+def _split(clips: Mapping[str, np.ndarray], recipe: Recipe) -> tuple[np.ndarray, np.ndarray]:
+    """``(windows, FRAMES, channels)`` float32 to train on, and of clips that are kept aside."""
+    parts: tuple[list[np.ndarray], list[np.ndarray]] = [], []
+    for number, seen in enumerate(clips.values()):
+        parts[number % recipe.validation == recipe.validation - 1].append(windows.windows(seen, recipe.hop))
+    kept, aside = parts
+    return np.concatenate(kept), np.concatenate(aside or kept[:1])
+
+
+def _statistics(kept: np.ndarray, recipe: Recipe) -> tuple[np.ndarray, np.ndarray]:
+    """``(channels,)`` mean, and one over the standard deviation (0 for what never varies)."""
+    mean, spread = (each.astype(np.float32) for each in (kept.mean(axis=(0, 1)), kept.std(axis=(0, 1))))
+    joints = (kept.shape[2] - 3) // 5
+    least = np.repeat(np.array(recipe.least, np.float32), (3 * joints, 2 * joints + 3))
+    return mean, np.where(spread > DROPPED, 1.0 / np.maximum(spread, least), 0.0).astype(np.float32)
+
+
+def _fit(
+    kept: np.ndarray, aside: np.ndarray, recipe: Recipe, progress: Callable[[int, float], None]
+) -> tuple[list[dict[str, float]], Autoencoder]:
+    """The loss curve and the trained network."""
+    with torch.random.fork_rng(devices=[]):
+        torch.manual_seed(recipe.seed)
+        model = Autoencoder(kept.shape[2])
+    optimiser = torch.optim.Adam(model.parameters(), lr=recipe.rate)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, recipe.steps)
+    here, there = (
+        torch.from_numpy(np.ascontiguousarray(each.transpose(0, 2, 1))) for each in (kept, aside)
+    )
+    curve, recent = [], []
+    for step, batch in enumerate(_batches(len(here), recipe), 1):
+        wanted = here[batch]
+        loss = nn.functional.mse_loss(model(wanted), wanted)
+        optimiser.zero_grad()
+        loss.backward()  # type: ignore[no-untyped-call]
+        optimiser.step()
+        schedule.step()
+        recent.append(loss.item())
+        progress(step, recent[-1])
+        if step % max(recipe.steps // recipe.checks, 1) == 0 or step == recipe.steps:
+            curve.append(
+                {
+                    "step": step,
+                    "train": _short(sum(recent) / len(recent)),
+                    "validation": _check(model, there),
+                }
+            )
+            recent = []
+    return curve, model
+
+
+def _tensor(cut: np.ndarray) -> Tensor:
+    return torch.from_numpy(np.ascontiguousarray(cut.transpose(0, 2, 1)))
+
+
+def _batches(count: int, recipe: Recipe) -> Iterator[Tensor]:
+    """Indices of the windows of each step: every window once before any comes again."""
+    numbers = torch.Generator().manual_seed(recipe.seed + 1)
+    waiting = torch.randperm(count, generator=numbers)
+    for _ in range(recipe.steps):
+        while len(waiting) < recipe.batch:
+            waiting = torch.cat([waiting, torch.randperm(count, generator=numbers)])
+        yield waiting[: recipe.batch]
+        waiting = waiting[recipe.batch :]
+
+
+@torch.no_grad()
+def _check(model: Autoencoder, windows_: Tensor) -> float:
+    batches = [windows_[at : at + 64] for at in range(0, len(windows_), 64)]
+    parts = [nn.functional.mse_loss(model(part), part).item() * len(part) for part in batches]
+    return _short(sum(parts) / len(windows_))
+
+
+def _short(number: float) -> float:
+    return float(f"{number:.4g}")
+
+
+def _tensors(model: Autoencoder, mean: np.ndarray, scale: np.ndarray) -> dict[str, np.ndarray]:
+    """The encoder in half precision, and the statistics of its input."""
+    found = {"input_mean": mean, "input_scale": scale}
+    for number, layer in enumerate(model.down):
+        for kind in ("weight", "bias"):
+            found[f"{kind}_{number}"] = getattr(layer, kind).detach().numpy().astype(np.float16)
+    return found

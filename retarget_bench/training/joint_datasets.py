@@ -1,0 +1,198 @@
+"""Several data sets as one to train on, written ``a[..]+b[..]``. Only training knows of it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cache, cached_property
+from pathlib import Path
+
+from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import plan
+from retarget_bench.evaluation.plan import LOCATIONS
+from retarget_bench.evaluation.tasks import RETARGET
+from retarget_bench.files import free_name
+from retarget_bench.motion.character import Character
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.clips import Cast, held_out, training_clips
+
+
+# -------------------------------------------------------------------------------------------- as specs
+def spec_of(datasets: Sequence[Spec]) -> Spec:
+    """One spec for all of them, in their order."""
+    first, *others = [each for given in datasets for each in apart(given)]
+    return Spec(first.name, first.parameters, tuple(others))
+
+
+def apart(spec: Spec) -> tuple[Spec, ...]:
+    """The data sets that a spec names."""
+    return (spec.alone, *spec.posts)
+
+
+def canonical(spec: Spec) -> Spec:
+    """As ``registry.canonical`` gives one data set. Raises BenchError, also where two are the same."""
+    found = [registry.canonical("datasets", each) for each in apart(spec)]
+    for number, each in enumerate(found):
+        for other in found[:number]:
+            if each == other:
+                raise BenchError(f"{each} is given twice; name every data set once")
+            if each.name == other.name and (place := _place(each)) and place == _place(other):
+                raise BenchError(
+                    f"{other} and {each} are of the same files; one could train on what the other tests"
+                )
+    return spec_of(found)
+
+
+def dataset(spec: Spec) -> Dataset:
+    """The data set, or several as one, built once per process."""
+    return _several(spec) if spec.posts else plan.dataset(spec)
+
+
+@cache
+def _several(spec: Spec) -> Together:
+    return Together([plan.dataset(each) for each in apart(spec)])
+
+
+def tested(spec: Spec) -> Spec | None:
+    """The first of the data sets that a spec names to have cases; None where none has."""
+    for each in apart(spec):
+        data = plan.dataset(each)
+        if any(data.cases(RETARGET, split) for split in data.card.splits):
+            return each
+    return None
+
+
+def _place(spec: Spec) -> tuple[str, ...]:
+    """Where its files lie; nothing where it does not say."""
+    given = (spec.parameters.get(name) for name in LOCATIONS)
+    found = tuple("" if each is None else str(Path(str(each)).expanduser().resolve()) for each in given)
+    return found if any(found) else ()
+
+
+# ---------------------------------------------------------------------------------------- as a data set
+@dataclass(frozen=True, eq=False)
+class Member:
+    """One of the data sets. names: what it calls its characters -> what they are called here."""
+
+    data: Dataset
+    names: Mapping[str, str]
+
+
+class Together:
+    """What several data sets have: their training motion, what they steer it by, their cases.
+
+    Structures of one name are one. A character whose name an earlier data set has too is called
+    ``name-2`` here, a case likewise; manifests keep the names that the data sets themselves give.
+    """
+
+    def __init__(self, given: Sequence[Dataset]) -> None:
+        self._given = tuple(given)
+        cards = [data.card for data in given]
+        self.card = DatasetCard(
+            name="+".join(card.name for card in cards),
+            summary="; ".join(card.summary for card in cards),
+            version="+".join(card.version for card in cards),
+            licence="; ".join(card.licence for card in cards),
+            obtain="; ".join(card.obtain for card in cards),
+            splits=tuple(split for split in SPLITS if any(split in card.splits for card in cards)),
+        )
+
+    @property
+    def content(self) -> str:
+        return " + ".join(data.content for data in self._given)
+
+    @property
+    def label(self) -> str:
+        return " + ".join(data.label.strip() for data in self._given)
+
+    @property
+    def notes(self) -> Sequence[str]:
+        return tuple(f"{data.label.strip()}: {note}" for data in self._given for note in data.notes)
+
+    @cached_property
+    def members(self) -> tuple[Member, ...]:
+        taken: set[str] = set()
+        return tuple(Member(data, _renamed(_names(data), taken)) for data in self._given)
+
+    def characters(self) -> Mapping[str, Character]:
+        return {
+            member.names[name]: _called(body, member.names[name])
+            for member in self.members
+            for name, body in member.data.characters().items()
+        }
+
+    def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
+        """Those of every data set, one data set after the other."""
+        here = (info for info, _, _ in self._listed.values())
+        return tuple(info for info in here if (info.task, info.split) == (task, split))
+
+    def load(self, info: CaseInfo) -> Case:
+        """Raises BenchError for a case of none of them, and whatever its data set raises."""
+        if info.id not in self._listed:
+            raise BenchError(f"{self.label} has no case {info.id}")
+        here, data, own = self._listed[info.id]
+        return replace(data.load(own), info=here)
+
+    # ------------------------------------------------------------------------------- to train on
+    def training(self) -> Mapping[str, Mapping[str, TrainingClips]]:
+        """Structure -> character -> its clips. Raises NotSupported where a data set has none."""
+        found: dict[str, dict[str, TrainingClips]] = {}
+        for member in self.members:
+            for structure, mine in training_clips(member.data).items():
+                found.setdefault(structure, {}).update(
+                    {member.names[name]: clips for name, clips in mine.items()}
+                )
+        return found
+
+    def validation(self) -> Together | None:
+        """The cases of those that have a validation part; None where none has."""
+        found = [part for data in self._given if (part := held_out(data)) is not None]
+        return Together(found) if found else None
+
+    @property
+    def training_notes(self) -> Sequence[str]:
+        """What the data sets leave out of training, and which of them do not steer it though others do."""
+        told = [
+            f"{data.label.strip()}: {note}"
+            for data in self._given
+            for note in getattr(data, "training_notes", ())
+        ]
+        unparted = [data.label.strip() for data in self._given if held_out(data) is None]
+        if 0 < len(unparted) < len(self._given):
+            told.append(f"no part of {' and of '.join(unparted)} validates: other data chose the weights")
+        return tuple(told)
+
+    @cached_property
+    def _listed(self) -> Mapping[str, tuple[CaseInfo, Dataset, CaseInfo]]:
+        """Id here -> the case as it is known here, whose it is, and as it is known there."""
+        found: dict[str, tuple[CaseInfo, Dataset, CaseInfo]] = {}
+        for member in self.members:
+            data, names = member.data, member.names
+            for own in (each for split in data.card.splits for each in data.cases(RETARGET, split)):
+                source, target = names[own.source], names[own.target]
+                here = replace(own, id=free_name(own.id, found), source=source, target=target)
+                found[here.id] = here, data, own
+        return found
+
+
+def _names(data: Dataset) -> list[str]:
+    """Of all characters that a data set tests and trains on."""
+    moving: Cast = getattr(data, "training", dict)()
+    return sorted({*data.characters(), *(name for mine in moving.values() for name in mine)})
+
+
+def _renamed(names: Sequence[str], taken: set[str]) -> Mapping[str, str]:
+    """Names -> names that are not taken; these are then taken."""
+    found = {name: name for name in names if name not in taken}
+    taken.update(names)
+    for name in names:
+        if name not in found:
+            found[name] = free_name(name, taken)
+            taken.add(found[name])
+    return found
+
+
+def _called(body: Character, name: str) -> Character:
+    return body if body.name == name else replace(body, name=name)

@@ -1,0 +1,145 @@
+"""What learned methods have in common: weights by name or by path, read when they are needed.
+
+A method derives from ``Learned``, hands its parameter ``weights`` on, says what its weights depend on in
+``facts`` and takes ``self.tensors`` where it retargets:
+
+    class Mine(Learned):
+        card = MethodCard(...)
+
+        def __init__(self, cell: Literal["torch", "keras"] = "keras", weights: str = "puppets") -> None:
+            super().__init__(weights)
+            self.cell = cell
+
+        def facts(self):
+            return {"cell": self.cell}
+
+        def supports(self, source, target):
+            return self.untrained or None
+
+Building one is cheap, whether or not there are weights: training builds it too.
+"""
+
+from __future__ import annotations
+
+import inspect
+import sys
+from collections.abc import Mapping, Sequence
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Self
+
+from retarget_bench.api import MethodCard
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins.spec import Scalar
+from retarget_bench.training import weights as bundles
+
+if TYPE_CHECKING:
+    from torch import Tensor
+
+
+class Learned:
+    """weights: the name of weights in the folder ``weights`` beside the method's module, or a path: of a
+    card, of a file of tensors, or of a folder that ``bench train`` wrote."""
+
+    card: MethodCard
+
+    def __init__(self, weights: str) -> None:
+        self.weights = weights
+
+    def facts(self) -> Mapping[str, Scalar]:
+        """The parameters that weights depend on: another value needs other weights."""
+        return {}
+
+    # -------------------------------------------------------------------------------- what is known
+    @property
+    def weights_card(self) -> Mapping[str, Any] | None:
+        """Where the weights come from; None where none of the method's default name are shipped.
+
+        Raises BenchError where they are another method's, another version's, or were trained with other
+        parameters, and where a name or path that was asked for leads nowhere.
+        """
+        return self._card
+
+    @property
+    def weights_hash(self) -> str:
+        """What results know the weights by; "" where there are none. Reads no tensor."""
+        return str(self._card["hash"]) if self._card else ""
+
+    @property
+    def weights_label(self) -> str:
+        """The name of shipped weights; ``local-`` and the head of their hash elsewhere."""
+        local = self._card is not None and self._at not in self.shipped().values()
+        return f"local-{self.weights_hash[:8]}" if local else self.weights
+
+    @property
+    def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
+        """What the weights were trained on; None where there are none, or where they do not say."""
+        found: Mapping[str, Sequence[str]] | None = (self._card or {}).get("training_manifest")
+        return found
+
+    @property
+    def untrained(self) -> str:
+        """Why this method cannot retarget as it is, for ``supports``; "" where it can."""
+        if "tensors" in self.__dict__ or self._card:
+            return ""
+        name, others = self.card.name, ", ".join(self.shipped())
+        known = f"there are {others}" if others else f"bench train {name} -d puppets makes some"
+        return f"{name} has no shipped weights of the name {self.weights!r}; {known}"
+
+    @classmethod
+    def shipped(cls) -> dict[str, Path]:
+        """Name -> card of the weights that lie beside the method's module."""
+        module = getattr(sys.modules.get(cls.__module__), "__file__", None)
+        found = sorted((Path(module).parent / "weights").glob("*.json")) if module else []
+        return {path.stem: path for path in found}
+
+    # ------------------------------------------------------------------------------------- tensors
+    @cached_property
+    def tensors(self) -> Mapping[str, Tensor]:
+        """The weights, read and verified. Raises BenchError where there are none or they do not fit."""
+        if self._at is None:
+            raise BenchError(self.untrained)
+        return bundles.read(self._at, **self._wanted).tensors
+
+    def using(self, tensors: Mapping[str, Tensor]) -> Self:
+        """This method with these tensors, whatever its weights are: for training.
+
+        What it has cached (``cached_property``), such as networks made of other tensors, is forgotten.
+        """
+        for name in list(self.__dict__):
+            if isinstance(inspect.getattr_static(type(self), name, None), cached_property):
+                del self.__dict__[name]
+        self.__dict__.update(tensors=tensors, _at=None, _card=None)
+        return self
+
+    @property
+    def _wanted(self) -> dict[str, Any]:
+        return {"method": self.card.name, "version": self.card.version, "facts": self.facts()}
+
+    @cached_property
+    def _at(self) -> Path | None:
+        """The card; None where there is none under the default name."""
+        mine = self.shipped()
+        if self.weights in mine:
+            return mine[self.weights]
+        if self.weights == inspect.signature(type(self)).parameters["weights"].default:
+            return None
+        if self._is_path:
+            return bundles.locate(self.weights)
+        raise BenchError(
+            f"{self.card.name} has no shipped weights of the name {self.weights!r}; "
+            f"{'there are ' + ', '.join(mine) if mine else 'there are none'}, and a path leads to others"
+        )
+
+    @property
+    def _is_path(self) -> bool:
+        path = Path(self.weights).expanduser()
+        return path.suffix in (".json", ".safetensors") or len(path.parts) > 1 or path.is_dir()
+
+    @cached_property
+    def _card(self) -> Mapping[str, Any] | None:
+        if self._at is None:
+            return None
+        card = bundles.read_card(self._at)
+        bundles.check(self._at, card, **self._wanted)
+        return card

@@ -1,0 +1,156 @@
+"""One phase of a step: losses, gradients, and the optimiser that takes them."""
+
+from __future__ import annotations
+
+import math
+import os
+import warnings
+from collections.abc import Mapping, Sequence
+from typing import Any, cast
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from retarget_bench.errors import BenchError
+from retarget_bench.training import parallel
+from retarget_bench.training.config import Recipe
+from retarget_bench.training.contract import Batch, Learner, Phase, Terms
+
+NORM = "norm"
+"""What the size of a phase's gradient is called beside its terms."""
+
+
+class Turn:
+    """One phase with its optimiser."""
+
+    def __init__(self, learner: Learner, phase: Phase, recipe: Recipe, device: torch.device) -> None:
+        self.phase = phase
+        self.named = {
+            f"{name}.{key}": parameter
+            for name in phase.modules
+            for key, parameter in learner.modules[name].named_parameters()
+            if parameter.requires_grad
+        }
+        if not self.named:
+            raise BenchError(f"phase {phase.name} has no parameters to train: {', '.join(phase.modules)}")
+        self._all = [each for each in learner.modules.parameters() if each.requires_grad]
+        self._device = device
+        self._mixed = recipe.precision == "bfloat16"
+        self.optimiser = torch.optim.Adam(
+            self.named.values(), lr=recipe.rate * phase.rate, betas=phase.betas, fused=True
+        )
+        whole = _Losses(learner, phase)
+        self._losses = _parallel(whole) if parallel.world() > 1 else whole
+
+    def __call__(self, batch: Batch, memory: dict[str, Any], rate: float) -> dict[str, Tensor]:
+        """Update the phase's modules once. ``phase.term`` -> its value, and the gradient's norm; empty
+        where the learner leaves the phase out."""
+        self._alone()
+        with torch.autocast(self._device.type, torch.bfloat16, enabled=self._mixed):
+            terms = cast(Terms, self._losses(batch, memory))
+        if not terms:
+            return {}
+        self.optimiser.zero_grad(set_to_none=True)
+        torch.stack([term.float() for term in terms.values()]).sum().backward()  # type: ignore[no-untyped-call]
+        norm = nn.utils.clip_grad_norm_(self.named.values(), self.phase.clip or math.inf)
+        for group in self.optimiser.param_groups:
+            group["lr"] = rate * self.phase.rate
+        self.optimiser.step()
+        name = self.phase.name
+        return {f"{name}.{key}": term.detach().float() for key, term in terms.items()} | {
+            f"{name}.{NORM}": norm.detach().float()
+        }
+
+    def _alone(self) -> None:
+        """Only this phase's parameters take gradients."""
+        mine = set(map(id, self.named.values()))
+        for parameter in self._all:
+            parameter.requires_grad_(id(parameter) in mine)
+
+    def state(self) -> dict[str, Tensor]:
+        """``parameter/entry`` -> what the optimiser keeps of it."""
+        kept = self.optimiser.state_dict()["state"]
+        return {
+            f"{name}/{entry}": value
+            for number, name in enumerate(self.named)
+            for entry, value in kept.get(number, {}).items()
+        }
+
+    def restore(self, state: Mapping[str, Tensor]) -> None:
+        """Take over what ``state`` gave."""
+        numbers = {name: number for number, name in enumerate(self.named)}
+        kept: dict[int, dict[str, Tensor]] = {}
+        for key, value in state.items():
+            name, _, entry = key.rpartition("/")
+            kept.setdefault(numbers[name], {})[entry] = value
+        groups = self.optimiser.state_dict()["param_groups"]
+        self.optimiser.load_state_dict({"state": kept, "param_groups": groups})
+
+
+class _Losses(nn.Module):
+    """A phase's losses as a module that owns what the phase updates, and nothing else."""
+
+    def __init__(self, learner: Learner, phase: Phase) -> None:
+        super().__init__()
+        self.trained = nn.ModuleDict({name: learner.modules[name] for name in phase.modules})
+        self._name = phase.name
+        self._held = (learner,)  # in a tuple: a learner that is a module must not be registered here
+
+    def forward(self, batch: Batch, memory: dict[str, Any]) -> Terms:
+        return self._held[0].losses(self._name, batch, memory)
+
+
+def _parallel(losses: _Losses) -> nn.Module:
+    """The same, with gradients averaged over all processes. Inputs stay the very objects that they are,
+    so that a phase can leave something in ``memory``: hence no ``device_ids``."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", FutureWarning)  # the option's new name is not known to torch 2.4
+        return nn.parallel.DistributedDataParallel(
+            losses, broadcast_buffers=False, find_unused_parameters=True
+        )
+
+
+def turns(learner: Learner, recipe: Recipe, device: torch.device) -> list[Turn]:
+    """A turn per phase. Raises BenchError where phases and modules do not fit together."""
+    owners: dict[str, str] = {}
+    for phase in learner.phases:
+        for name in phase.modules:
+            if name not in learner.modules:
+                raise BenchError(f"phase {phase.name} updates {name!r}, which is no module of the learner")
+            if name in owners and parallel.world() > 1:
+                raise BenchError(
+                    f"{name} is updated by the phases {owners[name]} and {phase.name}; such a method can "
+                    "be trained by one process only"
+                )
+            owners[name] = phase.name
+    return [Turn(learner, phase, recipe, device) for phase in learner.phases]
+
+
+def moved(batch: Any, device: torch.device) -> Any:
+    """A batch on the device: arrays and tensors in nested mappings and sequences; all else as it is."""
+    if isinstance(batch, np.ndarray):
+        batch = torch.from_numpy(batch) if batch.dtype.kind in "biuf" else batch
+    if isinstance(batch, Tensor):
+        if device.type == "cuda" and batch.device.type == "cpu":
+            return batch.pin_memory().to(device, non_blocking=True)
+        return batch.to(device)
+    if isinstance(batch, Mapping):
+        return {key: moved(value, device) for key, value in batch.items()}
+    if isinstance(batch, Sequence) and not isinstance(batch, str):
+        parts = [moved(value, device) for value in batch]
+        if isinstance(batch, tuple) and hasattr(batch, "_fields"):
+            return type(batch)(*parts)
+        return tuple(parts) if isinstance(batch, tuple) else parts
+    return batch
+
+
+def explicit(device: torch.device) -> None:
+    """Say what torch may do on a GPU: no TF32, since places are chains of products of rotations, and the
+    same algorithm every time. Reduced precision is the recipe's choice, by autocast."""
+    torch.backends.cuda.matmul.allow_tf32 = False
+    torch.backends.cudnn.allow_tf32 = False
+    if device.type == "cuda":
+        os.environ.setdefault("CUBLAS_WORKSPACE_CONFIG", ":4096:8")  # or its sums change from run to run
+        torch.backends.cudnn.benchmark = False
+        torch.backends.cudnn.deterministic = True

@@ -1,0 +1,230 @@
+"""The checks that a method must pass."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Method, Prediction
+from retarget_bench.evaluation import predict
+from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.plugins import parameters, registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.verification.contract.common import (
+    Check,
+    Checks,
+    changed,
+    difference,
+    resized,
+    sample,
+    snapshot,
+)
+
+PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips")
+UNPRIVILEGED = ("training",)
+KINDS_OF_SOURCE = ("motion", "positions")
+BATCH_FRAMES = (40, 25, 1)
+"""Lengths of the cases that are asked in one batch."""
+BATCH_TOLERANCE = 1e-5
+"""By how much of the height an answer may differ from that to the case alone."""
+
+
+def check_method(spec: Spec, data: Dataset) -> Iterator[Check]:
+    """Every check of a method on a few cases of a data set; raises BenchError if it cannot be built."""
+    trial = _Trial(spec, data)
+    return iter(
+        Checks(
+            {
+                "its card says what it is and what it takes": trial.card,
+                "supports() gives None or a reason": trial.supports,
+                "answers keep frames and rate, are finite, unit, of the target": trial.answers,
+                "a clip of one frame is answered or refused": trial.one_frame,
+                "another frame rate is kept": trial.other_rate,
+                "a source known by positions only is answered or refused": trial.positions,
+                "its input is not modified": trial.input_untouched,
+                "same case and seed, same answer, whatever ran before": trial.deterministic,
+                "the seed matters only if the card says stochastic": trial.seed,
+                "privileged inputs are used only if the card needs them": trial.privileged,
+                "asked in a batch, if it takes any, it answers as alone": trial.batch,
+            }
+        )
+    )
+
+
+class _Trial:
+    """A method and the cases it is tried on."""
+
+    def __init__(self, spec: Spec, data: Dataset) -> None:
+        self.spec = spec
+        self.data = data
+        self.method: Method = registry.create("methods", spec)
+        self.cases = sample(data)
+
+    def card(self) -> str | None:
+        card = self.method.card
+        if card.name != self.spec.names:
+            return f"card.name is {card.name!r}, but the plug-in is called {self.spec.names!r}"
+        if not (card.summary and card.version):
+            return "summary and version must not be empty"
+        if unknown := set(card.accepts) - set(KINDS_OF_SOURCE):
+            return f"accepts {sorted(unknown)}; known are {', '.join(KINDS_OF_SOURCE)}"
+        if unknown := set(card.needs) - set(PRIVILEGED):
+            return f"needs {sorted(unknown)}; known are {', '.join(PRIVILEGED)}"
+        if unknown := set(predict.declared(self.method, "uses")) - set(UNPRIVILEGED):
+            return f"uses {sorted(unknown)}; known are {', '.join(UNPRIVILEGED)}"
+        if unknown := set(predict.declared(self.method, "tasks")) - set(TASKS):
+            return f"tasks {sorted(unknown)}; known are {', '.join(TASKS)}"
+        return undescribed("methods", self.spec, card.parameters)
+
+    def supports(self) -> str | None:
+        for case in self.cases:
+            reason = self.method.supports(case.source.character, case.target)
+            if reason is not None and not (isinstance(reason, str) and reason.strip()):
+                return f"{case.info.id}: returned {reason!r}"
+        return None
+
+    def answers(self) -> str | None:
+        outcomes = [(case, self._ask(case)) for case in self.cases]
+        if not any(outcome.prediction for _, outcome in outcomes):
+            reasons = {outcome.message for _, outcome in outcomes}
+            return f"no case was answered: {'; '.join(sorted(reasons))}"
+        return _first_problem(outcomes)
+
+    def one_frame(self) -> str | None:
+        return _first_problem([(case, self._ask(resized(case, 1))) for case in self.cases])
+
+    def other_rate(self) -> str | None:
+        return _first_problem([(case, self._ask(_at_rate(case, 50.0))) for case in self.cases])
+
+    def positions(self) -> str | None:
+        return _first_problem([(case, self._ask(_by_positions(case))) for case in self.cases])
+
+    def input_untouched(self) -> str | None:
+        for case in self.cases:
+            if predict.refusal(self.method, case) is not None:
+                continue
+            given = case.source.copy()  # the engine hands out copies: here the method's own is looked at
+            before = snapshot(source=given, target=case.target)
+            self.method.retarget(given, case.target, context=self._context(case))
+            if problem := changed(before, source=given, target=case.target):
+                return problem
+        return None
+
+    def deterministic(self) -> str | None:
+        first = [self._ask(case).prediction for case in self.cases]
+        _disturb_global_state()
+        self.method = registry.create("methods", self.spec)
+        again = [self._ask(case).prediction for case in reversed(self.cases)]
+        return _first_difference(self.cases, first, again[::-1])
+
+    def seed(self) -> str | None:
+        if self.method.card.stochastic:
+            return None
+        first = [self._ask(case, seed=1).prediction for case in self.cases]
+        return _first_difference(self.cases, first, [self._ask(c, seed=2).prediction for c in self.cases])
+
+    def privileged(self) -> str | None:
+        declared = self.method.card.needs
+        for case in self.cases:
+            if case.reference is None or predict.refusal(self.method, case) is not None:
+                continue
+            honest = self._context(case)
+            leaks = {name: value for name, value in _leaks(case).items() if name not in declared}
+            answers = [
+                self.method.retarget(case.source, case.target, context=context)
+                for context in (honest, replace(honest, **leaks))
+            ]
+            if difference(*answers) > 0:
+                return "the answer depends on an input of the context that the card's needs does not name"
+        return None
+
+    def batch(self) -> str | None:
+        method = self.method
+        if not predict.takes_batches(method):
+            return None
+        cases = [resized(case, frames) for frames in BATCH_FRAMES for case in self.cases]
+        alone = [(case, self._ask(case)) for case in cases]
+        known = [(case, outcome.prediction) for case, outcome in alone if outcome.prediction]
+        orders = known, known[::-1], known[::2]
+        return next(filter(None, (self._batch_problem(method, each) for each in orders)), None)
+
+    def _batch_problem(self, method: BatchMethod, known: Sequence[tuple[Case, Prediction]]) -> str | None:
+        """What is wrong with the answers to a batch, beside those to its cases alone."""
+        pairs = [(case, self._context(case)) for case, _ in known]
+        answers = predict.ask_batch(method, pairs)
+        if len(answers) != len(pairs):
+            return f"gave {len(answers)} answers to {len(pairs)} cases"
+        for (case, wanted), answer in zip(known, answers, strict=True):
+            given = predict.verified(answer, case)
+            off = float(np.abs(given.positions - wanted.positions).max(initial=0.0)) / case.target.height
+            if off > BATCH_TOLERANCE:
+                return (
+                    f"{case.info.id}: in a batch of {len(pairs)} joints are off by up to {off:.3g} heights"
+                )
+        return None
+
+    def _ask(self, case: Case, seed: int = 0) -> predict.Outcome:
+        return predict.predict(self.method, case, self._context(case, seed))
+
+    def _context(self, case: Case, seed: int = 0) -> Context:
+        return predict.context_for(self.method, self.data, case, seed)
+
+
+def _leaks(case: Case) -> dict[str, Any]:
+    """Privileged inputs that no method may use undeclared."""
+    motions = [case.reference]
+    return {
+        "reference": case.reference,
+        "second_reference": case.alternative or case.reference,
+        "target_motions": motions,
+        "other_clips": motions,
+    }
+
+
+def undescribed(kind: registry.Kind, spec: Spec, described: Any) -> str | None:
+    """The parameters of a plug-in that its card has no line for."""
+    taken, _ = parameters.known(registry.load(kind, spec.name))
+    missing = [each.name for each in taken if each.name not in described]
+    return f"card.parameters has no line for {', '.join(missing)}" if missing else None
+
+
+def _first_problem(outcomes: Sequence[tuple[Case, predict.Outcome]]) -> str | None:
+    """The first answer that is neither valid nor a refusal."""
+    bad = ((c, o) for c, o in outcomes if o.status not in ("ok", "unsupported"))
+    return next((f"{c.info.id}: {o.status}: {o.message}" for c, o in bad), None)
+
+
+def _first_difference(
+    cases: Sequence[Case], first: Sequence[Prediction | None], second: Sequence[Prediction | None]
+) -> str | None:
+    for case, a, b in zip(cases, first, second, strict=True):
+        if (a is None) != (b is None):
+            return f"{case.info.id}: answered once, and once not"
+        if a is not None and b is not None and (off := difference(a, b)) > 0:
+            return f"{case.info.id}: answers differ by up to {off:.3g}"
+    return None
+
+
+def _at_rate(case: Case, fps: float) -> Case:
+    reference, other = (
+        None if answer is None else replace(answer, fps=fps)
+        for answer in (case.reference, case.alternative)
+    )
+    return replace(case, source=replace(case.source, fps=fps), reference=reference, alternative=other)
+
+
+def _by_positions(case: Case) -> Case:
+    source = case.source
+    if isinstance(source, Motion):
+        source = Positions(source.character, source.positions, source.fps)
+    return replace(case, source=source)
+
+
+def _disturb_global_state() -> None:
+    """Move the random generators that code forgets to seed, so that reading one shows."""
+    random.seed(random.random())
+    np.random.seed(random.randrange(2**32))  # noqa: NPY002 - the legacy generator is the one meant here

@@ -1,0 +1,294 @@
+"""The probes: each writes a question differently and says what the answer must then be.
+
+A probe gives a question and a way to bring the new answer back to where the plain answer lies. The
+deviation is the mean distance between the two over frames and joints, in per cent of the target's height.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.verification.probe import rewriting
+
+SHIFT = np.array([1.7, 0.0, -2.3])
+"""Metres added to the root."""
+LARGER = 1.5
+"""How much larger the scaled bodies are."""
+CENTIMETRES = 100.0
+TURN = 2.0
+"""Radians by which the whole motion is turned."""
+
+Places = np.ndarray
+"""``(frames, joints, 3)`` metres."""
+Bring = Callable[[Places, Places], tuple[Places, Places]]
+"""(new answer, plain answer) -> both where they must be equal."""
+
+
+@dataclass(frozen=True)
+class Question:
+    """A motion, and the body that shall perform it."""
+
+    source: Motion
+    target: Character
+
+
+@dataclass(frozen=True)
+class Asked:
+    """plain: the question whose answer is compared with (mostly the question itself)."""
+
+    question: Question
+    bring: Bring
+    plain: Question
+
+
+@dataclass(frozen=True)
+class Probe:
+    """One way to write a question differently.
+
+    id:       ``source_names``, ...
+    label:    a column's heading.
+    meaning:  what is changed, and what must come of it.
+    demanded: whether every sound method passes; else the deviation is a description (a method that only
+              looks back in time need not be symmetric in time).
+    tolerance: deviation, in per cent of height, up to which the answer counts as it should be.
+    ask:      the question, or a sentence that says why it cannot be asked.
+    """
+
+    id: str
+    label: str
+    meaning: str
+    ask: Callable[[Question], Asked | str]
+    demanded: bool = True
+    tolerance: float = 0.01
+
+
+def _same(new: Places, plain: Places) -> tuple[Places, Places]:
+    return new, plain
+
+
+# --------------------------------------------------------------------------------------- how it is written
+def _source_names(q: Question) -> Asked:
+    body = rewriting.renamed(q.source.character)
+    return Asked(Question(replace(q.source, character=body), q.target), _same, q)
+
+
+def _target_names(q: Question) -> Asked:
+    return Asked(Question(q.source, rewriting.renamed(q.target)), _same, q)
+
+
+def _source_order(q: Question) -> Asked:
+    order = rewriting.other_order(q.source.character)
+    body = rewriting.reordered(q.source.character, order)
+    source = Motion(body, q.source.rotations[:, order], q.source.root, q.source.fps)
+    return Asked(Question(source, q.target), _same, q)
+
+
+def _target_order(q: Question) -> Asked:
+    order = rewriting.other_order(q.target)
+    asked = Question(q.source, rewriting.reordered(q.target, order))
+    return Asked(asked, lambda new, plain: (new, plain[:, order]), q)
+
+
+def _source_axes(q: Question) -> Asked:
+    turns = rewriting.z_up(q.source.character)
+    return Asked(Question(rewriting.reframed_motion(q.source, turns), q.target), _same, q)
+
+
+def _target_axes(q: Question) -> Asked:
+    return Asked(Question(q.source, rewriting.reframed(q.target, rewriting.z_up(q.target))), _same, q)
+
+
+def _source_rest(q: Question) -> Asked:
+    turns = rewriting.one_axis(q.source.character)
+    return Asked(Question(rewriting.reframed_motion(q.source, turns), q.target), _same, q)
+
+
+def _target_rest(q: Question) -> Asked:
+    return Asked(Question(q.source, rewriting.reframed(q.target, rewriting.one_axis(q.target))), _same, q)
+
+
+def _source_split(q: Question) -> Asked | str:
+    if not (ends := rewriting.splittable(q.source.character)):
+        return "the source has no bone that files split"
+    return Asked(Question(rewriting.split_motion(q.source, ends), q.target), _same, q)
+
+
+def _target_split(q: Question) -> Asked | str:
+    if not (ends := rewriting.splittable(q.target)):
+        return "the target has no bone that files split"
+    body, place = rewriting.split(q.target, ends)
+    return Asked(Question(q.source, body), lambda new, plain: (new[:, place], plain), q)
+
+
+def _source_merged(q: Question) -> Asked | str:
+    joint = rewriting.mergeable(q.source.character)
+    if joint is None:
+        return "the source's spine has fewer than three joints"
+    stiff = rewriting.stiffened(q.source, joint)
+    plain = Question(stiff, q.target)
+    return Asked(Question(rewriting.merged(stiff, joint), q.target), _same, plain)
+
+
+# --------------------------------------------------------------------------------------- size, place, side
+def _source_scale(q: Question) -> Asked:
+    return Asked(Question(rewriting.scaled_motion(q.source, LARGER), q.target), _same, q)
+
+
+def _target_scale(q: Question) -> Asked:
+    body = rewriting.scaled(q.target, LARGER)
+    return Asked(Question(q.source, body), lambda new, plain: (new / LARGER, plain), q)
+
+
+def _units(q: Question) -> Asked:
+    asked = Question(
+        rewriting.scaled_motion(q.source, CENTIMETRES), rewriting.scaled(q.target, CENTIMETRES)
+    )
+    return Asked(asked, lambda new, plain: (new / CENTIMETRES, plain), q)
+
+
+def _shifted(q: Question) -> Asked:
+    asked = Question(replace(q.source, root=q.source.root + SHIFT), q.target)
+    return Asked(asked, _moved_by_a_constant, q)
+
+
+def _moved_by_a_constant(new: Places, plain: Places) -> tuple[Places, Places]:
+    """The answer must move by one constant on the floor: how far is the root rule's choice."""
+    moved = (new - plain).mean(axis=(0, 1)) * np.array([1.0, 0.0, 1.0])
+    return new - moved, plain
+
+
+def _turned(q: Question) -> Asked:
+    asked = Question(rewriting.turned_motion(q.source, TURN), q.target)
+
+    def back(new: Places, plain: Places) -> tuple[Places, Places]:
+        cos, sin = np.cos(-TURN), np.sin(-TURN)
+        x, y, z = new[..., 0], new[..., 1], new[..., 2]
+        return np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=-1), plain
+
+    return Asked(asked, back, q)
+
+
+def _mirrored(q: Question) -> Asked | str:
+    ours, theirs = rewriting.partners(q.source.character), rewriting.partners(q.target)
+    if ours is None or theirs is None:
+        return f"the joints of the {'source' if ours is None else 'target'} are not the same on both sides"
+    asked = Question(rewriting.mirrored_motion(q.source, ours), rewriting.mirrored(q.target, theirs))
+    return Asked(asked, lambda new, plain: (new[:, theirs] * rewriting.MIRROR, plain), q)
+
+
+# --------------------------------------------------------------------------------------- time
+def _reversed(q: Question) -> Asked:
+    backwards = q.source.at(slice(None, None, -1))
+    return Asked(Question(backwards, q.target), lambda new, plain: (new[::-1], plain), q)
+
+
+def _rate(q: Question, rate: float) -> Asked | str:
+    if q.source.frames < 6:
+        return "the clip has fewer than six frames"
+    source = q.source.resample(rate)
+    times = np.arange(q.source.frames) / q.source.fps
+    frames = np.round(times * rate).astype(int)
+    # only moments that both rates show: between them nobody knows the source
+    both = (np.abs(frames / rate - times) < 1e-6) & (frames < source.frames)
+    ours = np.flatnonzero(both)
+    return Asked(Question(source, q.target), lambda new, plain: (new[frames[ours]], plain[ours]), q)
+
+
+def _rate_probe(rate: int) -> Probe:
+    return Probe(
+        f"rate_{rate}",
+        f"{rate} fps",
+        f"the source at {rate} frames per second: the same answer at the moments that both rates show",
+        lambda q: _rate(q, rate),
+        tolerance=0.5,
+    )
+
+
+PROBES: tuple[Probe, ...] = (
+    Probe(
+        "source_names",
+        "source names",
+        "the source's joints get names that say nothing: the same answer",
+        _source_names,
+    ),
+    Probe(
+        "target_names",
+        "target names",
+        "the target's joints get names that say nothing: the same answer",
+        _target_names,
+    ),
+    Probe(
+        "source_order",
+        "source order",
+        "the source's joints in another order: the same answer",
+        _source_order,
+    ),
+    Probe(
+        "target_order",
+        "target order",
+        "the target's joints in another order: the same answer",
+        _target_order,
+    ),
+    Probe("source_axes", "source axes", "the source authored with Z up: the same answer", _source_axes),
+    Probe("target_axes", "target axes", "the target authored with Z up: the same answer", _target_axes),
+    Probe(
+        "source_rest", "source rest", "the source's bones all rest along +X: the same answer", _source_rest
+    ),
+    Probe(
+        "target_rest", "target rest", "the target's bones all rest along +X: the same answer", _target_rest
+    ),
+    Probe(
+        "source_split", "source split", "bones of the source split in two: the same answer", _source_split
+    ),
+    Probe(
+        "target_split", "target split", "bones of the target split in two: the same answer", _target_split
+    ),
+    Probe(
+        "source_merged",
+        "source merged",
+        "a stiff spine joint of the source is left out: the same answer where a method carries "
+        "spines over joint by joint",
+        _source_merged,
+        demanded=False,
+    ),
+    Probe("source_scale", "source scale", "the source 1.5 times as large: the same answer", _source_scale),
+    Probe(
+        "target_scale",
+        "target scale",
+        "the target 1.5 times as large: the same answer, as much larger",
+        _target_scale,
+    ),
+    Probe("units", "cm for m", "all lengths in centimetres: the same answer in centimetres", _units),
+    Probe(
+        "shifted",
+        "root shifted",
+        "a constant added to the root: the answer moves by one constant",
+        _shifted,
+    ),
+    Probe("turned", "turned", "the whole motion turned about the vertical: the answer turns too", _turned),
+    Probe(
+        "mirrored", "mirrored", "source and target seen in a mirror: the answer's mirror image", _mirrored
+    ),
+    Probe(
+        "reversed",
+        "time reversed",
+        "the source played backwards: the answer backwards, of methods without memory",
+        _reversed,
+        demanded=False,
+    ),
+    _rate_probe(24),
+    _rate_probe(60),
+    _rate_probe(120),
+)
+"""All of them; 30 frames per second is the plain question."""
+
+
+def deviation(asked: Asked, new: Places, plain: Places) -> float:
+    """Mean distance in per cent of the plain target's height."""
+    a, b = asked.bring(new, plain)
+    return float(np.linalg.norm(a - b, axis=-1).mean() * 100.0 / asked.plain.target.height)

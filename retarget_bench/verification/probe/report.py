@@ -1,0 +1,218 @@
+"""What came of probing a method: rows in the format of every other result, and sentences."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from retarget_bench.api import Value
+from retarget_bench.evaluation.code_hash import code_hash, package_code
+from retarget_bench.evaluation.header import header_of
+from retarget_bench.evaluation.plan import Cell, Plan, value_facts
+from retarget_bench.files import digest
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store as records
+from retarget_bench.results.store import Entry, Place
+from retarget_bench.verification import probe as probe_package
+from retarget_bench.verification.probe.asking import Reply
+from retarget_bench.verification.probe.probes import PROBES
+
+TASK = "probe"
+"""Under which results of probes lie, beside ``retarget``."""
+BLIND = 0.2
+"""A correlation or share below this: the answer hardly depends on its source."""
+
+DEPENDENCE = (
+    Value(
+        id="probe.correlation",
+        label="follows source",
+        meaning="whether answers differ as their sources differ: 1 as they do, 0 not at all",
+        unit="1",
+        better="higher",
+        formula="Pearson's correlation, over all pairs of clips given to one target, of the distance of "
+        "the sources' poses and that of the answers' (directions of bones, facing one way)",
+        source="in the manner of SIF, on poses; this project",
+        needs=("source",),
+    ),
+    Value(
+        id="probe.shuffled",
+        label="shuffled sources",
+        meaning="how far answers move when sources are shuffled, over how far the sources are apart",
+        unit="1",
+        better="target",
+        formula="mean distance of the answers to a clip and the next one, over that of the two sources",
+        source="this project",
+        needs=("source",),
+    ),
+)
+VALUES: tuple[Value, ...] = (
+    *(
+        Value(
+            id=f"probe.{probe.id}",
+            label=probe.label,
+            meaning=probe.meaning + ("" if probe.demanded else "; otherwise no fault"),
+            unit="% of height",
+            better="none",
+            formula="100 * mean over frames and joints of |p - p'| / h, p' the answer that must come: "
+            + probe.meaning,
+            source="this project",
+            tolerance=probe.tolerance,
+            needs=("source",),
+        )
+        for probe in PROBES
+    ),
+    *DEPENDENCE,
+)
+
+
+def entries(replies: Sequence[Reply]) -> list[Entry]:
+    """One per case; a probe that the method failed makes the case a failed one."""
+    found: dict[str, Entry] = {}
+    for reply in replies:
+        status, message = reply.status, reply.message
+        if reply.failed:
+            probe, why = next(iter(reply.failed.items()))
+            status, message = "failed", f"{probe}: {why}"
+        values: records.Values = {f"probe.{name}": number for name, number in reply.deviations.items()}
+        values |= {f"probe.{name}": number for name, number in reply.dependence.items()}
+        entry = found.setdefault(reply.subject.info.id, Entry(reply.subject.info.id, status, message))
+        if entry.status == "ok":
+            entry.values |= values
+    return list(found.values())
+
+
+def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> list[Place]:
+    """Write the rows of one method, a result per split; gives their places."""
+    plan = Plan(methods=(method,), datasets=(dataset,), task=TASK, root=root)
+    places = []
+    for split in dict.fromkeys(reply.subject.info.split for reply in replies):
+        mine = [reply for reply in replies if reply.subject.info.split == split]
+        cell = Cell(plan, dataset, split, method)
+        listed = entries(mine)
+        header = _header(cell, listed, mine)
+        cell.place.folder.mkdir(parents=True, exist_ok=True)
+        infos = {reply.subject.info.id: reply.subject.info for reply in mine}
+        records.write_results(cell.place, header, listed, list(infos.values()))
+        places.append(cell.place)
+    return places
+
+
+def _header(cell: Cell, listed: Sequence[Entry], replies: Sequence[Reply]) -> dict[str, Any]:
+    header = header_of(cell, listed)
+    code = code_hash(package_code(probe_package))
+    label = header["dataset"]["label"]
+    keys = {"prediction_key": header["keys"]["prediction_key"], "score_key": digest(f"probes {code}", 16)}
+    values = {value.id: {**value_facts(value), "needs": [], "metric": TASK} for value in VALUES}
+    return header | {
+        "not_applicable": {f"probe.{name}": each for name, each in _refused(replies).items()},
+        "keys": keys,
+        "values": values,
+        "metrics": {TASK: f"1+{code}"},
+        "dataset": header["dataset"] | {"label": f"probes on {label}"},
+    }
+
+
+# ------------------------------------------------------------------------------------- in words
+def findings(label: str, replies: Sequence[Reply]) -> list[str]:
+    """What is not as it should be, in sentences; empty where all is."""
+    found = [
+        f"{label}: {reply.status} on {reply.subject.info.id}: {reply.message}"
+        for reply in replies
+        if reply.status not in ("ok", "unsupported")
+    ]
+    if replies and not any(_answered(reply) for reply in replies):
+        found.append(f"{label}: no question was answered, so nothing is known")
+    for probe in PROBES:
+        numbers = _numbers(replies, probe.id)
+        if broken := [reply for reply in replies if probe.id in reply.failed]:
+            first = broken[0]
+            found.append(
+                f"{label}: {probe.id} could not be answered in {len(broken)} of "
+                f"{sum(map(_asked, replies))} cases "
+                f"(first {first.subject.info.id}: {first.failed[probe.id]})"
+            )
+        worst = max(numbers, key=lambda case: numbers[case], default=None)
+        if worst is not None and probe.demanded and numbers[worst] > probe.tolerance:
+            mean = sum(numbers.values()) / len(numbers)
+            found.append(
+                f"{label}: {probe.id}: off by {mean:.3g} % of height on average, {numbers[worst]:.3g} at "
+                f"worst ({worst}). {probe.meaning[0].upper()}{probe.meaning[1:]}"
+            )
+    return found + _blindness(label, replies)
+
+
+def refusals(label: str, replies: Sequence[Reply]) -> list[str]:
+    """Questions that the method declares it cannot answer, which is no fault, in sentences."""
+    said = []
+    if refused := [reply for reply in replies if reply.status == "unsupported"]:
+        asked = len(refused) + sum(bool(_asked(each) or each.skipped) for each in replies)
+        said = [f"{label}: does not answer {len(refused)} of {asked} cases: {refused[0].message}"]
+    return said + [
+        f"{label}: {name} is not applicable to {each['cases']} of {sum(map(_asked, replies))} cases: "
+        f"{each['reason']}"
+        for name, each in _refused(replies).items()
+    ]
+
+
+def _refused(replies: Sequence[Reply]) -> dict[str, dict[str, Any]]:
+    """Probe id -> of how many cases the method does not take the rewritten question, and its reason."""
+    reasons = {p.id: [r.refused[p.id] for r in replies if p.id in r.refused] for p in PROBES}
+    return {name: {"cases": len(each), "reason": each[0]} for name, each in reasons.items() if each}
+
+
+def _answered(reply: Reply) -> bool:
+    return bool(reply.deviations or reply.dependence)
+
+
+def _asked(reply: Reply) -> bool:
+    """Whether any rewritten question was put."""
+    return bool(reply.deviations or reply.failed or reply.refused)
+
+
+def _blindness(label: str, replies: Sequence[Reply]) -> list[str]:
+    known = [reply.dependence for reply in replies if reply.dependence]
+    if not known:
+        return []
+    means = {name: sum(each[name] for each in known) / len(known) for name in known[0]}
+    if min(means.values()) >= BLIND:
+        return []
+    said = ", ".join(f"{name} {value:.2f}" for name, value in means.items())
+    return [f"{label}: the answer hardly depends on its source ({said}; a faithful method has about 1)"]
+
+
+def listing(label: str, replies: Sequence[Reply]) -> str:
+    """For a terminal: a line per probe, of few cases that no result folder holds."""
+    out, known, refused = [label], skipped(replies), _refused(replies)
+    for probe in PROBES:
+        numbers = list(_numbers(replies, probe.id).values())
+        failed = [reply.failed[probe.id] for reply in replies if probe.id in reply.failed]
+        if numbers:
+            said = f"{max(numbers):.4f} % of height  {probe.meaning}"
+        elif failed:
+            said = f"failed: {failed[0]}"
+        elif probe.id in refused:
+            said = f"not applicable: {refused[probe.id]['reason']}"
+        else:
+            said = f"not asked: {known.get(probe.id, 'left out')}"
+        out.append(f"  {probe.id:<14}  {said}")
+    for value in DEPENDENCE:
+        name = value.id.removeprefix("probe.")
+        depends = [reply.dependence[name] for reply in replies if name in reply.dependence]
+        said = f"{depends[0]:.2f}  {value.meaning}" if depends else "not asked: the clip is too short"
+        out.append(f"  {name:<14}  {said}")
+    return "\n".join(out) + "\n"
+
+
+def skipped(replies: Sequence[Reply]) -> dict[str, str]:
+    """Probe id -> why it was asked of no case."""
+    return {
+        probe.id: next(iter(reasons))
+        for probe in PROBES
+        if (reasons := {reply.skipped[probe.id] for reply in replies if probe.id in reply.skipped})
+        and not _numbers(replies, probe.id)
+    }
+
+
+def _numbers(replies: Sequence[Reply], probe: str) -> Mapping[str, float]:
+    return {r.subject.info.id: r.deviations[probe] for r in replies if probe in r.deviations}

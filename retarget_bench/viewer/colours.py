@@ -1,0 +1,73 @@
+"""Colours of drawn bodies: who is who, left and right, light and shadow."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import lru_cache
+from itertools import cycle
+
+from retarget_bench.figures import palette
+from retarget_bench.viewer.scene import Figure, Scene
+
+Colour = tuple[int, int, int]
+"""Red, green and blue, 0 to 255."""
+
+PAPER: Colour = (255, 255, 255)
+STAGE: Colour = (244, 245, 247)
+FLOOR: Colour = (232, 234, 238)
+GRID: Colour = (196, 200, 208)
+SHADOW: Colour = (205, 208, 214)
+INK: Colour = (28, 30, 34)
+FAINT: Colour = (96, 101, 110)
+CONTACT: Colour = (255, 190, 0)
+TROUBLE: Colour = (170, 30, 30)
+"""Words about what went wrong."""
+
+LEFT, RIGHT = 0.42, 0.62
+"""How much white the left of a body has in it, and how bright its right is."""
+
+
+def names(scene: Scene) -> list[str]:
+    """``#rrggbb`` for every figure: methods' own where the scene knows them; else the palette's, in the
+    order of the figures, those first that no method has."""
+    told = {"source": palette.SOURCE, "reference": palette.REFERENCE}
+    own = {figure: _own(scene.colours, figure) for figure in scene.figures}
+    taken = {colour for colour in own.values() if colour}
+    free = [colour for colour in palette.COLOURS if colour not in taken]
+    rest = cycle(free or palette.COLOURS)
+    return [told.get(figure.part) or own[figure] or next(rest) for figure in scene.figures]
+
+
+def _own(known: Mapping[str, str], figure: Figure) -> str | None:
+    """The colour of a figure's method; all of its seeds have one."""
+    method, seed, number = figure.label.rpartition(", seed ")
+    return known.get(figure.label) or (known.get(method) if seed and number.isdecimal() else None)
+
+
+def colours(scene: Scene) -> list[Colour]:
+    """The same as numbers."""
+    return [rgb(each) for each in names(scene)]
+
+
+def rgb(text: str) -> Colour:
+    """``#rrggbb`` as numbers."""
+    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
+
+
+def mixed(first: Colour, second: Colour, share: float) -> Colour:
+    """The first with a share of the second in it."""
+    a, b, c = (round(x + share * (y - x)) for x, y in zip(first, second, strict=True))
+    return a, b, c
+
+
+@lru_cache(maxsize=4096)
+def shade(colour: Colour, bright: float) -> Colour:
+    """Darker below 1, by mixing black in; lighter above, by mixing white in."""
+    return (
+        mixed((0, 0, 0), colour, bright) if bright <= 1.0 else mixed(colour, (255, 255, 255), bright - 1.0)
+    )
+
+
+def tints(colour: Colour) -> tuple[Colour, Colour, Colour]:
+    """The middle, the left and the right of a body in a colour."""
+    return colour, mixed(colour, (255, 255, 255), LEFT), shade(colour, RIGHT)

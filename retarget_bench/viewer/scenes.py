@@ -1,0 +1,162 @@
+"""Scenes of cases and of files: what is stored or asked now, made into figures that move together."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from retarget_bench.api import Case, CaseInfo, Dataset, Prediction
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import plan
+from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.evaluation.predict import Outcome, context_for, predict
+from retarget_bench.evaluation.tasks import RETARGET
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
+from retarget_bench.results.store import Place
+from retarget_bench.viewer.figures import distinct, figure_of
+from retarget_bench.viewer.from_files import of_files
+from retarget_bench.viewer.scene import Figure, Scene
+from retarget_bench.viewer.stored import Told, listed, told
+
+__all__ = ["of_case", "of_case_asked", "of_files"]
+
+KNOWN = ("source", "reference")
+"""Labels of the figures that every case may have."""
+
+
+def of_case(places: Sequence[Place], case_id: str, *, dataset: Spec | None = None) -> Scene:
+    """A case of stored results: source, reference, and what every place has of it, in their order.
+
+    places that do not list the case (those of another split) are passed over. A prediction that is not
+    there, or not the one that was scored, is a figure without positions and with a message.
+    dataset: where the data lie elsewhere than usual; else the one that the results name.
+    Raises BenchError where no place lists the case, or the data set cannot load it.
+    """
+    having = [each for each in map(told, places) if case_id in each.cases]
+    if not having:
+        raise _unknown(case_id, listed(places), "these results have")
+    return of_told(having, case_id, dataset)
+
+
+def of_told(
+    having: Sequence[Told],
+    case_id: str,
+    dataset: Spec | None = None,
+    colours: Mapping[str, str] | None = None,
+) -> Scene:
+    """Likewise of results that were read already, all of which list the case. colours: of methods."""
+    first = having[0]
+    spec = dataset or first.dataset
+    data = plan.dataset(registry.canonical("datasets", spec), first.task)
+    case = _loaded(data, _info(data, first, case_id))
+    figures = _known(case)
+    values: dict[str, dict[str, float]] = {}
+    for label, each in zip(distinct([each.label for each in having], KNOWN), having, strict=True):
+        figures.append(_answer(label, case, _outcome(each, case, data)))
+        values[label] = each.values(case_id)
+    return replace(_scene(case, figures, values), colours=colours or {})
+
+
+def of_case_asked(dataset: Spec, split: str | None, case_id: str, methods: Sequence[Spec]) -> Scene:
+    """A case of a data set, with what methods answer when they are asked now; nothing is stored.
+
+    split: None looks in every split. Raises BenchError for an unknown case or method.
+    """
+    data = plan.dataset(registry.canonical("datasets", dataset))
+    splits = data.card.splits if split is None else (split,)
+    infos = {info.id: info for each in splits for info in data.cases(RETARGET, each)}
+    if case_id not in infos:
+        raise _unknown(case_id, infos, f"{data.label} has")
+    case = _loaded(data, infos[case_id])
+    figures = _known(case)
+    specs = [registry.canonical("methods", each) for each in methods]
+    for label, spec in zip(distinct(list(map(str, specs)), KNOWN), specs, strict=True):
+        method = plan.method(spec)
+        seed = store.case_seed(0, str(plan.known_as(spec).alone), case_id)
+        figures.append(_answer(label, case, predict(method, case, context_for(method, data, case, seed))))
+    return _scene(case, figures, {})
+
+
+# ----------------------------------------------------------------------------------------- the case
+def _info(data: Dataset, first: Told, case_id: str) -> CaseInfo:
+    known = data.cases(Spec.parse(first.task).name, first.place.split)
+    for info in known:
+        if info.id == case_id:
+            return info
+    raise BenchError(
+        f"{data.label} has no case {case_id!r} any more, though {first.place.cases} lists it; run again"
+    )
+
+
+def _loaded(data: Dataset, info: CaseInfo) -> Case:
+    case = data.load(info)
+    if case.source.frames == 0:
+        raise BenchError(f"case {info.id}: its source has no frames, so there is nothing to show")
+    return case
+
+
+def _outcome(results: Told, case: Case, data: Dataset) -> Outcome:
+    if results.content and results.content != data.content:
+        return Outcome("missing", "these results are of other data than are here now; run again")
+    return results.outcome(case)
+
+
+def _unknown(case_id: str, known: Iterable[str], who: str) -> BenchError:
+    names = list(known)
+    near = difflib.get_close_matches(case_id, names, 3, 0.5) or names[:3]
+    return BenchError(
+        f"{who} no case {case_id!r}" + (f"; near it: {', '.join(near)}" if near else ", and no other")
+    )
+
+
+# ----------------------------------------------------------------------------------------- figures
+def _known(case: Case) -> list[Figure]:
+    """The source, and the reference where the case has one."""
+    figures = [figure_of("source", "source", case.source)]
+    if case.reference is not None:
+        compared = _compared(case, case.reference)
+        asked = compared.schedule if compared else None
+        labels = None if asked is None else (tuple(asked.joints.tolist()), asked.planted)
+        figures.append(figure_of("reference", "reference", case.reference, labels))
+    return figures
+
+
+def _answer(label: str, case: Case, outcome: Outcome) -> Figure:
+    """A method's answer, or the reason why there is none."""
+    if outcome.prediction is None:
+        return Figure(
+            label, "prediction", case.target, None, status=outcome.status, message=outcome.message
+        )
+    drawn = figure_of(label, "prediction", outcome.prediction)
+    compared = _compared(case, outcome.prediction)
+    if compared is None or compared.distances is None:
+        return drawn
+    scored = compared.joints
+    shares = 100.0 * compared.distances[:, scored] / compared.height
+    by_joint = np.full(len(case.target.skeleton), np.nan)
+    by_joint[scored] = shares.mean(axis=0)
+    return replace(drawn, error=shares.mean(axis=1), joint_error=by_joint)
+
+
+def _compared(case: Case, motion: Prediction) -> Comparison | None:
+    """A motion of the target beside its case; None where the target has no height to measure by."""
+    return Comparison(case, motion) if case.target.height > 0 else None
+
+
+def _scene(case: Case, figures: Sequence[Figure], values: dict[str, dict[str, float]]) -> Scene:
+    info = case.info
+    return Scene(
+        title=f"{info.clip}: {info.source} to {info.target}",
+        figures=tuple(figures),
+        fps=float(case.source.fps),
+        case=info.id,
+        split=info.split,
+        kind=info.kind,
+        ground=case.ground,
+        values=values,
+    )

@@ -1,0 +1,183 @@
+"""Bodies as shaded pieces to be drawn back to front: bones as tapered tubes, heads as balls, skins."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from retarget_bench.motion.character import Character
+from retarget_bench.viewer import shapes
+from retarget_bench.viewer.camera import Camera
+from retarget_bench.viewer.colours import Colour, shade, tints
+from retarget_bench.viewer.scene import Figure
+
+LIGHT = np.array([-0.38, 0.84, 0.38])
+"""Towards the light, as right, up and towards the eye."""
+ROUND = 7
+"""Corners of each end of a tube."""
+LAYERS = ((0.0, 1.0, 0.80), (0.17, 0.80, 1.0), (0.36, 0.46, 1.22))
+"""How a tube is shaded: a share of its radius towards the light, a share of its radius wide, so bright."""
+FINE = 2.5
+"""Pixels: thinner tubes are not shaded."""
+OUTLINE = 0.45
+"""How bright the rim of a tube is."""
+RIM = 1.5
+"""Pixels."""
+FARTHEST = 20.0
+"""Pieces that reach farther than so many times the picture's size from it are left out."""
+LEVELS = 24
+"""Shades of a skin."""
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A polygon: the farther from the eye (metres), the earlier it is drawn."""
+
+    depth: float
+    corners: list[float]
+    colour: Colour
+
+
+@dataclass(frozen=True, eq=False)
+class Solid:
+    """A figure with positions, ready to be drawn in a colour; its left is lighter and its right darker.
+
+    skin: with its skin, where it has one and its rotations are known. thick: how thick bones are; usual: 1.
+    """
+
+    figure: Figure
+    colour: Colour
+    skin: bool = False
+    thick: float = 1.0
+
+    @property
+    def places(self) -> np.ndarray:
+        """``(frames, joints, 3)`` metres."""
+        assert self.figure.positions is not None
+        return self.figure.positions
+
+    @property
+    def body(self) -> Character:
+        return self.figure.character
+
+    @property
+    def size(self) -> float:
+        """Metres: the body's height, or how far it reaches where it has none."""
+        height = self.body.height
+        if np.isfinite(height) and height > 0:
+            return float(height)
+        return max(float(np.ptp(self.places, axis=1).max()), 0.1)
+
+    @cached_property
+    def skinned(self) -> bool:
+        """Whether a skin is drawn, not bones."""
+        return self.skin and self.figure.motion is not None and self.body.mesh is not None
+
+    @cached_property
+    def _bones(self) -> tuple[np.ndarray, np.ndarray]:
+        """Joints ``(bones, 2)``, the upper one first, and radii ``(bones, 2)`` metres."""
+        radii = self.thick * np.nan_to_num(shapes.radii(self.body))
+        lower = np.flatnonzero(radii.any(axis=1))
+        return np.stack([self.figure.parents[lower], lower], axis=1), radii[lower]
+
+    @cached_property
+    def _heads(self) -> list[tuple[int, int, float]]:
+        return [(joint, below, self.thick * radius) for joint, below, radius in shapes.heads(self.body)]
+
+    @cached_property
+    def _sides(self) -> np.ndarray:
+        """``(joints,)`` 0 for the middle, 1 for the left, 2 for the right."""
+        return np.array(["-lr".index(letter) for letter in shapes.sides(self.body)])
+
+    def bones(self, frame: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Tubes at a frame, heads included: ends ``(n, 2, 3)``, radii ``(n, 2)``, sides ``(n,)``."""
+        places = self.places[frame]
+        pairs, radii = self._bones
+        ends, sides = places[pairs], self._sides[pairs[:, 1]]
+        for joint, below, radius in self._heads:
+            way = places[joint] - places[below]
+            way = way / max(float(np.linalg.norm(way)), 1e-9) * radius
+            ball = np.stack([places[joint] + 0.75 * way, places[joint] + 1.35 * way])
+            ends = np.concatenate([ends, ball[None]])
+            radii = np.concatenate([radii, [[radius, 0.92 * radius]]])
+            sides = np.append(sides, 0)
+        if not len(ends):  # a body of one joint, or without any length
+            ball = np.repeat(places[:1], 2, axis=0)
+            return ball[None], np.full((1, 2), 0.03 * self.size), np.zeros(1, dtype=int)
+        return ends, radii, sides
+
+    def pieces(self, frame: int, camera: Camera, target: np.ndarray, size: tuple[int, int]) -> list[Piece]:
+        """What is to be drawn of a frame, in no order. size: of the picture, pixels."""
+        limit = FARTHEST * max(size)
+        if self.skinned:
+            return list(self._skinned(frame, camera, target, limit))
+        return list(self._tubes(frame, camera, target, limit))
+
+    def _tubes(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
+        ends, radii, sides = self.bones(frame)
+        pixels, depths, scales = camera.project(ends, target)
+        wide = radii * scales
+        depth = depths.mean(axis=1)
+        good = np.isfinite(pixels).all(axis=(1, 2)) & (np.abs(pixels).max(axis=(1, 2)) < limit)
+        good &= wide.max(axis=1) < limit
+        rims = tube(pixels, wide + RIM)
+        layers = [tube(pixels + _shift(wide, shift), share * wide) for shift, share, _ in LAYERS]
+        colours = tints(self.colour)
+        for bone in np.flatnonzero(good).tolist():
+            colour = colours[sides[bone]]
+            yield Piece(depth[bone], rims[bone].ravel().tolist(), shade(colour, OUTLINE))
+            count = len(LAYERS) if wide[bone].max() > FINE else 1
+            for layer, (_, _, bright) in list(zip(layers, LAYERS, strict=True))[:count]:
+                yield Piece(depth[bone], layer[bone].ravel().tolist(), shade(colour, bright))
+
+    @cached_property
+    def face_sides(self) -> np.ndarray:
+        """``(faces,)`` sides of a skin's faces: those of the joints that their corners follow most."""
+        mesh = self.body.mesh
+        assert mesh is not None
+        return self._sides[mesh.weights.argmax(axis=1)][mesh.faces[:, 0]]
+
+    def _skinned(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
+        mesh, motion = self.body.mesh, self.figure.motion
+        assert mesh is not None
+        assert motion is not None
+        corners = mesh.skinned(motion.at(slice(frame, frame + 1)))[0][mesh.faces]  # (faces, 3, 3)
+        pixels, depths, _ = camera.project(corners, target)
+        first, second = pixels[:, 1] - pixels[:, 0], pixels[:, 2] - pixels[:, 0]
+        toward = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] < 0  # rows of pixels run down
+        toward &= np.isfinite(pixels).all(axis=(1, 2)) & (np.abs(pixels).max(axis=(1, 2)) < limit)
+        normal = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+        normal /= np.maximum(np.linalg.norm(normal, axis=1, keepdims=True), 1e-12)
+        lit = normal @ (camera.axes * np.array([[1.0], [1.0], [-1.0]])).T @ LIGHT
+        levels = np.rint(LEVELS * np.clip(lit, 0.0, 1.0)).astype(int)
+        shades = [
+            [shade(tint, 0.5 + 0.75 * k / LEVELS) for k in range(LEVELS + 1)] for tint in tints(self.colour)
+        ]
+        flat, depth = pixels.reshape(len(pixels), -1), depths.mean(axis=1)
+        for face in np.flatnonzero(toward).tolist():
+            colour = shades[self.face_sides[face]][levels[face]]
+            yield Piece(depth[face], flat[face].tolist(), colour)
+
+
+def tube(ends: np.ndarray, radii: np.ndarray) -> np.ndarray:
+    """``(n, 2 * ROUND, 2)`` corners of the outline around two discs each: middles ``(n, 2, 2)``, radii
+    ``(n, 2)``, pixels. Where one disc holds the other, the outline is that of the larger one."""
+    way = ends[:, 1] - ends[:, 0]
+    length = np.maximum(np.hypot(way[:, 0], way[:, 1]), 1e-9)
+    along = np.arctan2(way[:, 1], way[:, 0])
+    lean = np.arccos(np.clip((radii[:, 0] - radii[:, 1]) / length, -1.0, 1.0))
+    steps = np.linspace(0.0, 1.0, ROUND)
+    upper = (along + lean)[:, None] + steps * (2 * np.pi - 2 * lean)[:, None]
+    lower = (along - lean)[:, None] + steps * (2 * lean)[:, None]
+    turns = np.stack([upper, lower], axis=1)
+    arcs = np.stack([np.cos(turns), np.sin(turns)], axis=-1) * radii[..., None, None]
+    return (ends[:, :, None] + arcs).reshape(len(ends), 2 * ROUND, 2)
+
+
+def _shift(radii: np.ndarray, share: float) -> np.ndarray:
+    """``(n, 2, 2)`` pixels towards the light, by a share of the radii ``(n, 2)``."""
+    way = LIGHT[:2] * np.array([1.0, -1.0]) / np.linalg.norm(LIGHT[:2])
+    return share * radii[..., None] * way

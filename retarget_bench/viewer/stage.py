@@ -1,0 +1,156 @@
+"""A stage: figures on a floor, seen by one camera, as a picture of any frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Literal
+
+import numpy as np
+from PIL import Image, ImageDraw
+
+from retarget_bench.api import Ground
+from retarget_bench.viewer import floor
+from retarget_bench.viewer.camera import Camera, axes, fitted, stays, track
+from retarget_bench.viewer.colours import CONTACT, STAGE, shade
+from retarget_bench.viewer.solids import Piece, Solid
+
+Following = Literal["auto", "fit", "follow"]
+
+FINER = 2
+"""Pictures are drawn this many times larger and averaged, so that edges are smooth."""
+SAMPLE = 60
+"""Frames that are looked at to fit a camera."""
+ASTRAY = 0.7
+"""Heights: what strays farther from what it should follow need not be in the picture."""
+PAD, SKIN_PAD = 0.1, 0.18
+"""Heights that are left free around joints, which bodies are thicker than, and skins go beyond."""
+BALL = 0.014
+"""Radius of the mark on a joint that rests, in heights."""
+REACH = 2.6
+"""Radius of the drawn floor, in heights, at least."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stage:
+    """Figures that one camera sees.
+
+    targets: ``(frames, 3)`` metres, the points of the floor that it looks at. size: pixels.
+    """
+
+    solids: tuple[Solid, ...]
+    ground: Ground
+    camera: Camera
+    targets: np.ndarray
+    size: tuple[int, int]
+    _kept: dict[tuple[float, ...], Image.Image] = field(default_factory=dict)
+
+    def picture(self, frame: int) -> Image.Image:
+        """An RGB picture of a frame."""
+        size = self.size[0] * FINER, self.size[1] * FINER
+        camera, target = self._fine, self.targets[frame]
+        picture = self._ground((float(target[0]), float(target[1]), float(target[2]))).copy()
+        pen = ImageDraw.Draw(picture)
+        height = float(self.ground.height)
+        if self.ground.heights is None:
+            for solid in self.solids:
+                floor.shadows(pen, solid, frame, height, camera, target)
+        for solid in self.solids:
+            floor.halos(pen, solid, frame, self.ground, camera, target)
+        pieces = [piece for solid in self.solids for piece in self._pieces(solid, frame, size)]
+        for piece in sorted(pieces, key=lambda piece: -piece.depth):
+            pen.polygon(piece.corners, fill=piece.colour)
+        return picture.reduce(FINER)
+
+    def _ground(self, target: tuple[float, float, float]) -> Image.Image:
+        """The floor around where the camera looks; kept as long as it does not move."""
+        if target not in self._kept:
+            size = self.size[0] * FINER, self.size[1] * FINER
+            picture = Image.new("RGB", size, STAGE)
+            reach = max(
+                REACH * max(solid.size for solid in self.solids), 0.75 * max(size) / self._fine.zoom
+            )
+            floor.draw(ImageDraw.Draw(picture), self.ground, self._fine, np.array(target), reach)
+            self._kept.clear()
+            self._kept[target] = picture
+        return self._kept[target]
+
+    @cached_property
+    def _fine(self) -> Camera:
+        camera = self.camera
+        centre = camera.centre[0] * FINER, camera.centre[1] * FINER
+        return replace(camera, zoom=camera.zoom * FINER, centre=centre)
+
+    def _pieces(self, solid: Solid, frame: int, size: tuple[int, int]) -> list[Piece]:
+        found = solid.pieces(frame, self._fine, self.targets[frame], size)
+        for place in floor.resting(solid, frame):
+            (across, down), depth, scale = self._fine.project(place, self.targets[frame])
+            ball = (BALL * solid.size * scale) * np.stack(
+                [np.cos(floor.CORNERS), np.sin(floor.CORNERS)], axis=1
+            )
+            near = float(depth) - 0.06 * solid.size  # over the foot that it is in
+            for share, colour in ((1.25, shade(CONTACT, 0.35)), (1.0, CONTACT)):
+                corners = share * ball + np.array([across, down])
+                found.append(Piece(near, corners.ravel().tolist(), colour))
+        return found
+
+    def seen(self, frame: int, number: int = 0) -> bool:
+        """Whether any joint of a figure is in the picture."""
+        pixels = self.camera.project(self.solids[number].places[frame], self.targets[frame])[0]
+        return bool(((pixels >= 0) & (pixels <= np.array(self.size))).all(axis=1).any())
+
+
+def stages(
+    groups: Sequence[Sequence[Solid]],
+    leads: Sequence[Solid],
+    ground: Ground,
+    fps: float,
+    frames: Sequence[int],
+    size: tuple[int, int],
+    view: str,
+    following: Following,
+) -> list[Stage]:
+    """A stage for each group of figures, all at one scale.
+
+    leads: of each group, the figure that its camera looks at. frames: those that will be drawn.
+    """
+    tallest = max(solid.size for solid in leads)
+    follow = following == "follow" or (
+        following == "auto" and not all(stays(_root(lead)[list(frames)], lead.size) for lead in leads)
+    )
+    looked = frames[:: 1 + (len(frames) - 1) // SAMPLE]
+    targets, shots = [], []
+    for group, lead in zip(groups, leads, strict=True):
+        way = _root(lead)
+        if not follow:
+            way = way[list(frames)]
+        aim = track(way, float(ground.height), fps, follow)
+        aim = aim if follow else np.repeat(aim[:1], len(lead.places), axis=0)
+        targets.append(aim)
+        shots.append((axes(view, lead.body, lead.places[frames[0]]), _around(group, lead, looked, aim)))
+    pad = SKIN_PAD if any(solid.skinned for group in groups for solid in group) else PAD
+    cameras = fitted(shots, pad * tallest, size)
+    each = zip(groups, cameras, targets, strict=True)
+    return [Stage(tuple(group), ground, camera, aim, size) for group, camera, aim in each]
+
+
+def _root(solid: Solid) -> np.ndarray:
+    """``(frames, 3)`` the hips, or the first joint."""
+    return solid.places[:, solid.body.joint_of.get("hips", 0)]
+
+
+def _around(group: Sequence[Solid], lead: Solid, frames: Sequence[int], targets: np.ndarray) -> np.ndarray:
+    """``(n, 3)`` joints of a group relative to where its camera looks, and that point itself.
+
+    What is far from the lead is left out, so that a figure that flies off does not make the others tiny.
+    """
+    chosen = list(frames)
+    found = [np.zeros((1, 3))]
+    home = _root(lead)[chosen]
+    for solid in group:
+        near = np.linalg.norm(solid.places[chosen] - home[:, None], axis=-1) < ASTRAY * lead.size
+        near |= solid is lead
+        found.append((solid.places[chosen] - targets[chosen][:, None])[near])
+    points = np.concatenate(found)
+    return points[np.isfinite(points).all(axis=1)]
