@@ -15,7 +15,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import compatibility
-from retarget_bench.results.result_matrix import Panel, Row
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 
 LEAST_CLIPS = 6
 """With fewer, no pattern of signs is rare enough: 2 of 2^5 is more than 5 %."""
@@ -60,7 +60,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Versus:
+class PairwiseComparison:
     """Two methods on one split of one data set; ``notes`` are what a reader must know of them."""
 
     dataset: str
@@ -71,7 +71,7 @@ class Versus:
     notes: tuple[str, ...]
 
 
-def find(panel: Panel, name: str) -> Row | None:
+def find(panel: ResultMatrix, name: str) -> MethodRow | None:
     """The row of a method by its label, or by what means the same; None where it has no results here."""
     rows = {row.label: row for row in panel.rows}
     label = label_of(name, rows)
@@ -83,7 +83,7 @@ def label_of(name: str, labels: Collection[str]) -> str | None:
     return next((each for each in (name, _canonical(name)) if each in labels), None)
 
 
-def unknown(panels: Sequence[Panel], name: str) -> BenchError:
+def unknown(panels: Sequence[ResultMatrix], name: str) -> BenchError:
     """The error for a method that has no results at all: it lists those that have, close names first."""
     labels = sorted({row.label for panel in panels for row in panel.rows})
     if close := difflib.get_close_matches(name, labels, 3, 0.5):
@@ -98,7 +98,9 @@ def _canonical(name: str) -> str:
         return name
 
 
-def versus(panel: Panel, first: Row, second: Row, values: Sequence[str]) -> Versus:
+def compare(
+    panel: ResultMatrix, first: MethodRow, second: MethodRow, values: Sequence[str]
+) -> PairwiseComparison:
     """The differences of two rows of a panel, of those values that both have a number for.
 
     p-values are adjusted by Holm over the values compared here. Raises BenchError where the two were
@@ -113,7 +115,7 @@ def versus(panel: Panel, first: Row, second: Row, values: Sequence[str]) -> Vers
     found = [_difference(panel, first, second, value) for value in values]
     differences = [each for each in found if each is not None]
     adjusted = statistics.holm(np.array([each.p for each in differences]))
-    return Versus(
+    return PairwiseComparison(
         dataset=panel.dataset,
         split=panel.split,
         first=first.label,
@@ -125,7 +127,7 @@ def versus(panel: Panel, first: Row, second: Row, values: Sequence[str]) -> Vers
     )
 
 
-def _difference(panel: Panel, first: Row, second: Row, value: str) -> Difference | None:
+def _difference(panel: ResultMatrix, first: MethodRow, second: MethodRow, value: str) -> Difference | None:
     numbers = [row.number((value, "")) for row in (first, second)]
     if numbers[0] is None or numbers[1] is None:
         return None
@@ -155,7 +157,7 @@ def _difference(panel: Panel, first: Row, second: Row, value: str) -> Difference
     )
 
 
-def _notes(first: Row, second: Row) -> list[str]:
+def _notes(first: MethodRow, second: MethodRow) -> list[str]:
     notes = []
     for row in (first, second):
         method, counts = row.header["method"], row.header["counts"]

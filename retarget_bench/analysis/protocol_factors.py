@@ -26,7 +26,7 @@ NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
-class Reading:
+class ProtocolReading:
     """One protocol's number for a method on a split.
 
     value: mean over clips of the mean per clip. cases: ``(id, number)`` of every case that has it.
@@ -74,7 +74,7 @@ class Explanation:
     dataset: str
     split: str
     method: str
-    readings: tuple[Reading, ...]
+    readings: tuple[ProtocolReading, ...]
     factors: tuple[Factor, ...]
 
 
@@ -105,7 +105,7 @@ def explain(results: Results, selves: Results | None = None) -> Explanation:
 
 def _reading(
     id_: str, value: Mapping[str, Any], results: Results, selves: Results | None
-) -> Reading | None:
+) -> ProtocolReading | None:
     pooled = [results]
     if value["with_self"] and results.place.split == "intra" and selves is not None:
         pooled.append(selves)
@@ -120,10 +120,10 @@ def _reading(
         return None
     mean = float(np.mean([np.mean(numbers) for numbers in by_clip.values()]))
     facts = {**value["protocol"], "unit": value["unit"]}
-    return Reading(id_, value["label"], value["unit"], mean, cases, len(by_clip), facts)
+    return ProtocolReading(id_, value["label"], value["unit"], mean, cases, len(by_clip), facts)
 
 
-def _factor(first: Reading, second: Reading) -> Factor:
+def _factor(first: ProtocolReading, second: ProtocolReading) -> Factor:
     comparable = (
         first.cases.keys() == second.cases.keys() or first.facts["self pairs"] != second.facts["self pairs"]
     )

@@ -9,14 +9,14 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.analysis import statistics
-from retarget_bench.analysis.breakdown import By, broken_down, lasting
+from retarget_bench.analysis.breakdown import By, breakdown, lasting
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics as sets
 from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.set_metrics import SetValue
-from retarget_bench.results.result_matrix import Panel, panels
-from retarget_bench.results.store import Place
+from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
+from retarget_bench.results.store import ResultPaths
 
 COVERAGE = 0.95
 """A method that answered a smaller share of the cases is listed, and not ranked."""
@@ -61,7 +61,7 @@ class Ranking:
 
 
 @dataclass
-class Score:
+class MethodSummary:
     """One method on one split.
 
     means:  value id -> Mean; a value that no case has is absent. Of ranked methods over the common cases.
@@ -94,7 +94,7 @@ class Score:
 
 
 @dataclass
-class Section:
+class SplitSummary:
     """All methods on one split of one data set, or on one part of it.
 
     part:     which group of the cases, or joints, this is; "" for all.
@@ -104,7 +104,7 @@ class Section:
     dataset: str
     split: str
     notes: list[str]
-    scores: list[Score]
+    scores: list[MethodSummary]
     pairs: int
     clips: int
     frames: int
@@ -124,7 +124,9 @@ def unranked(header: Mapping[str, Any]) -> str:
     return "" if enough else f"answered {counts['ok']} of {counts['asked']}"
 
 
-def sections(places: Iterable[Place], by: By | None = None, at_least: int | None = None) -> list[Section]:
+def split_summaries(
+    places: Iterable[ResultPaths], by: By | None = None, at_least: int | None = None
+) -> list[SplitSummary]:
     """The results at these places, by data set and split (self, intra, cross).
 
     by: one section per group: ``pair``, ``clip``, ``kind``, ``joint``, ``part`` (of the body), ``seen``
@@ -134,29 +136,29 @@ def sections(places: Iterable[Place], by: By | None = None, at_least: int | None
     Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
     Raises BenchError where results do not know what they are to be broken down by, or how long cases last.
     """
-    found = panels(places)
+    found = result_matrices(places)
     if at_least is not None:
         found = [panel for panel in (lasting(each, at_least) for each in found) if len(panel.cases)]
         if not found:
             raise BenchError(f"no case lasts {at_least} s and has a reference; ask for less")
     made = [
-        section(part) for panel in found for part in ([panel] if by is None else broken_down(panel, by))
+        split_summary(part) for panel in found for part in ([panel] if by is None else breakdown(panel, by))
     ]
     for each in made if at_least is not None else []:
         each.notes.append(f"Only clips of {at_least} s or longer.")
     return made
 
 
-def section(panel: Panel) -> Section:
+def split_summary(panel: ResultMatrix) -> SplitSummary:
     """All methods of a panel with their means, curves and ranks."""
     own = [info for info, own in zip(panel.cases, panel.own, strict=True) if own]
     scores = [
-        Score(
+        MethodSummary(
             row.label, row.header, {}, {}, _fps(row.place), sets=[] if panel.part else sets.read(row.place)
         )
         for row in panel.rows
     ]
-    made = Section(
+    made = SplitSummary(
         dataset=panel.dataset,
         split=panel.split,
         notes=list(panel.rows[0].header["dataset"]["notes"]),
@@ -214,7 +216,7 @@ def _means(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
 
 
 def _ranking(
-    panel: Panel, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
+    panel: ResultMatrix, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
 ) -> Ranking:
     labels = [row.label for row in panel.rows]
     # by name, so that equals stand in one order however the results were listed
@@ -235,7 +237,9 @@ def _ranking(
     )
 
 
-def _add_spreads(section: Section, panel: Panel, value: str, common: Sequence[np.ndarray | None]) -> None:
+def _add_spreads(
+    section: SplitSummary, panel: ResultMatrix, value: str, common: Sequence[np.ndarray | None]
+) -> None:
     """The spread over seeds, of methods that ran with several: of the mean over the same cases."""
     for score, row, kept in zip(section.scores, panel.rows, common, strict=True):
         if value in score.means and len(row.draws) > 1:
@@ -245,7 +249,7 @@ def _add_spreads(section: Section, panel: Panel, value: str, common: Sequence[np
             score.spread[value] = float(means.std(ddof=1))
 
 
-def _fps(place: Place) -> float | None:
+def _fps(place: ResultPaths) -> float | None:
     times = timing.read(place)
     seconds = sum(second for _, second in times)
     return sum(frames for frames, _ in times) / seconds if seconds > 0 else None

@@ -6,10 +6,10 @@ import numpy as np
 
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.summary import Ranking
-from retarget_bench.results.result_matrix import Panel
+from retarget_bench.results.result_matrix import ResultMatrix
 
 
-def told_apart(panel: Panel, ranking: Ranking, value: str) -> np.ndarray:
+def separated(panel: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
     """``(methods, methods)`` bool, symmetric, in the order of the ranking: whose difference is significant.
 
     Every method is compared with those below it as the best is in the table: sign flips over the same
@@ -31,7 +31,7 @@ def told_apart(panel: Panel, ranking: Ranking, value: str) -> np.ndarray:
     return found
 
 
-def cliques(apart: np.ndarray) -> list[tuple[int, ...]]:
+def tie_groups(apart: np.ndarray) -> list[tuple[int, ...]]:
     """All largest groups of which no two members are told apart; groups of one are left out.
 
     apart: ``(n, n)`` bool, symmetric. Piepho's (2004) insert and absorb: begin with one group of all, and

@@ -16,7 +16,7 @@ import retarget_bench
 from retarget_bench.api import Dataset, Method, Metric, SetMetric
 from retarget_bench.evaluation import score
 from retarget_bench.evaluation.plan import (
-    Cell,
+    EvaluationUnit,
     method,
     metric_versions,
     metrics,
@@ -27,12 +27,12 @@ from retarget_bench.evaluation.plan import (
 from retarget_bench.evaluation.predict import declared
 from retarget_bench.evaluation.set_metrics.real import offers
 from retarget_bench.plugins import registry
-from retarget_bench.results.store import SCHEMA, STATUSES, Entry
+from retarget_bench.results.store import SCHEMA, STATUSES, CaseResult
 
 PACKAGES = ("numpy", "scipy", "torch")
 
 
-def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
+def header_of(cell: EvaluationUnit, entries: Sequence[CaseResult]) -> dict[str, Any]:
     """The header for a finished cell; plain data, ready for JSON."""
     plan = cell.plan
     data = cell.data
@@ -64,7 +64,7 @@ def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
     }
 
 
-def _method(cell: Cell) -> dict[str, Any]:
+def _method(cell: EvaluationUnit) -> dict[str, Any]:
     common = {
         "name": cell.method.name,
         "label": str(cell.known_as),
@@ -93,7 +93,7 @@ def _method(cell: Cell) -> dict[str, Any]:
     }
 
 
-def _posts(cell: Cell) -> dict[str, Any]:
+def _posts(cell: EvaluationUnit) -> dict[str, Any]:
     """What was done to the method's answers, in order; nothing where nothing was."""
     found = []
     for post in cell.known_as.posts:
@@ -121,7 +121,7 @@ def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, Any]:
     }
 
 
-def _sets(cell: Cell) -> dict[str, Any]:
+def _sets(cell: EvaluationUnit) -> dict[str, Any]:
     """What is declared of values of whole sets and what makes their features; nothing without any."""
     asked = set_metrics(cell.plan.metrics)
     if not asked:
@@ -139,7 +139,7 @@ def _four_legged(data: Dataset) -> list[str]:
     return sorted({body.structure for body in data.characters().values() if body.four_legged})
 
 
-def _problems(entries: Sequence[Entry]) -> list[dict[str, Any]]:
+def _problems(entries: Sequence[CaseResult]) -> list[dict[str, Any]]:
     """Cases without values, those with the same status and message together."""
     grouped: dict[tuple[str, str], list[str]] = {}
     for entry in entries:

@@ -13,7 +13,7 @@ from tqdm import tqdm
 
 from retarget_bench.analysis import pairwise, statistics, summary
 from retarget_bench.analysis.breakdown import UNKNOWN
-from retarget_bench.analysis.summary import Section
+from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
@@ -25,8 +25,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.report import layout
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results import result_matrix as panel
-from retarget_bench.results.result_matrix import Panel
-from retarget_bench.results.store import Place
+from retarget_bench.results.result_matrix import ResultMatrix
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import Cell, Column, Group, Table
 
@@ -40,8 +40,8 @@ class Split:
               tables, the main one first. decimals: value id -> with how many its column is written.
     """
 
-    panel: Panel
-    section: Section
+    panel: ResultMatrix
+    section: SplitSummary
     main: Column
     values: tuple[Column, ...]
     decimals: Mapping[str, int]
@@ -120,7 +120,7 @@ class Chapter:
     task: str
     dataset: str
     data: Spec | None
-    places: tuple[Place, ...]
+    places: tuple[ResultPaths, ...]
     tables: tuple[Table, ...]
     splits: tuple[Split, ...]
 
@@ -186,9 +186,9 @@ def chapters(
     return [chapter for chapter in made if chapter is not None]
 
 
-def results(roots: Sequence[Path]) -> list[Place]:
+def results(roots: Sequence[Path]) -> list[ResultPaths]:
     """All that there are, of all tasks. Raises BenchError where a root has none."""
-    found: list[Place] = []
+    found: list[ResultPaths] = []
     for root in roots:
         here = method_order.everything([root])
         if not here:
@@ -197,23 +197,23 @@ def results(roots: Sequence[Path]) -> list[Place]:
     return found
 
 
-def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
+def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
     labels = {place: str(store.read_header(place.header)["method"]["label"]) for place in places}
     wanted = set()
     for name in names:
         label = pairwise.label_of(name, set(labels.values()))
         if label is None:
-            raise pairwise.unknown(panel.panels(places), name)
+            raise pairwise.unknown(panel.result_matrices(places), name)
         wanted.add(label)
     return [place for place in places if labels[place] in wanted]
 
 
-def _chapter(places: Sequence[Place], data: str | None, columns: Sequence[str]) -> Chapter | None:
+def _chapter(places: Sequence[ResultPaths], data: str | None, columns: Sequence[str]) -> Chapter | None:
     """None where no result declares a number per case, so that there is nothing to show."""
-    sections = summary.sections(places)
+    sections = summary.split_summaries(places)
     made = layout.tables(places, sections, columns)
     found = {section.split: section for section in sections}
-    panels = panel.panels(places)
+    panels = panel.result_matrices(places)
     shown = {each.split: known for each in panels if (known := _columns(made, each))}
     if usual := _usual(made, shown):
         shown |= {each.split: [usual] for each in panels if each.split not in shown and each.own.any()}
@@ -243,7 +243,7 @@ def _asked(header: Mapping[str, Any], data: str | None) -> Spec | None:
     return spec if data is None else spec.with_parameters(root=data)
 
 
-def _columns(tables: Sequence[Table], split: Panel) -> list[Column]:
+def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:
     """The values with a number per case that the tables of a split show."""
     found: dict[str, Column] = {}
     for each in tables:
@@ -280,7 +280,7 @@ def _cells(group: Group) -> list[tuple[str, Cell]]:
     ]
 
 
-def _ordered(whole: Panel, order: Sequence[str]) -> Panel:
+def _ordered(whole: ResultMatrix, order: Sequence[str]) -> ResultMatrix:
     """A panel of its own cases, with its methods in this order."""
     own = whole.restricted(whole.own, "")
     return replace(own, rows=tuple(sorted(own.rows, key=lambda row: order.index(row.label))))

@@ -10,9 +10,9 @@ import numpy as np
 
 from retarget_bench.analysis import statistics
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.charts import Look
+from retarget_bench.report.charts import ChartStyle
 from retarget_bench.report.looks import colours
-from retarget_bench.report.motions import Motions
+from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import case_file
 from retarget_bench.tables.model import Column
 from retarget_bench.tables.rendering.words import printable
@@ -55,7 +55,7 @@ class Listed:
     thinned: str = ""
 
 
-def index(chapters: Sequence[Chapter], looks: Mapping[str, Look], shown: Motions) -> Listed:
+def index(chapters: Sequence[Chapter], looks: Mapping[str, ChartStyle], shown: PackedScenes) -> Listed:
     """The cases with their names and numbers, as many as leave the page smaller than ``PAGE``.
 
     Names are as they are printed, and cases and methods known by number.
@@ -87,7 +87,7 @@ def _worst(few: int) -> str:
 
 
 def _data(
-    chapters: Sequence[Chapter], looks: Mapping[str, Look], shown: Motions, step: Thinning
+    chapters: Sequence[Chapter], looks: Mapping[str, ChartStyle], shown: PackedScenes, step: Thinning
 ) -> dict[str, Any]:
     return {
         "chapters": [
@@ -102,7 +102,7 @@ def _data(
     }
 
 
-def _split(split: Split, at: tuple[int, int], shown: Motions, step: Thinning) -> dict[str, Any]:
+def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinning) -> dict[str, Any]:
     whole = split.values if step.few is None else split.values[:1]
     few = {value.id: _few(split, value, step.few) for value in split.values if value not in whole}
     kept = _kept(split, at, shown, few, step.worst)
@@ -154,7 +154,7 @@ def _worst_of(loss: np.ndarray, most: int | None) -> list[int]:
 def _kept(
     split: Split,
     at: tuple[int, int],
-    shown: Motions,
+    shown: PackedScenes,
     few: Mapping[str, Sequence[Mapping[int, float]]],
     worst: int | None,
 ) -> list[int]:
@@ -172,7 +172,7 @@ def _kept(
     return sorted(found)
 
 
-def _case(split: Split, case: int, key: tuple[int, int, int], shown: Motions) -> dict[str, Any]:
+def _case(split: Split, case: int, key: tuple[int, int, int], shown: PackedScenes) -> dict[str, Any]:
     info = split.panel.cases[case]
     told: dict[str, Any] = {
         "id": printable(info.id),
@@ -194,7 +194,9 @@ def _four(number: float) -> float:
     return float(f"{number:.4g}")
 
 
-def _lost(split: Split, at: tuple[int, int], shown: Motions, kept: Sequence[int]) -> list[dict[str, str]]:
+def _lost(
+    split: Split, at: tuple[int, int], shown: PackedScenes, kept: Sequence[int]
+) -> list[dict[str, str]]:
     """By method: number of a case -> why its answer has no number, or cannot be seen."""
     position = {split.panel.cases[number].id: number for number in kept}
     found: list[dict[str, str]] = []

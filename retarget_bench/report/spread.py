@@ -12,7 +12,7 @@ from retarget_bench.analysis.summary import Mean
 from retarget_bench.figures.axis_limits import top
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.charts import Frame, Look, Scale
+from retarget_bench.report.charts import ChartStyle, Frame, Scale
 from retarget_bench.report.means import finite, grouped, told
 from retarget_bench.report.pictures import Looks, Picture, by_split
 
@@ -92,7 +92,7 @@ def _rows_axis(frame: Frame, names: list[str], looks: Looks | None) -> Markup:
 
 
 def _row(
-    split: Split, row: int, numbers: np.ndarray, names: list[str], y: float, frame: Frame, look: Look
+    split: Split, row: int, numbers: np.ndarray, names: list[str], y: float, frame: Frame, look: ChartStyle
 ) -> list[Markup]:
     there = numbers[~np.isnan(numbers)]
     q = [float(each) for each in np.quantile(there, (0.05, 0.25, 0.5, 0.75, 0.95))]

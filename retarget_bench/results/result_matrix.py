@@ -13,11 +13,11 @@ import numpy as np
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.columns import Columns, Key
-from retarget_bench.results.store import STATUSES, Place
+from retarget_bench.results.store import STATUSES, ResultPaths
 
 
 @dataclass(frozen=True)
-class Row:
+class MethodRow:
     """One method: what its header says, and for every seed that it was run with its numbers.
 
     header: of the first seed, with the counts and problems of all.
@@ -27,11 +27,11 @@ class Row:
 
     label: str
     header: Mapping[str, Any]
-    places: tuple[Place, ...]
+    places: tuple[ResultPaths, ...]
     draws: tuple[Mapping[Key, np.ndarray], ...]
 
     @property
-    def place(self) -> Place:
+    def place(self) -> ResultPaths:
         return self.places[0]
 
     def number(self, key: Key) -> np.ndarray | None:
@@ -44,7 +44,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Panel:
+class ResultMatrix:
     """All methods on one split of one data set.
 
     cases:  sorted by clip. Values of legacy protocols count self pairs as intra, so self cases are there
@@ -58,7 +58,7 @@ class Panel:
     split: str
     cases: tuple[CaseInfo, ...]
     own: np.ndarray
-    rows: tuple[Row, ...]
+    rows: tuple[MethodRow, ...]
     values: Mapping[str, Mapping[str, Any]]
     part: str = ""
 
@@ -79,7 +79,7 @@ class Panel:
         found = (row.number(key) for row in self.rows)
         return np.array([nothing if each is None else each for each in found])
 
-    def restricted(self, kept: np.ndarray, part: str) -> Panel:
+    def restricted(self, kept: np.ndarray, part: str) -> ResultMatrix:
         """The panel of some cases: ``kept`` is ``(cases,)`` bool, or ``(methods, cases)`` where methods
         keep different ones."""
         each = np.array(np.broadcast_to(kept, (len(self.rows), len(self.cases))))
@@ -99,7 +99,7 @@ class Panel:
         cases = tuple(info for info, keep in zip(self.cases, some, strict=True) if keep)
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
-    def narrowed(self, value: str) -> Panel:
+    def narrowed(self, value: str) -> ResultMatrix:
         """The panel with one value and nothing else."""
         rows = tuple(
             replace(
@@ -113,14 +113,14 @@ class Panel:
         return replace(self, rows=rows, values={value: self.values[value]} if value in self.values else {})
 
 
-def panels(places: Iterable[Place]) -> list[Panel]:
+def result_matrices(places: Iterable[ResultPaths]) -> list[ResultMatrix]:
     """The results at these places, by data set and split (self, intra, cross).
 
     Numbers on other data, or of another version of a metric, than the newest of a data set's results are
     left out, and so are further seeds of a method that another version of it ran with, or on other data.
     A place that is named twice counts once.
     """
-    once: dict[Path, Place] = {}
+    once: dict[Path, ResultPaths] = {}
     for place in places:
         once.setdefault(place.header.resolve(), place)
     there = [(place, store.read_header(place.header)) for place in once.values()]
@@ -135,7 +135,7 @@ def panels(places: Iterable[Place]) -> list[Panel]:
     return [_panel(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
 
 
-def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> Panel:
+def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> ResultMatrix:
     values: dict[str, Mapping[str, Any]] = {}
     for each in sorted(found, key=lambda each: compatibility.made(each.header)):
         values |= each.header["values"]
@@ -150,7 +150,7 @@ def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> P
     draws = [
         (each, _aligned(each, own_self.get(_identity(each)), pooled, split, position)) for each in found
     ]
-    return Panel(
+    return ResultMatrix(
         dataset=label,
         split=split,
         cases=tuple(info for info, _ in ordered),
@@ -183,7 +183,7 @@ def _aligned(
 
 
 # ----------------------------------------------------------------------------------------------- seeds
-def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Row, ...]:
+def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[MethodRow, ...]:
     """One row per method: results under several seeds together. Equal labels of several roots are told
     apart by their folders."""
     grouped: dict[tuple[str, str], list[tuple[Columns, dict[Key, np.ndarray]]]] = {}
@@ -200,7 +200,7 @@ def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Row, 
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
         seeds = tuple(numbers for _, numbers in each)
         places = tuple(found.place for found, _ in each)
-        rows.append(Row(shown, _header([found for found, _ in each]), places, seeds))
+        rows.append(MethodRow(shown, _header([found for found, _ in each]), places, seeds))
     return tuple(rows)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from retarget_bench.analysis.summary import Score
+from retarget_bench.analysis.summary import MethodSummary
 from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.tables.model import FAILED, NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
@@ -13,7 +13,7 @@ Gap = tuple[str, str]
 """Kind and reason; the reason is "" where the row's own mark says it."""
 
 
-def of_row(score: Score, newest: Newest) -> Gap | None:
+def of_row(score: MethodSummary, newest: Newest) -> Gap | None:
     """The kind of a row without any number, or None where values must be looked at one by one."""
     if newest.stale_data(score.header):
         return OTHER_VERSION, ""
@@ -27,7 +27,7 @@ def of_row(score: Score, newest: Newest) -> Gap | None:
     return (NOT_RUN, "") if counts.get("missing") else (NOT_APPLICABLE, "")
 
 
-def of_value(score: Score, value: str, facts: Mapping[str, Any], newest: Newest) -> Gap:
+def of_value(score: MethodSummary, value: str, facts: Mapping[str, Any], newest: Newest) -> Gap:
     """Why a method that answered has no number for a value, which ``facts`` declare."""
     if stale := newest.stale_value(score.header, value):
         return OTHER_VERSION, stale
@@ -44,7 +44,7 @@ def of_value(score: Score, value: str, facts: Mapping[str, Any], newest: Newest)
     return NOT_APPLICABLE, lacking([facts], score)
 
 
-def lacking(values: list[Mapping[str, Any]], *scores: Score) -> str:
+def lacking(values: list[Mapping[str, Any]], *scores: MethodSummary) -> str:
     """What values need and these rows lack: their needs, less those that other numbers show are met."""
     met = {
         need

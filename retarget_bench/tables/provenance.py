@@ -6,14 +6,14 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from retarget_bench.analysis.summary import Section
+from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.tables.model import Origin
+from retarget_bench.tables.model import Provenance
 
 Header = Mapping[str, Any]
 
 
-def origins(found: Sequence[Section]) -> tuple[Origin, ...]:
+def origins(found: Sequence[SplitSummary]) -> tuple[Provenance, ...]:
     """One per method and way of making it; splits that were made alike are told together."""
     grouped: dict[tuple[Any, ...], dict[str, Header]] = {}
     for section in found:
@@ -31,10 +31,10 @@ def _facts(label: str, header: Header) -> tuple[Any, ...]:
     return label, method.get("version"), method.get("code"), header.get("revision"), versions, seeds
 
 
-def _origin(label: str, headers: Mapping[str, Header]) -> Origin:
+def _origin(label: str, headers: Mapping[str, Header]) -> Provenance:
     header = next(iter(headers.values()))
     method = header["method"]
-    return Origin(
+    return Provenance(
         label=label,
         about=str(method.get("summary", "")),
         splits=tuple(headers),
@@ -62,7 +62,7 @@ def _command(header: Header, splits: Sequence[str]) -> str:
     return shlex.join(words)
 
 
-def data_facts(found: Sequence[Section]) -> tuple[tuple[str, str], ...]:
+def data_facts(found: Sequence[SplitSummary]) -> tuple[tuple[str, str], ...]:
     """(what, which) of a data set, as its newest result tells it."""
     headers = [score.header for section in found for score in section.scores]
     dataset = max(headers, key=lambda header: header.get("date", ""))["dataset"]

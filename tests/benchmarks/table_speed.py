@@ -30,7 +30,7 @@ from retarget_bench.evaluation.plan import metrics, value_facts  # noqa: E402
 from retarget_bench.evaluation.score import declared_values  # noqa: E402
 from retarget_bench.plugins import registry  # noqa: E402
 from retarget_bench.results import store  # noqa: E402
-from retarget_bench.results.store import Entry, Place  # noqa: E402
+from retarget_bench.results.store import CaseResult, ResultPaths  # noqa: E402
 
 CLIPS, REPEATS = 106, 3
 POINTS, JOINTS = [f"{0.01 * n:g}" for n in range(7)], [f"joint_{n}" for n in range(22)]
@@ -85,10 +85,10 @@ def write(root: Path, cases: int, methods: int) -> int:
             "seeds": [0],
         }
         entries = [
-            Entry(info.id, "ok", values={key: made_up(random, value) for key, value in values.items()})
+            CaseResult(info.id, "ok", values={key: made_up(random, value) for key, value in values.items()})
             for info in infos
         ]
-        place = Place(root, "made_up", "retarget", "cross", method["name"])
+        place = ResultPaths(root, "made_up", "retarget", "cross", method["name"])
         store.write_results(place, header, entries, infos)
     return sum(path.read_bytes().count(b"\n") - 1 for path in root.rglob("method_*.csv"))
 

@@ -220,7 +220,7 @@ def test_killed_at_any_moment_gives_the_same_bytes(tmp_path):
 
 
 def test_only_methods_that_take_batches_are_known_by_them(tmp_path):
-    mix, plain = plan.cells(asked(tmp_path, "toy_batches", "toy_method"))
+    mix, plain = plan.evaluation_units(asked(tmp_path, "toy_batches", "toy_method"))
     assert mix.prediction_facts["batches"] == {"cases": 16, "frames": 28_800}
     assert "batches" not in plain.prediction_facts
     assert [len(batch) for batch in plain.batches] == [1] * 6

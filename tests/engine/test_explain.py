@@ -15,7 +15,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins.registry import create
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Entry, Place, Results
+from retarget_bench.results.store import CaseResult, ResultPaths, Results
 
 FACTS = {
     "error": "distance",
@@ -60,8 +60,8 @@ def results(split: str, numbers: dict[tuple[str, str], float], height: float = 2
             "pooled": metres,
             "elsewhere": 1.0,
         }
-        entries.append(Entry(info.id, "ok", values=values))
-    place = Place(Path("runs"), "data", "retarget", split, "mine")
+        entries.append(CaseResult(info.id, "ok", values=values))
+    place = ResultPaths(Path("runs"), "data", "retarget", split, "mine")
     header = {"values": VALUES, "method": {"label": "mine"}, "dataset": {"label": "data"}}
     return Results(place, header, entries, infos)
 

@@ -8,7 +8,7 @@ import pytest
 
 from retarget_bench.evaluation.set_metrics import SetValue, files
 from retarget_bench.results import store as records
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.published import paper_sets, papers
 from retarget_bench.tables.published.paper_table import NOT_PRINTED, paper_table
 
@@ -24,7 +24,7 @@ def value(structure: str, number: float | None, kind: str = "", **changes) -> Se
 def store(
     root: Path, name: str, values: list[SetValue], split: str = "cross", file: str = "", **changes
 ) -> None:
-    place = Place(root, "data", "retarget", split, file or name)
+    place = ResultPaths(root, "data", "retarget", split, file or name)
     place.folder.mkdir(parents=True, exist_ok=True)
     header = {
         "schema": records.SCHEMA,

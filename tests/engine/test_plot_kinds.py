@@ -25,7 +25,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.results import result_matrix as panel
 from retarget_bench.results import store
-from retarget_bench.results.store import Entry, Place
+from retarget_bench.results.store import CaseResult, ResultPaths
 
 HOSTILE = ("$\\frac{1}", "_hidden & 50% #1", "<script>alert('x')</script>\n\x07")
 BODIES = ("ann", "bob", "$\\cat_^")
@@ -44,7 +44,7 @@ VALUES = {
 }  # fmt: skip
 CLIPS = 12
 FPS = dict(zip(HOSTILE, (2000.0, 500.0, 40.0), strict=True))
-Numbers = dict[str, dict[tuple[str, str, int], Entry]]
+Numbers = dict[str, dict[tuple[str, str, int], CaseResult]]
 
 
 def stored(root: Path) -> Numbers:
@@ -67,8 +67,8 @@ def stored(root: Path) -> Numbers:
                     "growth.world": {str(second): error * second for second in (1, 2, 3)},
                 }
                 infos.append(info)
-                entries[source, target, clip] = Entry(info.id, "ok", values=values)
-        place = Place(root, "data", "retarget", "cross", f"method{shift}")
+                entries[source, target, clip] = CaseResult(info.id, "ok", values=values)
+        place = ResultPaths(root, "data", "retarget", "cross", f"method{shift}")
         told = header(label, list(entries.values()), "cross") | {"values": VALUES}
         told["dataset"] |= {"label": "50% of {data}_$x", "name": "no_such_data"}
         store.write_results(place, told, list(entries.values()), infos)
@@ -164,15 +164,15 @@ def test_ties_join_a_method_with_its_own_double(tmp_path):
     root = tmp_path / "double"
     stored(root)
     (first, *_) = store.find_results(root)
-    twin = Place(root, "data", "retarget", "cross", "twin")
+    twin = ResultPaths(root, "data", "retarget", "cross", "twin")
     for kind in ("rows", "arrays"):
         getattr(twin, kind).write_bytes(getattr(first, kind).read_bytes())
     told = first.header.read_text().replace('"label": "$\\\\frac{1}"', '"label": "twin"')
     twin.header.write_text(told)
-    (one,) = panel.panels(store.find_results(root))
-    ranking = summary.section(one).rankings["mpjpe_h.world"]
+    (one,) = panel.result_matrices(store.find_results(root))
+    ranking = summary.split_summary(one).rankings["mpjpe_h.world"]
     assert set(ranking.order[:2]) == {"twin", HOSTILE[0]}
-    assert tie_groups.cliques(tie_groups.told_apart(one, ranking, "mpjpe_h.world")) == [(0, 1)]
+    assert tie_groups.tie_groups(tie_groups.separated(one, ranking, "mpjpe_h.world")) == [(0, 1)]
 
 
 def test_speed_is_to_the_right_and_error_upwards(plotted, results):
@@ -226,7 +226,7 @@ def test_skeletons_are_coloured_by_the_errors_of_their_joints(results, tmp_path,
     )
     tree = Skeleton(("Hips", "Head"), np.array([-1, 0]), np.array([[0.0, 1.0, 0.0], [0.1, 0.6, 0.0]]))
     bodies = {name: Character.of(name, tree) for name in ("ann", "bob")}
-    (one,) = panel.panels(store.find_results(results[0]))
+    (one,) = panel.result_matrices(store.find_results(results[0]))
     joints.draw(tmp_path / "a.png", one, "mpjpe_h.joint", bodies)
     drawn = [axes for axes in made[0].axes if axes.get_title()]
     for axes, (label, entries) in zip(drawn, results[1].items(), strict=True):

@@ -126,7 +126,7 @@ def test_rows_say_what_was_done(tmp_path):
     (post,) = method["posts"]
     assert (post["name"], post["version"], post["parameters"]) == ("toy_post", "7", {"by": 0.5})
     assert post["origin"].endswith("toy_post.py")
-    (section,) = summary.sections([results.place])
+    (section,) = summary.split_summaries([results.place])
     assert [score.label for score in section.scores] == ["toy_method+toy_post[by=0.5]"]
 
 
@@ -134,7 +134,7 @@ def test_privilege_and_control_are_inherited(tmp_path):
     peeking, control = carry_out(tmp_path, "toy_method[does=peek]+toy_post", "reference+toy_post[by=0.1]")
     assert peeking.header["method"]["privileged"] == ["reference"]
     assert control.header["method"]["control"]
-    (section,) = summary.sections([peeking.place, control.place])
+    (section,) = summary.split_summaries([peeking.place, control.place])
     assert {score.unranked for score in section.scores} == {"sees reference", "control"}
 
 
@@ -167,7 +167,7 @@ def test_keys_differ_with_the_post_processes_and_not_without(tmp_path):
         "toy_method+toy_post+toy_post",
         "toy_method+toy_post[by=1.0,does=lift]",
     )
-    found = [plans.cells(asked(tmp_path, text))[0] for text in texts]
+    found = [plans.evaluation_units(asked(tmp_path, text))[0] for text in texts]
     keys = [cell.keys["prediction_key"] for cell in found]
     assert len(set(keys)) == 4
     assert keys[2] == keys[4]

@@ -25,7 +25,7 @@ def _toys():
         registry.add_file(file)
 
 
-def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.Place]:
+def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.ResultPaths]:
     plan = Plan(
         methods=tuple(map(Spec.parse, methods)),
         datasets=(Spec.parse("toy_cases"),),
@@ -38,7 +38,7 @@ def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.
     return runner.run(plan, lambda done, total: None)
 
 
-def rows(place: store.Place) -> dict[str, float]:
+def rows(place: store.ResultPaths) -> dict[str, float]:
     return {entry.case: entry.values[VALUE] for entry in store.read_results(place).entries}
 
 
@@ -59,7 +59,7 @@ def test_only_stochastic_methods_run_several_times_and_their_seeds_differ(tmp_pa
 
 def test_seeds_are_averaged_within_a_case_and_their_spread_stands_apart(tmp_path):
     places = carried_out(tmp_path, NOISE, COPY, seeds=3)
-    (section,) = summary.sections(places)
+    (section,) = summary.split_summaries(places)
     noise, copy = section.scores
     # every clip has two cases here, so the mean over clips of the mean per clip is the mean over cases
     per_seed = [np.mean(list(rows(place).values())) for place in places[:3]]
@@ -75,11 +75,11 @@ def test_a_case_counts_as_answered_where_every_seed_answered_it(tmp_path):
     second = store.read_results(places[1])
     lost = second.entries[0].case
     kept = [entry for entry in second.entries if entry.case != lost]
-    failed = store.Entry(lost, "failed", "out of luck")
+    failed = store.CaseResult(lost, "failed", "out of luck")
     header = json.loads(places[1].header.read_text())
     header["problems"] = [{"status": "failed", "message": "out of luck", "cases": [lost]}]
     store.write_results(places[1], header, [*kept, failed], list(second.cases.values()))
-    (section,) = summary.sections(places)
+    (section,) = summary.split_summaries(places)
     (score,) = section.scores
     assert (score.asked, score.ok, score.means[VALUE].n) == (6, 5, 5)
 
@@ -90,7 +90,7 @@ def test_seeds_on_other_data_do_not_hide_those_on_the_newest(tmp_path, old):
     header = json.loads(places[old].header.read_text())
     header["dataset"]["content"] = "what was there before"
     places[old].header.write_text(json.dumps(header | {"date": "2020-01-01"}))
-    (section,) = summary.sections(places)
+    (section,) = summary.split_summaries(places)
     (score,) = section.scores
     assert score.header["seeds"] == [1 - old]
     assert score.means[VALUE].value == pytest.approx(np.mean(list(rows(places[1 - old]).values())))
@@ -102,6 +102,6 @@ def test_further_seeds_of_an_older_version_are_left_out(tmp_path):
     header = json.loads(places[1].header.read_text())
     header["method"]["code"] = "00000000"
     places[1].header.write_text(json.dumps(header))
-    (section,) = summary.sections(places)
+    (section,) = summary.split_summaries(places)
     assert section.scores[0].spread == {}
     assert section.scores[0].header["seeds"] == [0]

@@ -161,12 +161,12 @@ def plan(root: Path, *methods: str, metric: str = "toy_sets", clips: int = 24, *
     )
 
 
-def carry_out(*args, **changes) -> list[store.Place]:
+def carry_out(*args, **changes) -> list[store.ResultPaths]:
     return runner.run(plan(*args, **changes), lambda done, total: None)
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory) -> list[store.Place]:
+def finished(tmp_path_factory) -> list[store.ResultPaths]:
     """The places of a wrong method and of the references."""
     for file in TOYS:
         registry.add_file(file)

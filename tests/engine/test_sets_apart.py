@@ -118,7 +118,7 @@ def test_the_frechet_distance_of_gaussians_is_its_closed_form():
 
 
 # --------------------------------------------------------------------------------------------- whole runs
-def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> list[store.Place]:
+def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> list[store.ResultPaths]:
     plan = Plan(
         methods=tuple(map(Spec.parse, methods)),
         datasets=(Spec.parse(data),),
@@ -130,7 +130,7 @@ def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> 
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory) -> list[store.Place]:
+def finished(tmp_path_factory) -> list[store.ResultPaths]:
     for file in TOYS:
         registry.add_file(file)
     return carry_out(tmp_path_factory.mktemp("apart"), "toy_method", "other_clip")

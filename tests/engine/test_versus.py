@@ -31,12 +31,12 @@ def numbers(values: dict[str, list[float]], pairs: tuple[str, ...] = ("a>b", "b>
 def both(root, first, second, **changes):
     store(root, "intra", "one", numbers(first))
     store(root, "intra", "two", numbers(second), **changes)
-    (found,) = result_matrix.panels(records.find_results(root))
+    (found,) = result_matrix.result_matrices(records.find_results(root))
     return found
 
 
 def compared(found, values=("mpjpe_h.world", "ratio")):
-    return pairwise.versus(found, pairwise.find(found, "one"), pairwise.find(found, "two"), values)
+    return pairwise.compare(found, pairwise.find(found, "one"), pairwise.find(found, "two"), values)
 
 
 def test_differences_are_taken_per_case_then_per_clip_on_common_cases(tmp_path):
@@ -99,7 +99,7 @@ def test_verdicts(tmp_path, apart, better, verdict):
 def test_a_handful_of_clips_never_gives_a_verdict(tmp_path):
     for name, size in (("one", 1.0), ("two", 2.0)):
         store(tmp_path, "intra", name, [("a>b", f"c{n}", {"mpjpe_h.world": size + n}) for n in range(5)])
-    (found,) = result_matrix.panels(records.find_results(tmp_path))
+    (found,) = result_matrix.result_matrices(records.find_results(tmp_path))
     (one,) = compared(found).differences
     assert (one.verdict, one.interval, one.p) == ("few", None, 2 / 2**5)
 

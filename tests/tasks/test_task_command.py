@@ -123,7 +123,7 @@ def test_conditions_and_structures_lie_beside_the_rows(results):
 
 
 def test_levels_stand_in_their_order_with_their_own_means(results):
-    sections = summary.sections(store.find_results(results, "denoise"), "level")
+    sections = summary.split_summaries(store.find_results(results, "denoise"), "level")
     assert [section.part for section in sections] == ["0 cm", "2 cm", "5 cm"]
     found = rows(results, "denoise", "gaussian_filter")
     for section in sections:
@@ -136,7 +136,10 @@ def test_levels_stand_in_their_order_with_their_own_means(results):
         (score,) = (score for score in section.scores if score.label == "gaussian_filter")
         assert score.means["restored_cm"].value == pytest.approx(np.mean(means))
         assert (score.asked, score.means["restored_cm"].clips) == (12, 6)
-    parts = [section.part for section in summary.sections(store.find_results(results, "upsample"), "level")]
+    parts = [
+        section.part
+        for section in summary.split_summaries(store.find_results(results, "upsample"), "level")
+    ]
     assert parts == ["50 %", "100 %", "major"]
 
 

@@ -29,7 +29,7 @@ from retarget_bench.exchange.submission.manifest import (
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Place, Results
+from retarget_bench.results.store import ResultPaths, Results
 from retarget_bench.tables.model import count
 
 CLOSE = 1e-6
@@ -99,7 +99,7 @@ def _card(folder: Path) -> Iterator[Finding]:
 
 
 # ------------------------------------------------------------------------------------- what was computed
-def _places(folder: Path, manifest: Manifest) -> list[Place] | Finding:
+def _places(folder: Path, manifest: Manifest) -> list[ResultPaths] | Finding:
     """The results in the folder; those of its predictions are made first where there are no rows."""
     places = store.find_results(folder / ROWS)
     if not places and (folder / PREDICTIONS).is_dir():
@@ -131,15 +131,15 @@ def _score(folder: Path, manifest: Manifest) -> None:
     run(plan, lambda *_: None)
 
 
-def _by_split(places: Sequence[Place]) -> list[list[Place]]:
+def _by_split(places: Sequence[ResultPaths]) -> list[list[ResultPaths]]:
     """The results of each split, by seed."""
-    splits: dict[str, list[Place]] = {}
+    splits: dict[str, list[ResultPaths]] = {}
     for place in sorted(places, key=_seed):
         splits.setdefault(place.split, []).append(place)
     return list(splits.values())
 
 
-def _seed(place: Place) -> int:
+def _seed(place: ResultPaths) -> int:
     """The seed that results were made with; 0 where they do not say."""
     try:
         seeds = store.read_header(place.header).get("seeds")
@@ -148,7 +148,7 @@ def _seed(place: Place) -> int:
     return seeds[0] if isinstance(seeds, list) and seeds and isinstance(seeds[0], int) else 0
 
 
-def _seeds(places: Sequence[Place]) -> Iterator[Finding]:
+def _seeds(places: Sequence[ResultPaths]) -> Iterator[Finding]:
     """Results of one split under several seeds: each seed once."""
     for one, other in pairwise(places):
         if _seed(one) == _seed(other):
@@ -159,7 +159,7 @@ def _seeds(places: Sequence[Place]) -> Iterator[Finding]:
             )
 
 
-def _rows(place: Place, manifest: Manifest, data: Dataset, *, first: bool) -> Iterator[Finding]:
+def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool) -> Iterator[Finding]:
     """first: whether these are the rows of the first seed, which predictions belong to."""
     where = f"{place.task} {place.split}" + ("" if first else f", seed {_seed(place)}")
     try:

@@ -7,9 +7,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from retarget_bench.analysis.summary import Mean, Section
+from retarget_bench.analysis.summary import Mean, SplitSummary
 from retarget_bench.errors import BenchError
-from retarget_bench.results.result_matrix import Panel
+from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ARRAY_INDICES
 
 ARROWS = {"lower": " ↓", "higher": " ↑", "none": ""}
@@ -34,7 +34,7 @@ class Shown:
         return f" →{self.declared['goal']:g}" if self.declared["better"] == "target" else ""
 
 
-def shown(panels: Sequence[Panel], value: str, index: str = "") -> Shown:
+def shown(panels: Sequence[ResultMatrix], value: str, index: str = "") -> Shown:
     """The value that is asked for, which has to be one number per case, or a curve over ``index``.
 
     Raises BenchError where no result has it (the sentence names those that there are), or none on any case.
@@ -52,11 +52,11 @@ def shown(panels: Sequence[Panel], value: str, index: str = "") -> Shown:
     raise BenchError(f"no result has {value} {kind}; choose by --value, for instance {', '.join(near)}")
 
 
-def mean_of(section: Section, label: str, value: str) -> Mean | None:
+def mean_of(section: SplitSummary, label: str, value: str) -> Mean | None:
     """The number of a method, or None where it has none."""
     return next((score.means.get(value) for score in section.scores if score.label == label), None)
 
 
-def headers(panels: Sequence[Panel]) -> dict[str, Mapping[str, Any]]:
+def headers(panels: Sequence[ResultMatrix]) -> dict[str, Mapping[str, Any]]:
     """Label -> a header of its results, for ``canvas.looks``."""
     return {row.label: row.header for panel in panels for row in panel.rows}

@@ -13,7 +13,7 @@ import numpy as np
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import compatibility, store
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.published.papers import OwnCell, OwnRow, PublishedColumn, PublishedTable, mark_of
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
@@ -24,7 +24,7 @@ class _Result:
     """One result file: its header, and what its sets say."""
 
     header: Mapping[str, Any]
-    place: Place
+    place: ResultPaths
     values: Sequence[SetValue]
 
     @property
@@ -46,7 +46,7 @@ class _Result:
         ]
 
 
-def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
+def own_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[OwnRow]:
     """Our methods in the columns of a table of sets, and the floor of each data set.
 
     Only results without references count (their headers say which structures have four legs). Of a method
@@ -64,7 +64,7 @@ def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
     return [row for row in rows if row.cells or row.reasons]
 
 
-def _results(places: Iterable[Place]) -> Iterable[_Result]:
+def _results(places: Iterable[ResultPaths]) -> Iterable[_Result]:
     there = [(place, store.read_header(place.header)) for place in places]
     newest = compatibility.newest_by_label(header for _, header in there)
     for place, header in there:

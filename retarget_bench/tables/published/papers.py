@@ -23,7 +23,7 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.results import case_metadata, columns, compatibility, store
 from retarget_bench.results.columns import Columns
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 
 DATASET = "mixamo"
 """Where the pairs of the papers' test set come from."""
@@ -137,7 +137,7 @@ def _folder() -> Traversable:
     return files("retarget_bench.tables.published")
 
 
-def with_structures(table: PublishedTable, places: Sequence[Place]) -> PublishedTable:
+def with_structures(table: PublishedTable, places: Sequence[ResultPaths]) -> PublishedTable:
     """A table by structures, with a further block: our own structures, and a note per trained method that
     says which of them it knew. The value is that of the columns by what was seen."""
     value, unit = next((column.value, column.unit) for column in table.columns if column.seen)
@@ -158,7 +158,7 @@ def with_structures(table: PublishedTable, places: Sequence[Place]) -> Published
     return table.model_copy(update={"columns": (*table.columns, *ours), "notes": (*table.notes, *notes)})
 
 
-def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
+def own_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[OwnRow]:
     """Our methods in the columns of a published table: those that have a number in any of them.
 
     Numbers on other data, or of another version of a metric, than the newest are left out, as in every
