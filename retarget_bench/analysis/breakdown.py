@@ -83,7 +83,7 @@ def _levels(panel: ResultMatrix) -> dict[str, str]:
 
 # ---------------------------------------------------------------------------------------------- joints
 def _by_joint(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
-    values = {key: value for key, value in panel.values.items() if value["index"] == "joint"}
+    values = {key: value for key, value in panel.values.items() if value.index == "joint"}
     if not values:
         raise BenchError(f"{panel.dataset}, {panel.split}: no value is known per joint; run bench score")
     newest = compatibility.newest(row.header for row in panel.rows)
@@ -95,7 +95,7 @@ def _by_joint(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
         draws.append([_joint_means(panel, place, fresh, name_of) for place in row.places])
     groups = {group for row in draws for draw in row for group in draw}
     order = {part: rank for rank, part in enumerate(BODY_PARTS)}
-    plain = {key: {**value, "index": ""} for key, value in values.items()}
+    plain = {key: replace(value, index="") for key, value in values.items()}
     return [
         replace(
             panel,
@@ -156,7 +156,7 @@ def _joint_means(
 
 # -------------------------------------------------------------------------------------------- curves
 def _by_point(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
-    values = {key: {**value, "index": ""} for key, value in panel.values.items() if value["index"] == by}
+    values = {key: replace(value, index="") for key, value in panel.values.items() if value.index == by}
     if not values:
         raise BenchError(f"{panel.dataset}, {panel.split}: no value is a curve over {by}; run bench score")
     points = {index for value, index in panel.keys if value in values}
@@ -191,7 +191,7 @@ def lasting(panel: ResultMatrix, seconds: int) -> ResultMatrix:
 
     Raises BenchError where results have no such curve.
     """
-    curves = {key for key, value in panel.values.items() if value["index"] == "second"}
+    curves = {key for key, value in panel.values.items() if value.index == "second"}
     if not curves:
         raise BenchError(
             f"{panel.dataset}, {panel.split}: results do not say how long clips last; bench score adds it "
@@ -211,7 +211,7 @@ def _by_seen(panel: ResultMatrix) -> list[ResultMatrix]:
     What counts is what a method's own weights were trained on; for untrained methods the marks of the
     data set, or where it has none those of the first trained method.
     """
-    manifests = [row.header["method"].get("trained_on") for row in panel.rows]
+    manifests = [row.header.method.trained_on for row in panel.rows]
     fallback: Any = next((each for each in manifests if each), None)
     names = []
     for row, manifest in zip(panel.rows, manifests, strict=True):

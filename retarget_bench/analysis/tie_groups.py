@@ -18,13 +18,14 @@ def separated(panel: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
     """
     labels = [row.label for row in panel.rows]
     numbers = panel.numbers((value, ""))[[labels.index(label) for label in ranking.order]]
-    worse = statistics.losses(numbers, panel.values[value])
+    declared = panel.values[value]
+    worse = statistics.losses(numbers, declared.better, declared.goal)
     there = ~np.isnan(worse).any(axis=0)
     means = statistics.per_clip(worse[:, there], panel.clips[there])
     count = len(means)
     apart = np.zeros((count, count), dtype=bool)
     for row in range(count - 1):
-        differences = statistics.differences(means[row + 1 :], means[row], panel.values[value]["tolerance"])
+        differences = statistics.differences(means[row + 1 :], means[row], declared.tolerance)
         p = statistics.holm(statistics.sign_flip(differences), count * (count - 1) // 2)
         apart[row, row + 1 :] = p < statistics.ALPHA
     found: np.ndarray = apart | apart.T

@@ -128,8 +128,8 @@ def test_self_pairs_that_a_mean_pools_are_seen(monkeypatch):
     write = smoke.store.write_results
 
     def pooled(place, header, entries, infos):
-        values = {name: facts | {"with_self": True} for name, facts in header["values"].items()}
-        write(place, header | {"values": values}, entries, infos)
+        values = {name: replace(value, with_self=True) for name, value in header.values.items()}
+        write(place, replace(header, values=values), entries, infos)
 
     monkeypatch.setattr(smoke.store, "write_results", pooled)
     found = checked("copy_rotations")
