@@ -126,7 +126,7 @@ except SystemExit as stop:
         "evaluation.score",
         "evaluation.plan",
         "evaluation.runner",
-        "evaluation.comparison",
+        "api.comparison",
         "results.store",
         "tables.builder",
         "verification.contract",

@@ -10,9 +10,8 @@ from pathlib import Path
 from typing import Any, Literal
 
 from retarget_bench import motion
-from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, comparison
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation import comparison
 from retarget_bench.evaluation.batches import RULE, batches
 from retarget_bench.evaluation.code_hash import code_hash, module_code, package_code, relative_to
 from retarget_bench.evaluation.predict import takes_batches

@@ -8,8 +8,8 @@ from functools import lru_cache
 from typing import TypeGuard, cast
 
 from retarget_bench.api import CaseFeatures, CaseInfo, Dataset, RealDataset, SetMetric
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.evaluation.plan import dataset, set_metrics
 from retarget_bench.plugins.spec import Spec
 
