@@ -64,6 +64,7 @@ class Fid:
 
     card = MetricCard(
         name="fid",
+        kind="set",
         summary="distances of the distribution of results to that of real motion",
         version="1",
         values=(

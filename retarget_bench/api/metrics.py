@@ -53,13 +53,16 @@ class Value:
 class MetricCard:
     """A family of values that are computed together; ``version`` moves when any number does.
 
-    tasks: those whose plain runs it takes part in."""
+    tasks: those whose plain runs it takes part in.
+    kind:  ``case`` (a ``Metric``) or ``set`` (a ``SetMetric``); "": what its methods say.
+    """
 
     name: str
     summary: str
     version: str
     values: tuple[Value, ...]
     tasks: tuple[str, ...] = TASKS[:1]
+    kind: Literal["", "case", "set"] = ""
 
 
 class Metric(Protocol):
