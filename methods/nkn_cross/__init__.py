@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Literal
 from zlib import crc32
 
 from retarget_bench.api import MethodCard
+from retarget_bench.api.comparison import body_joints
 from retarget_bench.errors import NotSupported, SkeletonError
-from retarget_bench.evaluation.comparison import body_joints
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Scalar

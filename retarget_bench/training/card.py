@@ -9,7 +9,7 @@ from typing import Any
 
 import torch
 
-from retarget_bench.api import Dataset
+from retarget_bench.api import Dataset, offers
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import curve, parallel
 from retarget_bench.training.checkpoint import Checkpoint
@@ -80,7 +80,7 @@ def manifest(data: Dataset, material: Material) -> dict[str, list[str]]:
 def _manifest(data: Dataset, kept: Mapping[str, str], material: Material) -> dict[str, list[str]]:
     """The same of one data set. kept: those of its characters that were trained on -> as the material calls
     them."""
-    told: Mapping[str, Sequence[str]] = getattr(data, "training_manifest", dict)()
+    told = offers.data_manifest(data)
     if not told:
         structures = {material.characters[name].structure for name in kept.values()}
         return {"characters": sorted(kept), "structures": sorted(structures)}

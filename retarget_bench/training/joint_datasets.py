@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 
-from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips
+from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips, offers
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.plan import LOCATIONS
@@ -16,7 +16,7 @@ from retarget_bench.files import free_name
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.clips import Cast, held_out, training_clips
+from retarget_bench.training.clips import held_out, training_clips
 
 
 # -------------------------------------------------------------------------------------------- as specs
@@ -155,9 +155,7 @@ class Together:
     def training_notes(self) -> Sequence[str]:
         """What the data sets leave out of training, and which of them do not steer it though others do."""
         told = [
-            f"{data.label.strip()}: {note}"
-            for data in self._given
-            for note in getattr(data, "training_notes", ())
+            f"{data.label.strip()}: {note}" for data in self._given for note in offers.training_notes(data)
         ]
         unparted = [data.label.strip() for data in self._given if held_out(data) is None]
         if 0 < len(unparted) < len(self._given):
@@ -179,7 +177,7 @@ class Together:
 
 def _names(data: Dataset) -> list[str]:
     """Of all characters that a data set tests and trains on."""
-    moving: Cast = getattr(data, "training", dict)()
+    moving = offers.training(data)
     return sorted({*data.characters(), *(name for mine in moving.values() for name in mine)})
 
 

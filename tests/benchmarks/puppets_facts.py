@@ -18,12 +18,12 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from retarget_bench.api import SPLITS, Case, CaseInfo, Context
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import held_out, parts
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.clips import SIZES, clips
 from retarget_bench.datasets.puppets.families import families
 from retarget_bench.datasets.puppets.score import FPS
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.metrics.contact import plugin as Contact
 from retarget_bench.metrics.plant import plugin as Plant

@@ -20,8 +20,8 @@ from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver import solve
 from retarget_bench.datasets.puppets.structures import BODY22, H36M17, STRUCTURES, Structure
 from retarget_bench.motion import rotation
-from retarget_bench.motion.alignment import reference_pose
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.reference_pose import reference_pose
 from retarget_bench.motion.roles import ESSENTIAL, find, in_order, is_quadruped
 from retarget_bench.motion.structures import S23, S28, reduce
 

@@ -12,6 +12,7 @@ from small_plans import asked, carry_out
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import Context, MethodCard
+from retarget_bench.api.offers import takes_batches
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict, runner
@@ -82,8 +83,8 @@ def test_batches_stay_batches(tmp_path):
     offs = {case: root - roots(lifted)[case] for case, root in roots(plain).items()}
     assert all(off == pytest.approx(np.tile([0, -0.5, 0], (12, 1)), abs=1e-6) for off in offs.values())
     built = registry.create("methods", "toy_batches+toy_post")
-    assert predict.takes_batches(built)
-    assert not predict.takes_batches(registry.create("methods", "toy_method+toy_post"))
+    assert takes_batches(built)
+    assert not takes_batches(registry.create("methods", "toy_method+toy_post"))
 
 
 @pytest.mark.parametrize("method", ["reference", "toy_method[does=peek]", "toy_method"])

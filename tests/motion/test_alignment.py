@@ -10,11 +10,12 @@ from hypothesis import strategies as st
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import bvh, kinematics, rotation
-from retarget_bench.motion.alignment import from_relative, reference_pose, relative
+from retarget_bench.motion.alignment import from_relative, relative
 from retarget_bench.motion.body import PosedBody, quarter_turns
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.correspondence import carry
 from retarget_bench.motion.importer import load
+from retarget_bench.motion.reference_pose import reference_pose
 from retarget_bench.motion.roles import find
 from retarget_bench.motion.skeleton import Skeleton
 

@@ -8,11 +8,11 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from retarget_bench.api import Case, Prediction, Touch
+from retarget_bench.api.cases import Case, Touch
 from retarget_bench.errors import BenchError, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, planted
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.motion import Motion, Prediction
 from retarget_bench.motion.roles import HANDS, ancestors, is_body, is_finger
 
 RATE = 30.0
