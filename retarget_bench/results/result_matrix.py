@@ -13,6 +13,7 @@ import numpy as np
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.columns import Columns, Key
+from retarget_bench.results.labels import with_current_labels
 from retarget_bench.results.store import STATUSES, ResultPaths
 
 
@@ -156,7 +157,7 @@ def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> R
         cases=tuple(info for info, _ in ordered),
         own=np.array([own for _, own in ordered]),
         rows=_rows(draws),
-        values=values,
+        values=with_current_labels(values),
     )
 
 

@@ -1,4 +1,4 @@
-"""Where rows come from: what made them, when, with which versions, and how to make them again."""
+"""Provenance of rows: method version, code, date, versions, and the command that makes them again."""
 
 from __future__ import annotations
 
@@ -13,25 +13,25 @@ from retarget_bench.tables.model import Provenance
 Header = Mapping[str, Any]
 
 
-def origins(found: Sequence[SplitSummary]) -> tuple[Provenance, ...]:
-    """One per method and way of making it; splits that were made alike are told together."""
+def provenance(found: Sequence[SplitSummary]) -> tuple[Provenance, ...]:
+    """One entry per method; splits made by another version, code or seeds have their own."""
     grouped: dict[tuple[Any, ...], dict[str, Header]] = {}
     for section in found:
         for score in section.scores:
             alike = _facts(score.label, score.header)
             grouped.setdefault(alike, {})[section.split] = score.header
-    return tuple(_origin(facts[0], headers) for facts, headers in grouped.items())
+    return tuple(_entry(facts[0], headers) for facts, headers in grouped.items())
 
 
 def _facts(label: str, header: Header) -> tuple[Any, ...]:
-    """What must be equal for two results of a method to be told as one."""
+    """The facts in which two results of a method agree to share an entry."""
     method = header["method"]
     versions = tuple(header.get("versions", {}).items())
     seeds = tuple(header.get("seeds", ()))
     return label, method.get("version"), method.get("code"), header.get("revision"), versions, seeds
 
 
-def _origin(label: str, headers: Mapping[str, Header]) -> Provenance:
+def _entry(label: str, headers: Mapping[str, Header]) -> Provenance:
     header = next(iter(headers.values()))
     method = header["method"]
     return Provenance(
@@ -49,7 +49,7 @@ def _origin(label: str, headers: Mapping[str, Header]) -> Provenance:
 
 
 def _command(header: Header, splits: Sequence[str]) -> str:
-    """What is typed to make the rows again; where the data lie is not known here."""
+    """The command that makes the rows again, without the path of the data."""
     method, dataset = header["method"], header["dataset"]
     if method.get("origin") == "predictions made elsewhere":
         return "bench score FOLDER"
@@ -63,12 +63,12 @@ def _command(header: Header, splits: Sequence[str]) -> str:
 
 
 def data_facts(found: Sequence[SplitSummary]) -> tuple[tuple[str, str], ...]:
-    """(what, which) of a data set, as its newest result tells it."""
+    """(fact, value) pairs of a data set, from its newest result."""
     headers = [score.header for section in found for score in section.scores]
     dataset = max(headers, key=lambda header: header.get("date", ""))["dataset"]
     facts = [("data set", dataset["label"])]
     if "name" in dataset:
-        facts.append(("asked for as", str(Spec(dataset["name"], dataset.get("parameters", {})))))
+        facts.append(("spec", str(Spec(dataset["name"], dataset.get("parameters", {})))))
     if dataset.get("version"):
         facts.append(("version", str(dataset["version"])))
     return (*facts, ("content", str(dataset["content"])))
