@@ -64,8 +64,8 @@ class GroupBuilder:
 
     def cell(self, section: SplitSummary, score: MethodSummary, key: str) -> Cell:
         """The cell of a method and a value, or the reason why it is missing."""
-        if why := missing.of_row(score, self.newest):
-            return self.empty(why)
+        if absent := missing.of_row(score, self.newest):
+            return self.empty(absent)
         if key == FPS:
             if score.fps is not None:
                 return Cell(self.shown(score.fps, key), score.fps, decimals=self.decimals[key])
