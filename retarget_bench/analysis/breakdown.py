@@ -82,7 +82,7 @@ def _levels(matrix: ResultMatrix) -> dict[str, str]:
 
 # ---------------------------------------------------------------------------------------------- joints
 def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
-    values = {key: value for key, value in matrix.values.items() if value["index"] == "joint"}
+    values = {key: value for key, value in matrix.values.items() if value.index == "joint"}
     if not values:
         raise BenchError(
             f"{matrix.dataset}, {matrix.split}: there is no value per joint; bench score computes them"
@@ -96,7 +96,7 @@ def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
         draws.append([_joint_means(matrix, place, fresh, name_of) for place in row.places])
     groups = {group for row in draws for draw in row for group in draw}
     order = {part: rank for rank, part in enumerate(BODY_PARTS)}
-    plain = {key: {**value, "index": ""} for key, value in values.items()}
+    plain = {key: replace(value, index="") for key, value in values.items()}
     return [
         replace(
             matrix,
@@ -159,7 +159,7 @@ def _joint_means(
 
 # -------------------------------------------------------------------------------------------- curves
 def _by_point(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
-    values = {key: {**value, "index": ""} for key, value in matrix.values.items() if value["index"] == by}
+    values = {key: replace(value, index="") for key, value in matrix.values.items() if value.index == by}
     if not values:
         raise BenchError(
             f"{matrix.dataset}, {matrix.split}: there is no curve over {by}; bench score computes them"
@@ -196,7 +196,7 @@ def lasting(matrix: ResultMatrix, seconds: int) -> ResultMatrix:
 
     Durations are read from curves over seconds. Raises BenchError where results have no such curve.
     """
-    curves = {key for key, value in matrix.values.items() if value["index"] == "second"}
+    curves = {key for key, value in matrix.values.items() if value.index == "second"}
     if not curves:
         raise BenchError(
             f"{matrix.dataset}, {matrix.split}: the durations of clips are unknown; bench score adds them "
@@ -216,7 +216,7 @@ def _by_seen(matrix: ResultMatrix) -> list[ResultMatrix]:
     A trained method is split by the training data of its own weights; an untrained one by the data set's
     own training part, or else by that of the first trained method.
     """
-    manifests = [row.header["method"].get("trained_on") for row in matrix.rows]
+    manifests = [row.header.method.trained_on for row in matrix.rows]
     fallback: Any = next((each for each in manifests if each), None)
     names = []
     for row, manifest in zip(matrix.rows, manifests, strict=True):

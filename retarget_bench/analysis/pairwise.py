@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import compatibility
+from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 
 LEAST_CLIPS = 6
@@ -33,7 +33,7 @@ class Difference:
     """
 
     value: str
-    facts: Mapping[str, Any]
+    facts: DeclaredValue
     first: float
     second: float
     difference: float
@@ -54,9 +54,9 @@ class Difference:
             return "few"
         if self.adjusted >= ALPHA:
             return "open"
-        if self.facts["better"] == "none":
+        if self.facts.better == "none":
             return "higher" if self.difference > 0 else "lower"
-        return "first" if (self.difference > 0) == (self.facts["better"] == "higher") else "second"
+        return "first" if (self.difference > 0) == (self.facts.better == "higher") else "second"
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def compare(
     p-values are adjusted by Holm over the values compared here. Raises BenchError where the two were
     scored on different data.
     """
-    contents = [row.header["dataset"]["content"] for row in (first, second)]
+    contents = [row.header.dataset.content for row in (first, second)]
     if contents[0] != contents[1]:
         raise BenchError(
             f"{first.label} and {second.label} were scored on different data called {matrix.dataset} "
@@ -137,9 +137,9 @@ def _difference(matrix: ResultMatrix, first: MethodRow, second: MethodRow, value
         return None
     both, clips = both[:, there], matrix.clips[there]
     facts = matrix.values[value]
-    scale = statistics.losses(both, facts) if facts["better"] == "target" else both
+    scale = statistics.losses(both, facts.better, facts.goal) if facts.better == "target" else both
     pair = statistics.per_clip(scale, clips)
-    apart = statistics.differences(pair[:1], pair[1:], facts["tolerance"])
+    apart = statistics.differences(pair[:1], pair[1:], facts.tolerance)
     means = statistics.per_clip(both, clips).mean(axis=1)
     p = float(statistics.sign_flip(apart)[0])
     return Difference(
@@ -160,14 +160,14 @@ def _difference(matrix: ResultMatrix, first: MethodRow, second: MethodRow, value
 def _notes(first: MethodRow, second: MethodRow) -> list[str]:
     notes = []
     for row in (first, second):
-        method, counts = row.header["method"], row.header["counts"]
-        if method["privileged"]:
-            seen = ", ".join(name.replace("_", " ") for name in method["privileged"])
+        method, counts = row.header.method, row.header.counts
+        if method.privileged:
+            seen = ", ".join(name.replace("_", " ") for name in method.privileged)
             notes.append(f"{row.label} sees {seen}")
-        if method["control"]:
+        if method.control:
             notes.append(f"{row.label} is a control")
-        if counts["ok"] < counts["asked"]:
-            notes.append(f"{row.label} answered {counts['ok']} of {counts['asked']} cases")
+        if counts.ok < counts.asked:
+            notes.append(f"{row.label} answered {counts.ok} of {counts.asked} cases")
         if len(row.draws) > 1:
             notes.append(f"{row.label}: mean of {len(row.draws)} seeds in every case")
     one, two = (compatibility.metric_versions(row.header) for row in (first, second))

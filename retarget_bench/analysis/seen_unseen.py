@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
 from retarget_bench.analysis.breakdown import By, breakdown, structures_of
 from retarget_bench.analysis.summary import SplitSummary, split_summary
+from retarget_bench.results.header import ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
 
@@ -66,7 +66,7 @@ def _answered(alone: ResultMatrix) -> np.ndarray:
     return found
 
 
-def _known(header: Mapping[str, Any]) -> frozenset[str]:
+def _known(header: ResultHeader) -> frozenset[str]:
     """The structures in the training data of a result's weights; empty for untrained methods."""
-    trained = header["method"].get("trained_on") or {}
+    trained = header.method.trained_on or {}
     return frozenset(trained.get("structures", ()))

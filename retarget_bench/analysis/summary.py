@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
@@ -15,6 +14,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics as sets
 from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
 
@@ -72,7 +72,7 @@ class MethodSummary:
     """
 
     label: str
-    header: Mapping[str, Any]
+    header: ResultHeader
     means: dict[str, Mean]
     curves: dict[str, dict[str, Mean]]
     fps: float | None
@@ -81,11 +81,11 @@ class MethodSummary:
 
     @property
     def asked(self) -> int:
-        return int(self.header["counts"]["asked"])
+        return self.header.counts.asked
 
     @property
     def ok(self) -> int:
-        return int(self.header["counts"]["ok"])
+        return self.header.counts.ok
 
     @property
     def unranked(self) -> str:
@@ -108,20 +108,20 @@ class SplitSummary:
     pairs: int
     clips: int
     frames: int
-    values: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    values: dict[str, DeclaredValue] = field(default_factory=dict)
     rankings: dict[str, Ranking] = field(default_factory=dict)
     part: str = ""
 
 
-def unranked(header: Mapping[str, Any]) -> str:
+def unranked(header: ResultHeader) -> str:
     """Why a method with this header is not ranked; "" where it is."""
-    method, counts = header["method"], header["counts"]
-    if method["control"]:
+    method, counts = header.method, header.counts
+    if method.control:
         return "control"
-    if method["privileged"]:
-        return "sees " + ", ".join(name.replace("_", " ") for name in method["privileged"])
-    enough = counts["ok"] >= COVERAGE * counts["asked"]
-    return "" if enough else f"answered {counts['ok']} of {counts['asked']}"
+    if method.privileged:
+        return "sees " + ", ".join(name.replace("_", " ") for name in method.privileged)
+    enough = counts.ok >= COVERAGE * counts.asked
+    return "" if enough else f"answered {counts.ok} of {counts.asked}"
 
 
 def split_summaries(
@@ -160,7 +160,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     made = SplitSummary(
         dataset=matrix.dataset,
         split=matrix.split,
-        notes=list(matrix.rows[0].header["dataset"]["notes"]),
+        notes=list(matrix.rows[0].header.dataset.notes),
         scores=scores,
         pairs=len({info.pair for info in own}),
         clips=len({info.clip for info in own}),
@@ -183,7 +183,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         if index:
             continue
         _add_spreads(made, matrix, value, [common if each else None for each in among])
-        if matrix.values[value]["better"] != "none" and among.any():
+        if matrix.values[value].better != "none" and among.any():
             made.rankings[value] = _ranking(matrix, value, numbers, among, left_out)
     return made
 
@@ -220,11 +220,12 @@ def _ranking(
     labels = [row.label for row in matrix.rows]
     # by name, so that equals stand in one order however the results were listed
     at = np.array(sorted(np.flatnonzero(among), key=lambda row: labels[row]))
-    worse = statistics.losses(numbers[at], matrix.values[value])
+    declared = matrix.values[value]
+    worse = statistics.losses(numbers[at], declared.better, declared.goal)
     there = ~np.isnan(worse).any(axis=0)
     per_clip = statistics.per_clip(worse[:, there], matrix.clips[there])
     order = np.argsort(per_clip.mean(axis=1), kind="stable")
-    best, p = statistics.against_best(per_clip, matrix.values[value]["tolerance"])
+    best, p = statistics.against_best(per_clip, declared.tolerance)
     adjusted = {labels[at[i]]: float(p[i]) for i in order if i != best}
     return Ranking(
         order=tuple(labels[at[i]] for i in order),

@@ -18,13 +18,14 @@ def separated(matrix: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
     """
     labels = [row.label for row in matrix.rows]
     numbers = matrix.numbers((value, ""))[[labels.index(label) for label in ranking.order]]
-    worse = statistics.losses(numbers, matrix.values[value])
+    declared = matrix.values[value]
+    worse = statistics.losses(numbers, declared.better, declared.goal)
     there = ~np.isnan(worse).any(axis=0)
     means = statistics.per_clip(worse[:, there], matrix.clips[there])
-    count, tolerance = len(means), matrix.values[value]["tolerance"]
+    count = len(means)
     apart = np.zeros((count, count), dtype=bool)
     for row in range(count - 1):
-        differences = statistics.differences(means[row + 1 :], means[row], tolerance)
+        differences = statistics.differences(means[row + 1 :], means[row], declared.tolerance)
         p = statistics.holm(statistics.sign_flip(differences), count * (count - 1) // 2)
         apart[row, row + 1 :] = p < statistics.ALPHA
     found: np.ndarray = apart | apart.T

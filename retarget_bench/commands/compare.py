@@ -96,7 +96,7 @@ def _panels(
     if not places:
         where = f" of {dataset}" if dataset else ""
         raise BenchError(f"no results{where} in {', '.join(map(str, roots))}; bench run makes some")
-    labels = [store.read_header(place.header)["method"]["label"] for place in places]
+    labels = [store.read_header(place.header).method.label for place in places]
     wanted = {pairwise.label_of(name, labels) for name in names}
     if wanted and None not in wanted:
         places = [place for place, label in zip(places, labels, strict=True) if label in wanted]
@@ -106,7 +106,7 @@ def _panels(
 def _checked(matrices: Sequence[ResultMatrix], wanted: list[str] | None) -> list[str] | None:
     """The values asked for; raises BenchError for one that no result has, or that is a curve."""
     declared = {key: value for matrix in matrices for key, value in matrix.values.items()}
-    known = sorted(key for key, value in declared.items() if not value["index"])
+    known = sorted(key for key, value in declared.items() if not value.index)
     for key in wanted or []:
         if key not in known:
             kind = "is a curve" if key in declared else "is a value of no result"
@@ -151,7 +151,7 @@ def _of_folders(
     found = []
     for matrix, asked in zip(matrices, values, strict=True):
         one, two = (
-            {row.header["method"]["label"]: row for row in matrix.rows if row.place.root == folder}
+            {row.header.method.label: row for row in matrix.rows if row.place.root == folder}
             for folder in folders
         )
         found += [pairwise.compare(matrix, one[label], two[label], asked) for label in one if label in two]

@@ -134,7 +134,7 @@ def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[Res
     from retarget_bench.analysis import pairwise
     from retarget_bench.results import result_matrix, store
 
-    label_of = {place: str(store.read_header(place.header)["method"]["label"]) for place in places}
+    label_of = {place: store.read_header(place.header).method.label for place in places}
     chosen: list[ResultPaths] = []
     for name in names:
         label = pairwise.label_of(name, set(label_of.values()))

@@ -123,8 +123,8 @@ def _bodies(place: ResultPaths, root: str | None) -> dict[str, Character]:
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.results import store
 
-    told = store.read_header(place.header)["dataset"]
-    spec = Spec(str(told["name"]), dict(told.get("parameters", {})))
+    told = store.read_header(place.header).dataset
+    spec = Spec(told.name, told.parameters)
     try:
         data = plan.dataset(
             registry.canonical("datasets", spec if root is None else spec.with_parameters(root=root))

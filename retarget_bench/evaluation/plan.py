@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 from retarget_bench import motion
-from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, Value
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import comparison
 from retarget_bench.evaluation.batches import RULE, batches
@@ -295,10 +295,3 @@ def folder_hash(folder: Path) -> str:
     if not found:
         raise BenchError(f"{folder} holds no .npz or .bvh file; give the folder with the predictions")
     return files_hash(found)
-
-
-def value_facts(value: Value) -> Mapping[str, Any]:
-    """What a table needs to know of a value, as plain data for the header."""
-    names = ("label", "meaning", "unit", "better", "goal", "tolerance", "index", "with_self", "formula")
-    facts = {name: getattr(value, name) for name in names}
-    return facts | ({"protocol": dict(value.protocol)} if value.protocol else {})

@@ -85,12 +85,12 @@ def _wanted_cases(cell: EvaluationUnit) -> list[str]:
         header = store.read_header(cell.place.header)
     except FileError:
         return wanted
-    counts = header["counts"]
-    if header["keys"] != cell.keys or counts["asked"] != len(wanted):
+    counts = header.counts
+    if header.keys != cell.keys or counts.asked != len(wanted):
         return wanted
-    if counts["missing"]:
+    if counts.missing:
         return wanted
-    return wanted if redo == "failed" and counts["failed"] + counts["invalid"] else []
+    return wanted if redo == "failed" and counts.failed + counts.invalid else []
 
 
 def _begun(cell: EvaluationUnit) -> dict[str, CaseResult]:

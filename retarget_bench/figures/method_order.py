@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from retarget_bench.analysis.summary import SplitSummary, split_summary
 from retarget_bench.api import TASKS
 from retarget_bench.figures import palette
 from retarget_bench.results import result_matrix, store
+from retarget_bench.results.header import ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder
@@ -17,10 +17,10 @@ from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.task_tables import COLUMNS
 
 
-def ranked(places: Iterable[ResultPaths]) -> dict[str, Mapping[str, Any]]:
+def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:
     """Label -> a header of its results: by rank in the first table (of retargeting, where there is one),
     then those that only later tables have."""
-    found: dict[str, Mapping[str, Any]] = {}
+    found: dict[str, ResultHeader] = {}
     for group in apart(places):
         panels = result_matrix.result_matrices(group)
         mains = {
@@ -40,7 +40,7 @@ def everything(roots: Iterable[Path]) -> list[ResultPaths]:
     return [place for root in roots for task in TASKS for place in store.find_results(root, task)]
 
 
-def seats(ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[int, bool]]:
+def seats(ranked: Mapping[str, ResultHeader]) -> dict[str, tuple[int, bool]]:
     """Label -> its place among the methods or among the controls, from 0, and whether it is a control.
 
     ranked: label -> a header of its results, in the order of ``ranked``.
@@ -48,13 +48,13 @@ def seats(ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[int, bool]
     found: dict[str, tuple[int, bool]] = {}
     counts = {False: 0, True: 0}
     for label, header in ranked.items():
-        control = bool(header["method"]["control"])
+        control = header.method.control
         found[label] = counts[control], control
         counts[control] += 1
     return found
 
 
-def colours(ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+def colours(ranked: Mapping[str, ResultHeader]) -> dict[str, str]:
     """Label -> ``#rrggbb``, the same in reports, plots, clips and live: controls are grey."""
     return {
         label: palette.control(place) if control else palette.colour(place)
@@ -66,7 +66,7 @@ def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:
     """Places by task, retargeting first, and by what tables call the data set."""
     groups: dict[tuple[int, str, str], list[ResultPaths]] = {}
     for place in places:
-        label = str(store.read_header(place.header)["dataset"]["label"])
+        label = store.read_header(place.header).dataset.label
         rank = TASKS.index(place.task.split("-")[0])
         groups.setdefault((rank, place.task, label), []).append(place)
     return [groups[key] for key in sorted(groups)]

@@ -6,7 +6,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from tqdm import tqdm
@@ -25,6 +24,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.report import layout
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results import result_matrix as panel
+from retarget_bench.results.header import ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.groups import FPS
@@ -82,13 +82,13 @@ class Split:
     @property
     def paired(self) -> bool:
         """Whether values of sets compare answers with the right answers to the same cases."""
-        return not any("four_legged" in row.header for row in self.panel.rows)
+        return all(row.header.four_legged is None for row in self.panel.rows)
 
     @cached_property
     def losses(self) -> np.ndarray:
         """``(methods, cases)``: how bad the main value is, as far as it is known at all."""
-        declared = {"better": self.main.better, "goal": self.main.goal}
-        return statistics.losses(self.panel.numbers((self.main.id, "")), declared)
+        numbers = self.panel.numbers((self.main.id, ""))
+        return statistics.losses(numbers, self.main.better, self.main.goal)
 
     @cached_property
     def groups(self) -> dict[str, list[str]]:
@@ -198,7 +198,7 @@ def results(roots: Sequence[Path]) -> list[ResultPaths]:
 
 
 def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
-    labels = {place: str(store.read_header(place.header)["method"]["label"]) for place in places}
+    labels = {place: store.read_header(place.header).method.label for place in places}
     wanted = set()
     for name in names:
         label = pairwise.label_of(name, set(labels.values()))
@@ -235,11 +235,8 @@ def _chapter(places: Sequence[ResultPaths], data: str | None, columns: Sequence[
     return Chapter(places[0].task, sections[0].dataset, asked, tuple(places), tuple(made), splits)
 
 
-def _asked(header: Mapping[str, Any], data: str | None) -> Spec | None:
-    dataset = header["dataset"]
-    if "name" not in dataset:
-        return None
-    spec = Spec(str(dataset["name"]), dataset.get("parameters", {}))
+def _asked(header: ResultHeader, data: str | None) -> Spec:
+    spec = Spec(header.dataset.name, header.dataset.parameters)
     return spec if data is None else spec.with_parameters(root=data)
 
 

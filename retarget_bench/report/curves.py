@@ -100,12 +100,12 @@ def _chart(split: Split, value: str, lines: Mapping[str, Points], frame: Frame, 
             behind = split.panel.numbers((value, index))[row]
             marks.append(
                 charts.pick(
-                    f"{label} at {at:g}: {told(mean, 3, split.panel.values[value]['unit'])}",
+                    f"{label} at {at:g}: {told(mean, 3, split.panel.values[value].unit)}",
                     charts.mark(frame.x(at), frame.y(mean.value), look, 0.75),
                     split=split.name,
                     method=label,
-                    worst=worst(behind, split.panel.values[value]["better"]),
-                    what=f"{split.panel.values[value]['label']} at {at:g}",
+                    worst=worst(behind, split.panel.values[value].better),
+                    what=f"{split.panel.values[value].label} at {at:g}",
                 )
             )
     names = ", ".join(f"{label} {points[-1][2].value:.3g}" for label, points in lines.items())

@@ -138,7 +138,7 @@ def _value(split: Split, value: Column, kept: Sequence[int]) -> dict[str, Any]:
 def _few(split: Split, value: Column, most: int | None) -> list[dict[int, float]]:
     """By method: the worst cases and their numbers."""
     numbers = split.panel.numbers((value.id, ""))
-    losses = statistics.losses(numbers, split.panel.values[value.id])
+    losses = statistics.losses(numbers, value.better, value.goal)
     return [
         {case: _four(row[case]) for case in _worst_of(loss, most)}
         for row, loss in zip(numbers, losses, strict=True)
@@ -202,9 +202,9 @@ def _lost(
     found: list[dict[str, str]] = []
     for row in split.panel.rows:
         mine: dict[str, str] = {}
-        for problem in row.header["problems"]:
-            why = printable(f"{problem['status']}: {problem['message']}")
-            mine |= {str(position[case]): why for case in problem["cases"] if case in position}
+        for problem in row.header.problems:
+            why = printable(f"{problem.status}: {problem.message}")
+            mine |= {str(position[case]): why for case in problem.cases if case in position}
         folder = row.place.folder / row.place.method
         stored = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
         for case, number in position.items():

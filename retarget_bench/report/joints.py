@@ -96,7 +96,7 @@ def _known(split: Split, bodies: Mapping[str, Character]) -> list[JointChart]:
         names = [name for name in body.skeleton.names if name in numbers]
         mine = {name: np.where(here, numbers[name], np.nan) for name in names}
         if any((~np.isnan(each)).any() for each in mine.values()):
-            unit, meaning = str(values[VALUE]["unit"]), str(values[VALUE]["meaning"])
+            unit, meaning = values[VALUE].unit, values[VALUE].meaning
             found.append(JointChart(split, body, mine, unit, meaning))
     return found
 
@@ -104,7 +104,7 @@ def _known(split: Split, bodies: Mapping[str, Character]) -> list[JointChart]:
 def _shown(split: Split) -> list[tuple[int, str]]:
     """Rows and labels without controls, unless there is nothing else."""
     rows = list(enumerate(split.panel.rows))
-    plain = [(k, row.label) for k, row in rows if not row.header["method"]["control"]]
+    plain = [(k, row.label) for k, row in rows if not row.header.method.control]
     return plain or [(k, row.label) for k, row in rows]
 
 

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from retarget_bench.figures import method_order, palette
 from retarget_bench.report.chapters import Chapter
 from retarget_bench.report.charts import SHADES, ChartStyle, look
+from retarget_bench.results.header import ResultHeader
 
 LIGHTEST, DARKEST = (0.953, 0.925, 0.835), (0.290, 0.043, 0.122)
 """The ends of the scale of errors, sand and wine; between them lightness falls evenly."""
@@ -17,7 +17,7 @@ LIFT = 0.45
 """How far colours are moved towards white on dark paper."""
 
 
-def looks(chapters: Sequence[Chapter], ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, ChartStyle]:
+def looks(chapters: Sequence[Chapter], ranked: Mapping[str, ResultHeader]) -> dict[str, ChartStyle]:
     """Label -> its look, the same on the whole page; controls are grey.
 
     ranked: label -> a header, of all methods that there are results of, in the order of ``placing.ranked``,

@@ -18,6 +18,7 @@ from retarget_bench.report.index import index
 from retarget_bench.report.looks import looks, style
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.report.pictures import pictures
+from retarget_bench.results.header import ResultHeader
 from retarget_bench.tables.model import count
 from retarget_bench.tables.rendering import as_html
 from retarget_bench.viewer import player
@@ -33,7 +34,7 @@ SCRIPT = ("cases", "links", "begin")
 def page(
     chapters: Sequence[Chapter],
     shown: PackedScenes,
-    ranked: Mapping[str, Mapping[str, Any]],
+    ranked: Mapping[str, ResultHeader],
     title: str | None = None,
 ) -> str:
     """The whole document. ranked: of ``placing``, for colours. title: its heading, where the usual one
@@ -125,11 +126,10 @@ def _short(split: Split) -> str:
 def _facts(chapters: Sequence[Chapter], shown: PackedScenes) -> list[tuple[str, str]]:
     """What ran, on what, when, and with what; the rest is below the tables."""
     headers = [row.header for each in chapters for split in each.splits for row in split.panel.rows]
-    dates = sorted(header["date"][:10] for header in headers if header.get("date"))
-    seeds = sorted({seed for header in headers for seed in header.get("seeds", ())})
+    dates = sorted(header.date[:10] for header in headers if header.date)
+    seeds = sorted({seed for header in headers for seed in header.seeds})
     versions = dict.fromkeys(
-        ", ".join(f"{name} {which}" for name, which in header.get("versions", {}).items())
-        for header in headers
+        ", ".join(f"{name} {which}" for name, which in header.versions.items()) for header in headers
     )
     methods = list(dict.fromkeys(label for chapter in chapters for label in chapter.labels))
     cases = sum(len(split.panel.cases) for chapter in chapters for split in chapter.splits)

@@ -182,7 +182,7 @@ def _kinds(split: Split, looks: Looks) -> Markup:
 def _hardness(means: Sequence[Mean | None], rows: Sequence[int], split: Split) -> float:
     """The mean over methods: the larger, the worse."""
     known = np.array([mean.value for row in rows if (mean := means[row]) is not None])
-    loss = statistics.losses(known, split.panel.values[split.main.id])
+    loss = statistics.losses(known, split.main.better, split.main.goal)
     return float(loss.mean()) if len(loss) else -np.inf
 
 
@@ -221,7 +221,7 @@ def _speed(split: Split, looks: Looks) -> Markup:
     found = [
         (score.fps, score.means[main], score.label)
         for score in split.section.scores
-        if score.fps and main in score.means and not score.header["method"]["control"]
+        if score.fps and main in score.means and not score.header.method.control
     ]
     if len(found) < 2:
         return Markup()

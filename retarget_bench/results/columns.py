@@ -15,6 +15,7 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.results import store
 from retarget_bench.results.compatibility import Newest
+from retarget_bench.results.header import ResultHeader
 from retarget_bench.results.store import ResultPaths
 
 LARGE = 1_000_000
@@ -33,12 +34,12 @@ class Columns:
     """
 
     place: ResultPaths
-    header: dict[str, Any]
+    header: ResultHeader
     cases: tuple[CaseInfo, ...]
     numbers: dict[Key, np.ndarray]
 
 
-def read(place: ResultPaths, header: dict[str, Any], newest: Newest) -> Columns:
+def read(place: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
     """The rows and case list at a place: the numbers that may stand beside the newest results.
 
     Raises FileError when a file is missing, damaged or from a newer version.

@@ -13,8 +13,9 @@ import numpy as np
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.columns import Columns, Key
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.labels import with_current_labels
-from retarget_bench.results.store import STATUSES, ResultPaths
+from retarget_bench.results.store import ResultPaths
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,7 @@ class MethodRow:
     """
 
     label: str
-    header: Mapping[str, Any]
+    header: ResultHeader
     places: tuple[ResultPaths, ...]
     draws: tuple[Mapping[Key, np.ndarray], ...]
 
@@ -60,7 +61,7 @@ class ResultMatrix:
     cases: tuple[CaseInfo, ...]
     own: np.ndarray
     rows: tuple[MethodRow, ...]
-    values: Mapping[str, Mapping[str, Any]]
+    values: Mapping[str, DeclaredValue]
     part: str = ""
 
     @cached_property
@@ -81,7 +82,7 @@ class ResultMatrix:
         return np.array([nothing if each is None else each for each in found])
 
     def restricted(self, kept: np.ndarray, part: str) -> ResultMatrix:
-        """The panel of some cases: ``kept`` is ``(cases,)`` bool, or ``(methods, cases)`` where methods
+        """The matrix of some cases: ``kept`` is ``(cases,)`` bool, or ``(methods, cases)`` where methods
         keep different ones."""
         each = np.array(np.broadcast_to(kept, (len(self.rows), len(self.cases))))
         some: np.ndarray = np.logical_or.reduce(each, axis=0)
@@ -96,12 +97,12 @@ class ResultMatrix:
                 {key: np.where(keep, column, np.nan)[some] for key, column in draw.items()}
                 for draw in row.draws
             )
-            rows.append(replace(row, header=counted(row.header, ids), draws=draws))
+            rows.append(replace(row, header=row.header.counted(ids), draws=draws))
         cases = tuple(info for info, keep in zip(self.cases, some, strict=True) if keep)
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
     def narrowed(self, value: str) -> ResultMatrix:
-        """The panel with one value and nothing else."""
+        """The matrix with one value and nothing else."""
         rows = tuple(
             replace(
                 row,
@@ -128,19 +129,19 @@ def result_matrices(places: Iterable[ResultPaths]) -> list[ResultMatrix]:
     newest = compatibility.newest_by_label(header for _, header in there)
     grouped: dict[tuple[str, str, str], list[Columns]] = {}
     for place, header in there:
-        label = header["dataset"]["label"]
+        label = header.dataset.label
         found = columns.read(place, header, newest[label])
         grouped.setdefault((label, place.task, place.split), []).append(found)
     order = {split: rank for rank, split in enumerate(SPLITS)}
     keys = sorted(grouped, key=lambda key: (*key[:2], order.get(key[2], len(order))))
-    return [_panel(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
+    return [_matrix(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
 
 
-def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> ResultMatrix:
-    values: dict[str, Mapping[str, Any]] = {}
-    for each in sorted(found, key=lambda each: compatibility.made(each.header)):
-        values |= each.header["values"]
-    pooled = {key for key, value in values.items() if value["with_self"]}
+def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> ResultMatrix:
+    values: dict[str, DeclaredValue] = {}
+    for each in sorted(found, key=lambda each: each.header.date):
+        values |= each.header.values
+    pooled = {key for key, value in values.items() if value.with_self}
     split = found[0].place.split
     extra = selves if pooled and split == "intra" else ()
     infos = {info.id: (info, True) for each in found for info in each.cases}
@@ -168,7 +169,7 @@ def _identity(found: Columns) -> tuple[Any, ...]:
 def _aligned(
     found: Columns, own_self: Columns | None, pooled: set[str], split: str, position: Mapping[str, int]
 ) -> dict[Key, np.ndarray]:
-    """The columns over the panel's cases. Values that pool self pairs need those, or are left out."""
+    """The columns over the matrix's cases. Values that pool self pairs need those, or are left out."""
     aligned: dict[Key, np.ndarray] = {}
     for part, keep in ((found, None), (own_self, pooled)):
         if part is None:
@@ -189,13 +190,13 @@ def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Metho
     apart by their folders."""
     grouped: dict[tuple[str, str], list[tuple[Columns, dict[Key, np.ndarray]]]] = {}
     for found, numbers in draws:
-        label = found.header["method"]["label"]
+        label = found.header.method.label
         grouped.setdefault((label, str(found.place.root)), []).append((found, numbers))
     labels = [label for label, _ in grouped]
     rows = []
     for (label, root), each in grouped.items():
         # results on other data than the newest have no cases here
-        each.sort(key=lambda pair: (not pair[0].cases, pair[0].header.get("seeds", [0])))
+        each.sort(key=lambda pair: (not pair[0].cases, pair[0].header.seeds or (0,)))
         first = each[0][0]
         each = [pair for pair in each if _same_version(pair[0], first)]
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
@@ -205,28 +206,19 @@ def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Metho
     return tuple(rows)
 
 
-def _header(found: Sequence[Columns]) -> Mapping[str, Any]:
+def _header(found: Sequence[Columns]) -> ResultHeader:
     """One header for the results under several seeds: a case is answered where every seed answered it."""
     first = found[0].header
     if len(found) == 1:
         return first
-    problems = [problem for each in found for problem in each.header["problems"]]
-    seeds = [seed for each in found for seed in each.header["seeds"]]
+    problems = tuple(problem for each in found for problem in each.header.problems)
+    seeds = tuple(seed for each in found for seed in each.header.seeds)
     ids = {info.id for info in found[0].cases}
-    return counted({**first, "problems": problems, "seeds": seeds}, ids)
+    return replace(first, problems=problems, seeds=seeds).counted(ids)
 
 
 def _same_version(found: Columns, first: Columns) -> bool:
     """Whether a result under another seed was made by the same method and metrics, on the same data."""
-    same_data = found.header["dataset"]["content"] == first.header["dataset"]["content"]
-    return same_data and all(found.header[name] == first.header[name] for name in ("method", "metrics"))
-
-
-def counted(header: Mapping[str, Any], ids: set[str]) -> dict[str, Any]:
-    """A header whose counts and problems are those of these cases."""
-    kept = [{**problem, "cases": sorted(ids & set(problem["cases"]))} for problem in header["problems"]]
-    problems = [problem for problem in kept if problem["cases"]]
-    status = {case: problem["status"] for problem in problems for case in problem["cases"]}
-    counts = {name: list(status.values()).count(name) for name in STATUSES}
-    counts["ok"] = len(ids) - len(status)
-    return {**header, "counts": {"asked": len(ids), **counts}, "problems": problems}
+    one, other = found.header, first.header
+    same_data = one.dataset.content == other.dataset.content
+    return same_data and (one.method, one.metrics) == (other.method, other.metrics)

@@ -27,13 +27,10 @@ import numpy as np
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.files import atomic, digest, slug, write_text
+from retarget_bench.results.header import SCHEMA, DeclaredValue, ResultHeader, parsed
 
-SCHEMA = 1
-STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
-"""``missing``: scoring was asked for and no prediction was there."""
 ROW_FIELDS = ("case", "value_id", "index", "value")
 CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
-HEADER_FIELDS = ("schema", "keys", "method", "dataset", "metrics", "values", "counts", "problems")
 ARRAY_INDICES = ("joint", "frame")
 """Values with one of these indices are stored in the ``.npz``, not in rows."""
 
@@ -97,7 +94,7 @@ class Results:
     """The results of one method on one split, read back."""
 
     place: ResultPaths
-    header: dict[str, Any]
+    header: ResultHeader
     entries: list[CaseResult]
     cases: dict[str, CaseInfo]
 
@@ -171,23 +168,23 @@ def append_journal(place: ResultPaths, entry: CaseResult) -> None:
 
 # --------------------------------------------------------------------------------------------- writing
 def write_results(
-    place: ResultPaths, header: Mapping[str, Any], entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
+    place: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
 ) -> None:
     """Rows, arrays and case list, then the header (whose presence says that all is there)."""
     write_cases(place.cases, infos)
-    rows, arrays = _flatten(entries, header["values"])
+    rows, arrays = _flatten(entries, header.values)
     with atomic(place.rows) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(ROW_FIELDS)
         writer.writerows((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
     with atomic(place.arrays) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
-    write_text(place.header, json.dumps(header, indent=1, ensure_ascii=False) + "\n")
+    write_text(place.header, json.dumps(header.plain(), indent=1, ensure_ascii=False) + "\n")
     place.journal.unlink(missing_ok=True)
 
 
 def _flatten(
-    entries: Iterable[CaseResult], declared: Mapping[str, Mapping[str, Any]]
+    entries: Iterable[CaseResult], declared: Mapping[str, DeclaredValue]
 ) -> tuple[list[tuple[str, str, str, float]], dict[str, np.ndarray]]:
     """Entries as sorted rows, and as arrays ``<value id>:cases|index|values``, each one-dimensional."""
     rows: list[tuple[str, str, str, float]] = []
@@ -196,7 +193,7 @@ def _flatten(
         for value_id, value in entry.values.items():
             if not isinstance(value, dict):
                 rows.append((entry.case, value_id, "", value))
-            elif declared[value_id]["index"] in ARRAY_INDICES:
+            elif declared[value_id].index in ARRAY_INDICES:
                 arrays.setdefault(value_id, []).extend((entry.case, k, v) for k, v in value.items())
             else:
                 rows.extend((entry.case, value_id, k, v) for k, v in value.items())
@@ -220,26 +217,27 @@ def write_cases(path: Path, infos: Sequence[CaseInfo]) -> None:
 
 
 # --------------------------------------------------------------------------------------------- reading
-def read_header(path: Path) -> dict[str, Any]:
-    """A header, brought to the present schema. Raises FileError on damage or a newer schema."""
+def read_header(path: Path) -> ResultHeader:
+    """The header at a path. Raises FileError on damage or a newer schema."""
+    facts = read_header_facts(path)
     try:
-        header = json.loads(path.read_text(encoding="utf-8"))
-        schema = header["schema"]
-        if missing := [name for name in HEADER_FIELDS if name not in header]:
-            raise KeyError(f"it lacks {', '.join(missing)}")
+        return parsed(facts)
+    except ValueError as error:
+        raise FileError(path, f"is not a result header ({error})") from error
+
+
+def read_header_facts(path: Path) -> dict[str, Any]:
+    """A header as JSON, of a schema that this version knows, but otherwise unchecked. Raises FileError."""
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        schema = facts["schema"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(path, f"is not a result header ({error})") from error
     if not isinstance(schema, int) or schema > SCHEMA:
         raise FileError(
             path, f"has result schema {schema}; this version reads up to {SCHEMA}. Upgrade retarget-bench"
         )
-    for step in range(schema, SCHEMA):
-        header = MIGRATIONS[step](header)
-    return dict(header)
-
-
-MIGRATIONS: dict[int, Any] = {}
-"""Schema -> function that brings a header of that schema to the next one."""
+    return dict(facts)
 
 
 def read_results(place: ResultPaths) -> Results:
@@ -250,9 +248,9 @@ def read_results(place: ResultPaths) -> Results:
     header = read_header(place.header)
     cases = {info.id: info for info in read_cases(place.cases, place.task, place.split)}
     entries = read_rows(place.rows)
-    for problem in header["problems"]:
-        for case in problem["cases"]:
-            entries[case] = CaseResult(case, problem["status"], problem["message"])
+    for problem in header.problems:
+        for case in problem.cases:
+            entries[case] = CaseResult(case, problem.status, problem.message)
     if strangers := entries.keys() - cases.keys():
         raise FileError(place.rows, f"names case {min(strangers)!r}, which {place.cases} does not list")
     return Results(place, header, [entries[case] for case in sorted(entries)], cases)

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from retarget_bench.analysis.breakdown import CURVES, By
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.tables import missing, provenance, set_groups
 from retarget_bench.tables.groups import FPS, GroupBuilder, by_method, by_part
 from retarget_bench.tables.model import Group, Problem, Table
@@ -33,7 +33,7 @@ WHERE_KNOWN = frozenset(["touch_gap"])
 _DUST, _ROUNDING = 1e-6, 1e-5
 """Numbers below this size, or this share of the column's largest, count as rounding errors."""
 
-Values = Mapping[str, Mapping[str, Any]]
+Values = Mapping[str, DeclaredValue]
 
 
 def tables(
@@ -64,24 +64,24 @@ def tables(
 
 def all_columns(found: Sequence[SplitSummary]) -> list[str]:
     """Every value that is one number per case, in declared order, then fps, then values of sets."""
-    single = [key for key, value in _declared(found).items() if not value["index"]]
+    single = [key for key, value in _declared(found).items() if not value.index]
     return [*single, FPS, *set_groups.declared(found)]
 
 
 def curve_index(found: Sequence[SplitSummary], columns: Sequence[str]) -> By | None:
     """The common index of these curves, if there is a breakdown by it."""
     declared = _declared(found)
-    over = {declared[column]["index"] if column in declared else "" for column in columns}
+    over = {declared[column].index if column in declared else "" for column in columns}
     known: tuple[By, ...] = ("joint", *CURVES)
     return next((by for by in known if over == {by}), None)
 
 
-def _declared(found: Sequence[SplitSummary]) -> dict[str, Mapping[str, Any]]:
+def _declared(found: Sequence[SplitSummary]) -> dict[str, DeclaredValue]:
     return {key: value for section in found for key, value in section.values.items()}
 
 
 def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: Iterable[str]) -> None:
-    shown = sorted(key for key, value in declared.items() if not value["index"])
+    shown = sorted(key for key, value in declared.items() if not value.index)
     whole = [] if by else [FPS, *of_sets]
     known = ", ".join([*whole, *shown])
     if not columns:
@@ -92,7 +92,7 @@ def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: I
         if column not in declared:
             raise BenchError(f"no result has a value {column!r}; there are {known}")
         if column not in shown:
-            index = declared[column]["index"]
+            index = declared[column].index
             raise BenchError(
                 f"{column} has a number per {index} and cannot stand beside single numbers: {known}"
             )
@@ -103,7 +103,7 @@ def _table(
     found: Sequence[SplitSummary],
     wanted: Sequence[str],
     declared: Values,
-    methods: Mapping[str, Mapping[str, Any]],
+    methods: Mapping[str, ResultHeader],
     by: str,
     with_sets: bool,
 ) -> Table:
@@ -173,7 +173,7 @@ def _columns(section: SplitSummary, wanted: Sequence[str], declared: Values) -> 
         elif key in declared and not (wanted is FIRST_SIGHT and key in WHERE_KNOWN):
             absent.setdefault(missing.lacking([declared[key]], *section.scores), []).append(key)
     lost = [
-        f"{section.split}: not shown: {', '.join(declared[key]['label'] for key in each)} ({why})"
+        f"{section.split}: not shown: {', '.join(declared[key].label for key in each)} ({why})"
         for why, each in absent.items()
     ]
     return list(dict.fromkeys(keys)), lost
@@ -263,9 +263,9 @@ def _problems(found: Sequence[SplitSummary]) -> list[Problem]:
     problems: dict[tuple[str, str, str, str], dict[str, None]] = {}
     for section in found:
         for score in section.scores:
-            for each in score.header["problems"]:
-                key = (section.split, score.label, each["status"], each["message"])
-                problems.setdefault(key, {}).update(dict.fromkeys(each["cases"]))
+            for each in score.header.problems:
+                key = (section.split, score.label, each.status, each.message)
+                problems.setdefault(key, {}).update(dict.fromkeys(each.cases))
     return _merged([Problem(*key, tuple(cases)) for key, cases in problems.items()])
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from retarget_bench.analysis.breakdown import CURVES
 from retarget_bench.analysis.statistics import ENOUGH_CLIPS
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.results.compatibility import Newest
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.tables import missing
 from retarget_bench.tables.model import (
     NOT_APPLICABLE,
@@ -41,24 +41,24 @@ class GroupBuilder:
     """
 
     newest: Newest
-    declared: Mapping[str, Mapping[str, Any]]
+    declared: Mapping[str, DeclaredValue]
     decimals: Mapping[str, int]
-    methods: Mapping[str, Mapping[str, Any]]
+    methods: Mapping[str, ResultHeader]
     footnotes: Footnotes = field(default_factory=Footnotes)
 
     def column(self, key: str) -> Column:
         if key == FPS:
             return Column(FPS, "fps", "1/s", "higher", FPS_MEANING)
         value = self.declared[key]
-        metric = value.get("metric", "")
+        metric = value.metric
         return Column(
             key,
-            value["label"],
-            value["unit"],
-            value["better"],
-            value["meaning"],
-            value["goal"],
-            value.get("formula", ""),
+            value.label,
+            value.unit,
+            value.better,
+            value.meaning,
+            value.goal,
+            value.formula,
             f"{metric} {self.newest.metrics.get(metric, '')}".strip(),
         )
 
@@ -69,7 +69,7 @@ class GroupBuilder:
         if key == FPS:
             if score.fps is not None:
                 return Cell(self.shown(score.fps, key), score.fps, decimals=self.decimals[key])
-            elsewhere = score.header["method"].get("origin") == "predictions made elsewhere"
+            elsewhere = score.header.method.external
             told = "external predictions are not timed" if elsewhere else "speed was not measured"
             return self.empty((NOT_APPLICABLE if elsewhere else NOT_RUN, told))
         if key not in score.means:
@@ -142,7 +142,7 @@ def _nothing_in_common(section: SplitSummary, keys: Sequence[str], builder: Grou
     found = []
     for key in keys:
         having = [score for score in section.scores if not score.unranked and key in score.means]
-        if len(having) > 1 and key not in section.rankings and builder.declared[key]["better"] != "none":
+        if len(having) > 1 and key not in section.rankings and builder.declared[key].better != "none":
             found.append(
                 f"{section.split}: no method is ranked by {builder.column(key).label}, since no case has "
                 "a number of all ranked methods. Each number is over other cases."
@@ -166,9 +166,9 @@ def _row(section: SplitSummary, score: MethodSummary, keys: Sequence[str], build
     return Row(score.label, STALE if stale else score.unranked, cells, n, about(score.header))
 
 
-def about(header: Mapping[str, Any]) -> str:
+def about(header: ResultHeader) -> str:
     """Summary of a method; "" where its header has none."""
-    return str(header["method"].get("summary", ""))
+    return header.method.summary
 
 
 def _common(section: SplitSummary, key: str) -> Common | None:

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.evaluation.set_metrics import SetValue
-from retarget_bench.results import compatibility
+from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import missing
 from retarget_bench.tables.groups import STALE, GroupBuilder, about
 from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION, Cell, Group, Row, count
@@ -39,12 +38,12 @@ class _Sets:
     clips: int = 0
 
 
-def declared(found: Iterable[SplitSummary]) -> dict[str, Mapping[str, Any]]:
+def declared(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
     """Value id -> its declaration in the newest header, for all values of sets."""
     headers = sorted(
-        (score.header for section in found for score in section.scores), key=compatibility.made
+        (score.header for section in found for score in section.scores), key=lambda header: header.date
     )
-    return {key: value for header in headers for key, value in header.get("set_values", {}).items()}
+    return {key: value for header in headers for key, value in header.set_values.items()}
 
 
 def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[Group]:
@@ -101,7 +100,9 @@ def _group(
         rows.append(Row(score.label, mark, cells, f"{n}", about(score.header)))
     rows.sort(key=lambda row: _place(row.cells[0], builder.column(keys[0]).better))
     n, clips = max((each.n, each.clips) for each in usual.values())
-    mark = APART_MARK if any("four_legged" in score.header for score in section.scores) else FLOOR_MARK
+    mark = (
+        APART_MARK if any(score.header.four_legged is not None for score in section.scores) else FLOOR_MARK
+    )
     floors = tuple(_floor(key, each, builder) for key, each in usual.items())
     return Group(
         title=f"{section.split}, all answers on bodies of structure {_named(structure, kind)} as one set: "
@@ -121,7 +122,7 @@ def _usual(section: SplitSummary, which: tuple[str, str], key: str) -> _Sets:
     """The most common real windows of the newest results; methods that lack a case have others."""
     values = [
         each
-        for score in sorted(section.scores, key=lambda score: compatibility.made(score.header))
+        for score in sorted(section.scores, key=lambda score: score.header.date)
         for each in score.sets
         if (each.value_id, each.structure, each.kind) == (key, *which) and each.value is not None
     ]
@@ -141,7 +142,7 @@ def _cell(
         return builder.empty(why)
     if stale := builder.newest.stale_value(score.header, key):
         return builder.empty((OTHER_VERSION, stale))
-    if key not in score.header.get("set_values", {}):
+    if key not in score.header.set_values:
         return builder.empty((NOT_RUN, f"scored without {key}; bench score adds it"))
     if value is None:
         return builder.empty((NOT_APPLICABLE, "no answer on a body of this structure"))
@@ -152,7 +153,7 @@ def _cell(
             (OTHER_VERSION, "computed with another feature network than the newest results")
         )
     reason = "" if value.real == usual.real else _other_windows(value, key, builder)
-    if (seeds := len(score.header.get("seeds", ()))) > 1:
+    if (seeds := len(score.header.seeds)) > 1:
         reason = "; ".join(filter(None, [f"of the first of its {seeds} seeds", reason]))
     low, high = value.low, value.high
     return Cell(

@@ -74,14 +74,14 @@ def _told(place: ResultPaths, changed: int) -> Told:
     del changed
     results = store.read_results(place)
     header = results.header
-    about = header["dataset"]
+    about = header.dataset
     return Told(
         place=place,
-        label=_label(place, str(header["method"]["label"])),
-        dataset=Spec(str(about["name"]), about.get("parameters", {})),
-        task=str(header.get("task", place.task)),
-        content=str(about.get("content", "")),
-        key=str(header["keys"].get("prediction_key", "")),
+        label=_label(place, header.method.label),
+        dataset=Spec(about.name, about.parameters),
+        task=header.task or place.task,
+        content=about.content,
+        key=header.keys.get("prediction_key", ""),
         entries={entry.case: entry for entry in results.entries},
         cases=results.cases,
     )

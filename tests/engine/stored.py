@@ -7,6 +7,7 @@ from pathlib import Path
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.results import store as records
+from retarget_bench.results.header import SCHEMA, STATUSES, ResultHeader, parsed
 from retarget_bench.results.store import CaseResult, ResultPaths
 
 VALUES = {
@@ -33,14 +34,14 @@ VALUES = {
 }  # fmt: skip
 
 
-def header(method: str, entries: list[CaseResult], split: str, **changes) -> dict:
-    counts = {"asked": len(entries)} | {s: sum(e.status == s for e in entries) for s in records.STATUSES}
+def header(method: str, entries: list[CaseResult], split: str, **changes) -> ResultHeader:
+    counts = {"asked": len(entries)} | {s: sum(e.status == s for e in entries) for s in STATUSES}
     problems = [
         {"status": e.status, "message": e.message, "cases": [e.case]} for e in entries if e.status != "ok"
     ]
     about = {"name": method, "label": method, "control": False, "privileged": [], "stochastic": False}
-    return {
-        "schema": records.SCHEMA,
+    facts = {
+        "schema": SCHEMA,
         "keys": {},
         "split": split,
         "method": about | changes,
@@ -56,6 +57,7 @@ def header(method: str, entries: list[CaseResult], split: str, **changes) -> dic
         "counts": counts,
         "problems": problems,
     }
+    return parsed(facts)
 
 
 def store(root: Path, split: str, method: str, numbers: list, **changes) -> ResultPaths:

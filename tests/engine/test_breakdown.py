@@ -92,7 +92,7 @@ def test_joints_stand_alone_and_in_body_parts(results):
     for name, section in by_joint.items():
         mean = shaken(section).means[JOINT]
         assert mean.value == pytest.approx(numbers[joints == name].mean(), rel=1e-8)
-        assert (mean.n, section.values[JOINT]["index"]) == (6, "")
+        assert (mean.n, section.values[JOINT].index) == (6, "")
     by_part = sections(results, "part")
     assert list(by_part) == ["trunk", "head", "left_leg", "right_leg"]
     leg = np.isin(joints, ["LeftUpLeg", "LeftLeg", "LeftFoot"])

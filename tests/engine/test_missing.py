@@ -88,7 +88,7 @@ def test_a_method_that_ran_elsewhere_only_is_told(tmp_path):
 def test_methods_of_another_data_set_are_told_too(tmp_path):
     here = store(tmp_path / "a", "intra", "here", [("a>b", "c1", WORLD)])
     there = store(tmp_path / "b", "intra", "there", [("a>b", "c1", WORLD)])
-    dataset = {"label": "more data", "content": "c9", "notes": []}
+    dataset = {"name": "toys", "label": "more data", "content": "c9", "notes": []}
     one, two = builder.tables(
         summary.split_summaries([here, changed(there, dataset=dataset)]), ["mpjpe_h.world"]
     )
@@ -117,7 +117,7 @@ def test_numbers_of_an_older_metric_and_of_older_data_stay_out(tmp_path):
     changed(places["code"], metrics={"mpjpe_h": "2+cc", "ratio": "1+aa"}, **new)
     old = new | {"date": "2026-01-01"}
     changed(places["metric"], metrics={"mpjpe_h": "1+aa", "ratio": "1+aa"}, **old)
-    dataset = {"label": "data", "content": "c0", "notes": []}
+    dataset = {"name": "toys", "label": "data", "content": "c0", "notes": []}
     changed(places["data"], metrics={"mpjpe_h": "2+bb", "ratio": "1+aa"}, dataset=dataset, **old)
     found = cells_of(places.values(), ["mpjpe_h.world", "ratio"])
     assert [cell.text for cell in found["metric"]] == [OTHER_VERSION, "1.00"]

@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -90,7 +91,7 @@ def test_ratios_are_compared_by_their_factor_from_the_goal(tmp_path):
 )
 def test_verdicts(tmp_path, apart, better, verdict):
     found = both(tmp_path, {"mpjpe_h.world": 10 + apart}, {"mpjpe_h.world": np.full(40, 10.0)})
-    found.values["mpjpe_h.world"]["better"] = better
+    found.values["mpjpe_h.world"] = replace(found.values["mpjpe_h.world"], better=better)
     (one,) = compared(found).differences
     assert one.verdict == verdict
     assert verdict == "open" or pairwise_text.verdict(compared(found), one) != "not told apart"
@@ -186,7 +187,7 @@ def test_mistakes_are_told_in_a_sentence(runs, words, message):
 
 def test_different_data_are_never_compared(runs):
     place = next(p for p in records.find_results(runs) if p.method == "two")
-    dataset = records.read_header(place.header)["dataset"] | {"content": "c2"}
+    dataset = records.read_header(place.header).dataset.plain() | {"content": "c2"}
     changed(place, dataset=dataset)
     with pytest.raises(BenchError, match=r"scored on different data called data \(c1; c2\)"):
         bench("one", "two", "--results", runs)

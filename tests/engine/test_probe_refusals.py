@@ -78,7 +78,7 @@ def test_in_the_table_a_refused_question_is_no_number_and_says_why(
     for place in places:
         results = store.read_results(place)
         assert {entry.status for entry in results.entries} == {"ok"}
-        told = results.header["not_applicable"]
+        told = results.header.not_applicable
         assert told == {"probe.source_merged": {"cases": len(results.entries), "reason": ONLY_22}}
     sound = Spec("copy_rotations")  # a column in which nobody has a number would not be there
     beside = ask(create("methods", sound), "copy_rotations", subjects, probes=some)

@@ -13,6 +13,7 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from retarget_bench.results.header import parsed
 
 TOYS = Path(__file__).parent / "toys"
 NOISE, COPY = "toy_method[does=noise]", "toy_method"
@@ -45,11 +46,11 @@ def rows(place: store.ResultPaths) -> dict[str, float]:
 def test_only_stochastic_methods_run_several_times_and_their_seeds_differ(tmp_path):
     places = carried_out(tmp_path, NOISE, COPY, seeds=3)
     headers = [store.read_header(place.header) for place in places]
-    assert [(h["method"]["label"], h["seeds"]) for h in headers] == [
-        (NOISE, [0]),
-        (NOISE, [1]),
-        (NOISE, [2]),
-        (COPY, [0]),
+    assert [(h.method.label, h.seeds) for h in headers] == [
+        (NOISE, (0,)),
+        (NOISE, (1,)),
+        (NOISE, (2,)),
+        (COPY, (0,)),
     ]
     first, second, third, _ = (rows(place) for place in places)
     assert all(first[case] != second[case] != third[case] for case in first)
@@ -66,7 +67,7 @@ def test_seeds_are_averaged_within_a_case_and_their_spread_stands_apart(tmp_path
     assert noise.means[VALUE].value == pytest.approx(np.mean(per_seed), rel=1e-12)
     assert noise.means[VALUE].n == 6
     assert noise.spread[VALUE] == pytest.approx(standard.stdev(per_seed), rel=1e-9)
-    assert noise.header["seeds"] == [0, 1, 2]
+    assert noise.header.seeds == (0, 1, 2)
     assert copy.spread == {}
 
 
@@ -78,7 +79,7 @@ def test_a_case_counts_as_answered_where_every_seed_answered_it(tmp_path):
     failed = store.CaseResult(lost, "failed", "out of luck")
     header = json.loads(places[1].header.read_text())
     header["problems"] = [{"status": "failed", "message": "out of luck", "cases": [lost]}]
-    store.write_results(places[1], header, [*kept, failed], list(second.cases.values()))
+    store.write_results(places[1], parsed(header), [*kept, failed], list(second.cases.values()))
     (section,) = summary.split_summaries(places)
     (score,) = section.scores
     assert (score.asked, score.ok, score.means[VALUE].n) == (6, 5, 5)
@@ -92,7 +93,7 @@ def test_seeds_on_other_data_do_not_hide_those_on_the_newest(tmp_path, old):
     places[old].header.write_text(json.dumps(header | {"date": "2020-01-01"}))
     (section,) = summary.split_summaries(places)
     (score,) = section.scores
-    assert score.header["seeds"] == [1 - old]
+    assert score.header.seeds == (1 - old,)
     assert score.means[VALUE].value == pytest.approx(np.mean(list(rows(places[1 - old]).values())))
     assert (score.ok, score.spread) == (6, {})
 
@@ -104,4 +105,4 @@ def test_further_seeds_of_an_older_version_are_left_out(tmp_path):
     places[1].header.write_text(json.dumps(header))
     (section,) = summary.split_summaries(places)
     assert section.scores[0].spread == {}
-    assert section.scores[0].header["seeds"] == [0]
+    assert section.scores[0].header.seeds == (0,)

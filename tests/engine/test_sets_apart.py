@@ -195,7 +195,7 @@ def test_files_name_the_kind_and_headers_the_legs(finished):
     place = finished[0]
     head = files.values_path(place).read_text().splitlines()[0]
     assert head == ",".join(files.FIELDS)
-    assert store.read_header(place.header)["four_legged"] == []
+    assert store.read_header(place.header).four_legged == ()
     with np.load(files.features_path(place)) as arrays:
         assert not [name for name in arrays if name.endswith("toy_sets:real") and len(arrays[name])]
 

@@ -181,7 +181,7 @@ def test_a_split_without_any_of_the_values_is_drawn_all_the_same(tmp_path, form)
 
 def test_results_on_two_versions_of_the_data_never_mix(tmp_path):
     clips = [("a>b", f"c{n}", {"mpjpe_h.world": 1.0}) for n in range(2)]
-    dataset = {"label": "data", "content": "c0", "notes": []}
+    dataset = {"name": "toys", "label": "data", "content": "c0", "notes": []}
     old = changed(store(tmp_path, "intra", "old", clips), dataset=dataset, date="2026-01-01")
     new = changed(store(tmp_path, "intra", "new", clips[:1]), date="2026-01-02")  # rewrites cases.csv
     (section,) = summary.split_summaries([old, new])

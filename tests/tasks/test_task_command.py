@@ -85,9 +85,9 @@ def test_a_filter_removes_noise(results):
 
 def test_a_method_that_needs_rotations_says_so(results):
     found = rows(results, "denoise", "copy_rotations")
-    (problem,) = found.header["problems"]
-    assert problem["status"] == "unsupported"
-    assert problem["message"] == "takes motion as source, but this source is known by positions only"
+    (problem,) = found.header.problems
+    assert problem.status == "unsupported"
+    assert problem.message == "takes motion as source, but this source is known by positions only"
     assert {e.status for e in rows(results, "reconstruct", "copy_rotations").entries} == {"ok"}
 
 
@@ -178,7 +178,7 @@ def test_other_levels_and_tasks_have_other_keys_and_folders(tmp_path):
         carried_out(tmp_path, task, "identity")[0]
         for task in ("reconstruct[motions=2]", "denoise[levels=0,motions=2]", "denoise[levels=1,motions=2]")
     ]
-    assert len({each.header["keys"]["prediction_key"] for each in found}) == 3
+    assert len({each.header.keys["prediction_key"] for each in found}) == 3
     assert len({each.place.folder for each in found}) == 3
     assert not store.find_results(tmp_path)
     assert len(store.find_results(tmp_path, "denoise")) == 2

@@ -28,21 +28,21 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BenchError(f"{folder} is not an empty folder; name a new one")
     header = store.read_header(places[0].header)
-    data = Spec(header["dataset"]["name"], header["dataset"]["parameters"])
-    about = header["method"]
-    measured = cost.measure(Spec.parse(about["label"]), data) if about["version"] else None
+    data = Spec(header.dataset.name, header.dataset.parameters)
+    about = header.method
+    measured = cost.measure(Spec.parse(about.label), data) if about.version else None
     for place in places:
         _copy(place, folder / ROWS)
     card = {
         "label": label,
-        "version": about["version"] or FILL_IN,
+        "version": about.version or FILL_IN,
         "authors": [FILL_IN],
         "licence": FILL_IN,
-        "summary": about.get("summary") or FILL_IN,
+        "summary": about.summary or FILL_IN,
         "contact": "",
         "paper": "",
         "code": "",
-        "sees": list(about["privileged"]),
+        "sees": list(about.privileged),
     }
     costs = {
         "parameters": 0,
@@ -62,7 +62,7 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
 
 def _places(runs: Path, label: str) -> list[ResultPaths]:
     found = store.find_results(runs)
-    labels = {place: store.read_header(place.header)["method"]["label"] for place in found}
+    labels = {place: store.read_header(place.header).method.label for place in found}
     mine = [place for place in found if labels[place] == label]
     if not mine:
         known = ", ".join(sorted(set(labels.values()))) or "none"

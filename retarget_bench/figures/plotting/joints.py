@@ -16,6 +16,7 @@ from retarget_bench.analysis.summary import Mean, split_summary
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.plotting import canvas, edges, values
 from retarget_bench.figures.plotting.dots import dots
+from retarget_bench.results.header import ResultHeader
 
 if TYPE_CHECKING:
     from retarget_bench.motion.character import Character
@@ -108,7 +109,7 @@ def _dots(
     path: Path,
     errors: JointFigure,
     what: values.Shown,
-    headers: Mapping[str, Mapping[str, Any]],
+    headers: Mapping[str, ResultHeader],
     title: str,
     page: canvas.Page,
 ) -> None:

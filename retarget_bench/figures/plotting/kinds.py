@@ -58,6 +58,7 @@ def by_kind(panel: ResultMatrix, value: str) -> dict[str, dict[str, Mean]]:
         for part in parts
     }
     hard = {kind: median(mean.value for mean in each.values()) for kind, each in found.items() if each}
-    worse = losses(np.array(list(hard.values())), panel.values[value]).tolist()
+    declared = panel.values[value]
+    worse = losses(np.array(list(hard.values())), declared.better, declared.goal).tolist()
     order = dict(zip(hard, worse, strict=True))
     return {kind: found[kind] for kind in sorted(hard, key=lambda kind: -order[kind])}

@@ -13,6 +13,7 @@ from retarget_bench.analysis import statistics
 from retarget_bench.analysis.summary import split_summary
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.plotting import canvas, edges, values
+from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import ResultMatrix
 
 if TYPE_CHECKING:
@@ -80,16 +81,17 @@ def _marks(
             )
 
 
-def _front(axes: Any, points: Sequence[tuple[float, float]], declared: Mapping[str, Any]) -> None:
+def _front(axes: Any, points: Sequence[tuple[float, float]], declared: DeclaredValue) -> None:
     """Steps along the points that none is both faster and better than."""
     front = best(points, declared)
     if len(front) > 1:
         axes.step(*zip(*front, strict=True), where="pre", color="0.7", linewidth=0.8, zorder=1)
 
 
-def best(points: Sequence[tuple[float, float]], declared: Mapping[str, Any]) -> list[tuple[float, float]]:
+def best(points: Sequence[tuple[float, float]], declared: DeclaredValue) -> list[tuple[float, float]]:
     """Those (speed, number) that no other is faster than and better, slowest first."""
-    worse = statistics.losses(np.array([number for _, number in points]), declared).tolist()
+    numbers = np.array([number for _, number in points])
+    worse = statistics.losses(numbers, declared.better, declared.goal).tolist()
     front: list[tuple[float, float]] = []
     least = math.inf
     for (speed, number), loss in sorted(

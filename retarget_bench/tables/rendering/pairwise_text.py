@@ -89,9 +89,9 @@ def _cells(found: PairwiseComparison) -> list[list[str]]:
 
 def _row(found: PairwiseComparison, one: Difference) -> list[str]:
     facts = one.facts
-    goal = f"{facts['goal']:g}" if facts["better"] == "target" else ""
-    unit = f", {facts['unit']}" if facts["unit"] != "1" else ""
-    name = f"{one.value} {ARROWS[facts['better']]}{goal}".rstrip() + unit
+    goal = f"{facts.goal:g}" if facts.better == "target" else ""
+    unit = f", {facts.unit}" if facts.unit != "1" else ""
+    name = f"{one.value} {ARROWS[facts.better]}{goal}".rstrip() + unit
     decimals = _decimals(max(abs(one.first), abs(one.second)))
     fine = _decimals(_size(one)) - 1
     return [

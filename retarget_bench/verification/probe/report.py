@@ -3,16 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from retarget_bench.api import Value
 from retarget_bench.evaluation.code_hash import code_hash, package_code
 from retarget_bench.evaluation.header import header_of
-from retarget_bench.evaluation.plan import EvaluationUnit, Plan, value_facts
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.files import digest
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.verification import probe as probe_package
 from retarget_bench.verification.probe.asking import Reply
@@ -98,19 +100,19 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
     return places
 
 
-def _header(cell: EvaluationUnit, listed: Sequence[CaseResult], replies: Sequence[Reply]) -> dict[str, Any]:
+def _header(cell: EvaluationUnit, listed: Sequence[CaseResult], replies: Sequence[Reply]) -> ResultHeader:
     header = header_of(cell, listed)
     code = code_hash(package_code(probe_package))
-    label = header["dataset"]["label"]
-    keys = {"prediction_key": header["keys"]["prediction_key"], "score_key": digest(f"probes {code}", 16)}
-    values = {value.id: {**value_facts(value), "needs": [], "metric": TASK} for value in VALUES}
-    return header | {
-        "not_applicable": {f"probe.{name}": each for name, each in _refused(replies).items()},
-        "keys": keys,
-        "values": values,
-        "metrics": {TASK: f"1+{code}"},
-        "dataset": header["dataset"] | {"label": f"probes on {label}"},
-    }
+    keys = {"prediction_key": header.keys["prediction_key"], "score_key": digest(f"probes {code}", 16)}
+    values = {value.id: replace(DeclaredValue.of(value, TASK), needs=()) for value in VALUES}
+    return replace(
+        header,
+        not_applicable={f"probe.{name}": each for name, each in _refused(replies).items()},
+        keys=keys,
+        values=values,
+        metrics={TASK: f"1+{code}"},
+        dataset=replace(header.dataset, label=f"probes on {header.dataset.label}"),
+    )
 
 
 # ------------------------------------------------------------------------------------- in words
