@@ -1,4 +1,4 @@
-"""Foot contacts: are the feet planted when, and only when, they should be."""
+"""Foot contacts by speed: agreement of predicted contacts with the reference's or the source's."""
 
 from __future__ import annotations
 
@@ -9,18 +9,18 @@ from retarget_bench.api.comparison import Comparison, ContactLabels
 
 KINDS = {
     "recall": (
-        "contact recall",
-        "when {who} has a foot planted, how often it stays planted",
+        "contact recall, by speed",
+        "share of {who}'s contact frames in which the foot is slow enough to be in contact",
         "true contacts found / true contacts",
     ),
     "precision": (
-        "contact precision",
-        "when a foot is planted, how often {who} has it planted too",
+        "contact precision, by speed",
+        "share of the contact frames found that {who} has too",
         "true contacts found / contacts found (0 where none is found)",
     ),
     "f1": (
-        "contact F1",
-        "recall and precision in one number, against {who}",
+        "contact F1, by speed",
+        "harmonic mean of contact recall and precision, against {who}",
         "2 * true contacts found / (contacts found + true contacts)",
     ),
 }
@@ -53,11 +53,11 @@ def _value(kind: str, *, source: bool) -> Value:
 
 
 class Contact:
-    """Recall, precision and both in one. Recall alone is not to be read: a frozen foot has 1."""
+    """Recall, precision and F1. Recall alone misleads: a frozen foot scores 1."""
 
     card = MetricCard(
         name="contact",
-        summary="whether the feet are planted when they should be",
+        summary="foot contacts found by speed: recall, precision and F1",
         version="1",
         values=tuple(_value(kind, source=source) for source in (False, True) for kind in KINDS),
     )

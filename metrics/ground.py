@@ -1,4 +1,4 @@
-"""Feet and floor: joints below the ground, and feet in the air that should stand."""
+"""Ground contact: penetration of the floor, and floating of feet that should stand."""
 
 from __future__ import annotations
 
@@ -48,41 +48,41 @@ class GroundContact:
 
     card = MetricCard(
         name="ground",
-        summary="joints below the floor, and feet floating above it",
+        summary="penetration of the floor, and floating feet",
         version="1",
         values=(
             _value(
                 "penetration.rate",
-                "below ground",
+                "penetration rate",
                 "share of frames in which a joint is more than a centimetre below the ground",
                 "% of frames",
                 "100 * frames with depth > 1 cm / frames",
             ),
             _value(
                 "penetration.mean",
-                "depth, mean",
-                "how deep the deepest joint is below the ground, on average over all frames",
+                "penetration depth, mean",
+                "depth of the deepest joint below the ground, mean over all frames",
                 "cm",
                 "mean over frames of depth",
             ),
             _value(
                 "penetration.max",
-                "depth, worst",
-                "how deep a joint is below the ground at the worst moment",
+                "penetration depth, max",
+                "largest depth of any joint below the ground",
                 "cm",
                 "maximum over frames of depth",
             ),
             _value(
                 "floating.rate",
-                "floating",
+                "floating rate",
                 "share of standing frames in which the lowest foot is over a centimetre too high",
                 "% of frames",
                 "100 * frames with gap > 1 cm / frames",
             ),
             _value(
                 "floating.mean",
-                "floating, mean",
-                "how much too high the lowest foot is while it should stand, on average",
+                "floating height, mean",
+                "height of the lowest foot above its reference while it should stand, mean",
                 "cm",
                 "mean over frames of gap",
             ),

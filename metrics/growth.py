@@ -1,4 +1,4 @@
-"""Position errors second by second: whether a method loses its way the longer a clip lasts."""
+"""Position errors per second of a clip: whether the error of a method grows with time."""
 
 from __future__ import annotations
 
@@ -34,18 +34,18 @@ class Growth:
 
     card = MetricCard(
         name="growth",
-        summary="how the error grows with time, as curves over the seconds of a clip",
+        summary="position errors over time, as curves over the seconds of a clip",
         version="1",
         values=(
             _value(
                 "world",
-                "error over time, world",
-                "how far joints are from the reference in each second, root path included",
+                "MPJPE over time",
+                "mean joint position error in each second, with root translation",
             ),
             _value(
                 "pose",
-                "error over time, pose",
-                "how far joints are from the reference in each second, hips put in one place",
+                "MPJPE over time, root-aligned",
+                "mean joint position error in each second, relative to the root",
             ),
         ),
     )

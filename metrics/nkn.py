@@ -54,7 +54,7 @@ class Nkn:
             Value(
                 id="nkn_mse_h",
                 label="NKN error",
-                meaning="squared centimetres over one height, every 120 frames set to a common start",
+                meaning="squared position error over height, in windows of 120 frames with a common start",
                 unit="cm",
                 better="lower",
                 formula=(
@@ -79,7 +79,7 @@ class Nkn:
             Value(
                 id="nkn_mse_local",
                 label="NKN error, local",
-                meaning="squared centimetres over one height, frame by frame: path and turning left out",
+                meaning="squared position error over height per frame, without root path and heading",
                 unit="cm",
                 better="lower",
                 formula=(
@@ -95,7 +95,7 @@ class Nkn:
             Value(
                 id="star",
                 label="STaR error",
-                meaning="mean distance in heights on 22 joints (called MSE there, but not squared)",
+                meaning="mean position error in heights, 22 joints (called MSE there, but not squared)",
                 unit="heights",
                 better="lower",
                 formula=f"mean over frames and 22 joints of |p - g| / H2, no alignment; {H2}; {APPLIES}",

@@ -15,15 +15,19 @@ SHARES = (0.001, 0.002, 0.003, 0.004, 0.005, 0.006, 0.008, 0.01)
 """Displacements per frame at 30 frames per second, in heights."""
 
 KINDS = {
-    "pan_recall": ("PAN recall", "share of the reference's contacts that are kept", "both / reference's"),
+    "pan_recall": (
+        "PAN contact recall",
+        "share of the reference's contacts that are found",
+        "both / reference's",
+    ),
     "pan_contact_precision": (
-        "PAN precision",
-        "share of contacts that the reference has too",
+        "PAN contact precision",
+        "share of the contacts found that the reference has too",
         "both / prediction's (0 where it has none)",
     ),
     "pan_contact_f1": (
-        "PAN F1",
-        "recall and precision of contacts in one number",
+        "PAN contact F1",
+        "harmonic mean of contact recall and precision",
         "2 * both / (prediction's + reference's)",
     ),
 }
@@ -38,7 +42,7 @@ def _value(kind: str, suffix: str) -> Value:
     return Value(
         id=kind + suffix,
         label=f"{label}, by height" if suffix else label,
-        meaning=f"{meaning}, as a curve over how slow counts as planted",
+        meaning=f"{meaning}, as a curve over the speed threshold",
         unit="1",
         better="higher",
         formula=(

@@ -40,7 +40,7 @@ class Papers:
             Value(
                 id="san_code",
                 label="SAN error",
-                meaning="squared error as SAN and PAN print it; self pairs count as intra",
+                meaning="mean squared position error as SAN and PAN print it; self pairs count as intra",
                 unit="1e-3",
                 better="lower",
                 formula=f"1000 * mean over frames, joints and x, y, z of ((p - g) / H1)^2; {CUT}; {JOINTS}",
@@ -50,8 +50,8 @@ class Papers:
             ),
             Value(
                 id="san_code_noself",
-                label="SAN error, no self",
-                meaning="squared error as SAN prints it, without the pairs of a character with itself",
+                label="SAN error, no self pairs",
+                meaning="mean squared position error as SAN prints it, without self pairs",
                 unit="1e-3",
                 better="lower",
                 formula="per case as san_code; self pairs stay in their own group",
@@ -85,7 +85,7 @@ class Papers:
             Value(
                 id="humot_mpjpe",
                 label="HuMoT error",
-                meaning="mean distance in heights, as HuMoT prints it; three groups: self, intra, cross",
+                meaning="mean position error in heights, as HuMoT prints it, for self, intra and cross",
                 unit="heights",
                 better="lower",
                 formula="mean over frames and joints of |p - g| / H1; whole clip, all else as san_code",

@@ -1,6 +1,6 @@
-"""Planted feet by place: does a foot stay where it was put down, at the height where it should stand.
+"""Foot contacts by position: whether a foot in contact stays at its place and height.
 
-Beside it, ``contact`` asks for speed alone: a foot that glides slowly counts as planted there.
+``contact`` tests the speed alone, so a foot that slides slowly counts as in contact there.
 """
 
 from __future__ import annotations
@@ -62,43 +62,43 @@ def _value(
 
 
 class Plant:
-    """Only where contacts are known for certain: labels found by speed let feet creep, and so would this.
+    """Contacts by position, for data with exact contact labels only: labels by speed allow creeping.
 
-    Recall alone is not to be read: a body that never moves its feet may have 1.
+    Recall alone misleads: a body that never moves its feet may score 1.
     """
 
     card = MetricCard(
         name="plant",
-        summary="whether planted feet stay in their place and at their height",
+        summary="foot contacts by position: recall, precision, F1 and drift",
         version="1",
         values=(
             _value(
                 "plant_recall",
-                "plant recall",
-                "when the reference has a foot planted, how often it stays at one place, at its height",
+                "contact recall",
+                "share of the reference's contact frames in which the foot stays in contact",
                 f"frames kept / frames of all plants; {PLANT}; kept of a plant: the most frames that lie "
                 f"within {RADIUS:g} h of the place in one of them and have their {OVER}, within "
                 f"{LEVEL:g} h of the reference's in that frame; {JOINTS}",
             ),
             _value(
                 "plant_precision",
-                "plant precision",
-                "when a foot stays at one place on the ground, how often the reference's rests too",
+                "contact precision",
+                "share of the frames with a foot in contact in which the reference's foot is too",
                 "right stays / stays (0 where nothing stays, left out where nothing of the reference does "
                 "either); right: the label says planted or pivoting, or the reference itself stays; "
                 f"{FOUND}; {JOINTS}",
             ),
             _value(
                 "plant_f1",
-                "plant F1",
-                "plant recall and plant precision in one number",
+                "contact F1",
+                "harmonic mean of contact recall and precision",
                 "2 * recall * precision / (recall + precision), 0 where both are 0; left out where "
                 "plant_precision is",
             ),
             _value(
                 "plant_drift",
-                "plant drift",
-                "how far a foot travels while it should stay planted in one place",
+                "contact drift",
+                "horizontal distance that a foot travels while it should stay in contact",
                 f"100 / h * mean over plants of the largest distance between two places; {PLANT}",
                 unit="% of height",
                 tolerance=1e-4,

@@ -1,4 +1,4 @@
-"""Position errors in shares of the height: the primary protocol, end effectors, the root's path."""
+"""Position errors relative to height: MPJPE (the primary protocol), end effectors, root path."""
 
 from __future__ import annotations
 
@@ -35,13 +35,13 @@ class Position:
 
     card = MetricCard(
         name="position",
-        summary="how far the joints are from where the reference has them",
+        summary="joint position errors: MPJPE, end effectors, root path",
         version="1",
         values=(
             Value(
                 id="mpjpe_h.world",
-                label="error, world",
-                meaning="how far joints are from the reference, on average, root path included",
+                label="MPJPE",
+                meaning="mean joint position error, with root translation",
                 unit=PER_CENT,
                 better="lower",
                 formula=f"100 * mean over frames and joints of |p - g| / h; no alignment; {JOINTS}",
@@ -50,8 +50,8 @@ class Position:
             ),
             Value(
                 id="mpjpe_h.root",
-                label="error, pose",
-                meaning="how far joints are from the reference, hips put in one place: pose alone",
+                label="MPJPE, root-aligned",
+                meaning="mean joint position error relative to the root: the pose alone",
                 unit=PER_CENT,
                 better="lower",
                 formula=(
@@ -63,8 +63,8 @@ class Position:
             ),
             Value(
                 id="mpjpe_h.joint",
-                label="error by joint",
-                meaning="pose error of every joint, hips put in one place",
+                label="MPJPE by joint, root-aligned",
+                meaning="position error of each joint relative to the root",
                 unit=PER_CENT,
                 better="lower",
                 formula=(
@@ -76,8 +76,8 @@ class Position:
             ),
             Value(
                 id="mpjpe_m",
-                label="MPJPE",
-                meaning="mean distance of joints from the reference in metres, root path included",
+                label="MPJPE in metres",
+                meaning="mean joint position error in metres, with root translation",
                 unit="m",
                 better="lower",
                 formula="mean over frames and joints of |p - g|; no alignment; joints as mpjpe_h.world",
@@ -86,8 +86,8 @@ class Position:
             ),
             Value(
                 id="ee_h.world",
-                label="ends, world",
-                meaning="how far head, hands, feet and toes are from the reference",
+                label="end-effector error",
+                meaning="mean position error of head, hands, feet and toes, with root translation",
                 unit=PER_CENT,
                 better="lower",
                 formula="mpjpe_h.world over the joints with role head, hand, foot or toe",
@@ -96,8 +96,8 @@ class Position:
             ),
             Value(
                 id="ee_h.root",
-                label="ends, pose",
-                meaning="how far head, hands, feet and toes are off with the hips of both in one place",
+                label="end-effector error, root-aligned",
+                meaning="mean position error of head, hands, feet and toes relative to the root",
                 unit=PER_CENT,
                 better="lower",
                 formula="mpjpe_h.root over the joints with role head, hand, foot or toe",
@@ -106,8 +106,8 @@ class Position:
             ),
             Value(
                 id="root_path.horizontal",
-                label="path, level",
-                meaning="how far the hips are from the reference's, seen from above",
+                label="root error, horizontal",
+                meaning="mean horizontal distance of the hips from the reference's",
                 unit=PER_CENT,
                 better="lower",
                 formula="100 * mean over frames of the length of the x, z part of p_hips - g_hips / h",
@@ -115,8 +115,8 @@ class Position:
             ),
             Value(
                 id="root_path.vertical",
-                label="path, height",
-                meaning="how much higher or lower the hips are than the reference's",
+                label="root error, vertical",
+                meaning="mean vertical distance of the hips from the reference's",
                 unit=PER_CENT,
                 better="lower",
                 formula="100 * mean over frames of the absolute y part of p_hips - g_hips / h",
@@ -124,8 +124,8 @@ class Position:
             ),
             Value(
                 id="root_path.drift",
-                label="drift",
-                meaning="how far off the path ends, seen from above, when both begin in one place",
+                label="root drift",
+                meaning="horizontal distance of the hips at the end, with both paths starting at one place",
                 unit=PER_CENT,
                 better="lower",
                 formula=(

@@ -1,4 +1,4 @@
-"""Position errors after the best fit of the prediction onto the reference: pose and shape, not place."""
+"""Procrustes-aligned position errors: pose and shape without global position and orientation."""
 
 from __future__ import annotations
 
@@ -45,43 +45,43 @@ def _protocol(divided_by: str, placed: str) -> dict[str, str]:
 
 
 class Procrustes:
-    """Mean distances that remain after a least-squares fit."""
+    """Mean distances that remain after a least-squares alignment."""
 
     card = MetricCard(
         name="procrustes",
-        summary="position errors after fitting the prediction onto the reference",
+        summary="Procrustes-aligned position errors",
         version="1",
         values=(
             _value(
                 "rigid",
-                "PA error",
-                "pose error after every frame is turned and moved onto the reference",
+                "PA-MPJPE, rigid",
+                "mean joint position error after a rigid alignment (rotation, translation) of each frame",
                 f"100 * mean over frames and joints of |R p + t - g| / h, {RIGID}, chosen in every frame "
                 "for the least sum of squares",
             ),
             _value(
                 "similarity",
-                "PA error, scaled",
-                "pose error after every frame is turned, moved and scaled onto the reference",
+                "PA-MPJPE",
+                "mean joint position error after a similarity alignment (with scale) of each frame",
                 f"100 * mean over frames and joints of |s R p + t - g| / h, {SIMILAR}, chosen in every "
                 "frame for the least sum of squares",
             ),
             _value(
                 "rigid_clip",
-                "PA error, clip",
-                "error after the whole clip is turned and moved onto the reference once",
+                "PA-MPJPE of the clip, rigid",
+                "mean joint position error after one rigid alignment of the whole clip",
                 f"as pa_mpjpe.rigid with one fit for all frames of the clip; {RIGID}",
             ),
             _value(
                 "similarity_clip",
-                "PA error, clip, scaled",
-                "error after the whole clip is turned, moved and scaled onto the reference once",
+                "PA-MPJPE of the clip",
+                "mean joint position error after one similarity alignment of the whole clip",
                 f"as pa_mpjpe.similarity with one fit for all frames of the clip; {SIMILAR}",
             ),
             Value(
                 id="pa_mpjpe_m",
-                label="PA-MPJPE",
-                meaning="pose error in metres after every frame is turned and moved onto the reference",
+                label="PA-MPJPE in metres",
+                meaning="mean joint position error in metres after a rigid alignment of each frame",
                 unit="m",
                 better="lower",
                 formula="pa_mpjpe.rigid in metres: not divided by h",
@@ -91,7 +91,7 @@ class Procrustes:
             Value(
                 id="pa_acc",
                 label="PA acceleration error",
-                meaning="how much accelerations differ once the whole clip is turned onto the reference",
+                meaning="mean difference of joint accelerations after one rigid alignment of the clip",
                 unit="m/frame^2",
                 better="lower",
                 formula=(

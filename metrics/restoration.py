@@ -1,4 +1,4 @@
-"""How much of a clean motion is there again, in centimetres: for tasks that ask for the motion itself."""
+"""Position errors in centimetres for reconstruction, denoising and joint completion."""
 
 from __future__ import annotations
 
@@ -22,37 +22,37 @@ def _value(key: str, label: str, meaning: str, formula: str, **others: str) -> V
 
 
 class Restoration:
-    """Distances to the clean motion: after, before, and over joints that were given or not."""
+    """Distances to the clean motion: of the output, of the input, and of given and missing joints."""
 
     card = MetricCard(
         name="restoration",
-        summary="centimetres from the clean motion, after a method and before it",
+        summary="position errors in centimetres of restored motion, and of the input",
         version="1",
         values=(
             _value(
                 "restored_cm",
-                "error after",
-                "how far joints are from the clean motion, on average",
+                "position error",
+                "mean distance of joints from the clean motion",
                 f"100 * mean over frames and joints of |p - g|, metres, to five decimals; {JOINTS}",
             ),
             _value(
                 "given_cm",
-                "error before",
-                "how far the joints of the source are from the clean motion: what a method was given",
+                "input error",
+                "mean distance of the joints of the source from the clean motion",
                 "100 * mean over frames and joints of |s - g| with s the source, over the joints of "
                 "restored_cm that the source has; left out where source and target are different bodies",
                 better="none",
             ),
             _value(
                 "restored_cm.given",
-                "error, given joints",
-                "the error of those joints that the source has",
+                "position error, given joints",
+                "mean position error of the joints that the source has",
                 "restored_cm over the joints that the source has; left out where it has all or none",
             ),
             _value(
                 "restored_cm.missing",
-                "error, missing joints",
-                "the error of those joints that the source does not have, and a method has to make up",
+                "position error, missing joints",
+                "mean position error of the joints that the source lacks",
                 "restored_cm over the joints that the source does not have; left out where it has all",
             ),
         ),

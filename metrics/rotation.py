@@ -20,17 +20,17 @@ BOTH = "left out unless prediction and reference are both known by rotations"
 
 
 class Rotation:
-    """Angles between orientations of one and the same skeleton, so that no rest pose enters."""
+    """Angles between rotations of one skeleton, which do not depend on its rest pose."""
 
     card = MetricCard(
         name="rotation",
-        summary="angles between predicted and reference rotations",
+        summary="geodesic angles between predicted and reference rotations",
         version="1",
         values=(
             Value(
                 id="rotation.local",
-                label="angle, local",
-                meaning="how far joints are turned off the reference, each seen from its parent",
+                label="rotation error, local",
+                meaning="mean geodesic angle between local joint rotations and the reference's",
                 unit="degrees",
                 better="lower",
                 formula=(
@@ -43,8 +43,8 @@ class Rotation:
             ),
             Value(
                 id="rotation.world",
-                label="angle, world",
-                meaning="how far joints are turned off the reference, seen from the world",
+                label="rotation error, global",
+                meaning="mean geodesic angle between global joint rotations and the reference's",
                 unit="degrees",
                 better="lower",
                 formula=(
@@ -57,8 +57,8 @@ class Rotation:
             ),
             Value(
                 id="rotation.joint",
-                label="angle by joint",
-                meaning="rotation error of every joint, seen from its parent",
+                label="rotation error by joint",
+                meaning="geodesic angle of each joint's local rotation from the reference's",
                 unit="degrees",
                 better="lower",
                 formula="per joint the mean over frames of rotation.local's angle",

@@ -1,4 +1,4 @@
-"""Foot slide: how far feet glide over the floor while they should stand."""
+"""Foot skating: horizontal speed of feet that should be in contact with the ground."""
 
 from __future__ import annotations
 
@@ -24,10 +24,10 @@ def _value(suffix: str, *, source: bool) -> Value:
     labels = "contact_recall_src" if source else "contact_recall"
     return Value(
         id=f"foot_slide{suffix}_src" if source else f"foot_slide{suffix}",
-        label="foot slide" + (", by height" if suffix else "") + (", source" if source else ""),
+        label="foot skating" + (", by height" if suffix else "") + (", source" if source else ""),
         meaning=(
-            f"how fast feet glide{', in heights,' if suffix else ''} while "
-            f"the {'source' if source else 'reference'} has them planted"
+            f"mean horizontal speed of the feet{', in heights,' if suffix else ''} during contacts of the "
+            f"{'source' if source else 'reference'}"
         ),
         unit=unit,
         better="lower",
@@ -42,11 +42,11 @@ def _value(suffix: str, *, source: bool) -> Value:
 
 
 class Slide:
-    """Horizontal speed of the feet during the contacts that are asked for, not those that were found."""
+    """Horizontal speed of the feet during true contacts, not during those found in the prediction."""
 
     card = MetricCard(
         name="slide",
-        summary="how far feet glide while they should stand",
+        summary="foot skating: speed of the feet during contacts",
         version="1",
         values=tuple(_value(suffix, source=source) for source in (False, True) for suffix in SCALES),
     )

@@ -1,4 +1,4 @@
-"""Smoothness: acceleration and jerk beside the reference's and the source's, and constant bones."""
+"""Smoothness: acceleration and jerk relative to the reference's or the source's, and bone lengths."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _size(order: int) -> Value:
     return Value(
         id=name,
         label=name,
-        meaning=f"mean {name} of the joints: how restless the motion is; no goal by itself",
+        meaning=f"mean {name} of the joints; a description without a goal of its own",
         unit=f"m/s^{order}",
         better="none",
         formula=f"{SIZES[order]}; {JOINTS}; {SHORT[order]}",
@@ -50,7 +50,7 @@ def _ratio(order: int, *, source: bool) -> Value:
     return Value(
         id=f"{name}_ratio_src" if source else f"{name}_ratio",
         label=f"{name} ratio, source" if source else f"{name} ratio",
-        meaning=f"{name} over the {other}'s: above 1 is jittery, below 1 is smoothed away",
+        meaning=f"mean {name} over the {other}'s: above 1 is jittery, below 1 is over-smoothed",
         unit="1",
         better="target",
         formula=(
@@ -74,7 +74,7 @@ class Smoothness:
             Value(
                 id="acc",
                 label="acceleration error",
-                meaning="how much accelerations differ from the reference's",
+                meaning="mean difference of joint accelerations from the reference's",
                 unit="m/frame^2",
                 better="lower",
                 formula=(
@@ -92,7 +92,7 @@ class Smoothness:
             Value(
                 id="bone_drift",
                 label="bone drift",
-                meaning="how much bones differ from their true length; not 0 only for predicted positions",
+                meaning="mean difference of bones from their true length; 0 for predictions by rotations",
                 unit="% of height",
                 better="lower",
                 formula=(

@@ -1,4 +1,4 @@
-"""Self-touches: do hands rest on the places of their own body that they should rest on."""
+"""Self-contact: distance of hands from the places on their own body where they should rest."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ GAP = (
 
 
 class SelfTouch:
-    """Inside the flesh counts like off it: what is measured is the distance of two points."""
+    """Distances between two points of the body; a hand inside the body counts like one off it."""
 
     card = MetricCard(
         name="touch",
-        summary="whether hands rest on the places of the own body that they should",
+        summary="self-contact: distance of hands from the body parts they should touch",
         version="1",
         values=(
             Value(
                 id="touch_gap",
-                label="touch gap",
-                meaning="how far a hand is from the place of the own body that it should rest on",
+                label="self-contact error",
+                meaning="mean distance of a hand from the place on its own body where it should rest",
                 unit="% of height",
                 better="lower",
                 formula=f"100 * mean of gap / h; gap: {GAP}",
@@ -44,8 +44,8 @@ class SelfTouch:
             ),
             Value(
                 id="touch_recall",
-                label="touch recall",
-                meaning="when a hand should rest on the own body, how often it does",
+                label="self-contact recall",
+                meaning="share of self-contact frames in which the hand is at its place",
                 unit="1",
                 better="higher",
                 formula=f"share of touches and frames with gap <= {NEAR:g} h; gap: {GAP}",

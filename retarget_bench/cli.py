@@ -17,7 +17,7 @@ COMMANDS = {
     "run": ("run", "Predict and score what is missing, then show the table. Start here."),
     "predict": ("predict", "First stage only: write a method's predictions."),
     "score": ("score", "Second stage only: score predictions, also a folder made elsewhere."),
-    "task": ("task", "Reconstruct, denoise or upsample motion: tasks derived from any data set."),
+    "task": ("task", "Reconstruction, denoising and joint completion, on any data set."),
     "table": ("table", "Show the results that exist."),
     "compare": ("compare", "Compare two methods, or two versions of one: differences and p-values."),
     "explain": ("explain", "Show the same predictions under every position protocol, and why they differ."),

@@ -1,4 +1,4 @@
-"""How like real motion a whole set of results is: FID, KID, coverage and density."""
+"""FID, KID, coverage and density of a whole set of results against real motion."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ class Fid:
         values=(
             _value(
                 "fid",
-                "how unlike real motion of the target's structure the results are as a whole",
+                "Fréchet distance from real motion of the target's structure",
                 "|m_r - m_g|^2 + tr(C_r + C_g - 2 (C_r C_g)^(1/2)) of means and covariances of features; "
                 + SMALL,
                 "Heusel et al. 2017",
@@ -79,7 +79,7 @@ class Fid:
             ),
             _value(
                 "kid",
-                "how unlike real motion the results are, without bias: 0 on average for real motion",
+                "kernel distance from real motion, unbiased: 0 on average for real motion",
                 "mean k(r, r') + mean k(g, g') - 2 mean k(r, g) with k(x, y) = (x y / 256 + 1)^3, over "
                 "pairs of windows of different clips",
                 "Binkowski et al. 2018; pairs of one clip are left out: they are no independent draws",
@@ -88,7 +88,7 @@ class Fid:
             ),
             _value(
                 "coverage",
-                "share of real motion that has a result near it: low where results lack variety",
+                "share of real motion with a result near it: low where results lack variety",
                 f"share of real windows with a generated one nearer than the real window's {NEIGHBOURS}th "
                 f"nearest real one of another clip; {SMALL}",
                 "Naeem et al. 2020; neighbours of the own clip are left out since windows overlap",
@@ -97,7 +97,7 @@ class Fid:
             ),
             _value(
                 "density",
-                "how much results lie where real motion lies: low where they look like no real motion",
+                "density of real motion around the results: low where they do not resemble real motion",
                 "mean over generated windows of the number of real windows that have it nearer than their "
                 f"{NEIGHBOURS}th nearest real one of another clip, over {NEIGHBOURS}; {SMALL}",
                 "Naeem et al. 2020; balls and neighbours as for coverage",

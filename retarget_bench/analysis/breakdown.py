@@ -1,5 +1,4 @@
-"""One panel into several: by pair, clip, kind of performance, structure, level, joint, body part, what
-training had, or the points of a curve; and the part of it that is long."""
+"""Breakdowns of results: by pair, clip, kind, structure, level, joint, training or time."""
 
 from __future__ import annotations
 
@@ -21,89 +20,91 @@ from retarget_bench.results.store import ResultPaths
 
 By = Literal["pair", "clip", "kind", "structure", "level", "joint", "part", "seen", "second", "threshold"]
 CURVES: tuple[By, ...] = ("second", "threshold")
-"""What a value may be a curve over, a row of the results per point; a line each in a table."""
+"""Indices of curves: a breakdown by one of them has a line per point."""
 UNKNOWN = "unknown"
 NameOf = Callable[[str, str], str]
-"""From a target and one of its joints to the group of the joint."""
+"""Target and joint name -> group of the joint."""
 
 
-def breakdown(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
-    """A panel per group, in alphabetical order (body parts from the trunk outwards).
+def breakdown(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
+    """A matrix per group, in alphabetical order (body parts from the trunk outwards).
 
     ``joint`` and ``part`` have the values that are known per joint, averaged within a case over the
-    joints of the group; ``second`` and ``threshold`` the curves over those, point by point in increasing
-    order. Raises BenchError where the results do not know what is asked for.
+    joints of the group; ``second`` and ``threshold`` split curves into their points, in increasing order.
+    Raises BenchError where the results lack the metadata that the breakdown needs.
     """
     if by in CURVES:
-        return _by_point(panel, by)
+        return _by_point(matrix, by)
     if by in ("joint", "part"):
-        return _by_joint(panel, by)
+        return _by_joint(matrix, by)
     if by == "seen":
-        return _by_seen(panel)
+        return _by_seen(matrix)
     if by in ("structure", "level"):
-        return _by_mark(panel, structures_of(panel) if by == "structure" else _levels(panel))
-    names = np.array([str(getattr(info, by)) or UNKNOWN for info in panel.cases])
-    return [panel.restricted(names == name, name) for name in sorted(set(names.tolist()))]
+        return _by_group(matrix, structures_of(matrix) if by == "structure" else _levels(matrix))
+    names = np.array([str(getattr(info, by)) or UNKNOWN for info in matrix.cases])
+    return [matrix.restricted(names == name, name) for name in sorted(set(names.tolist()))]
 
 
-# ----------------------------------------------------------------------------------------------- marks
-def _by_mark(panel: ResultMatrix, groups: Mapping[str, str]) -> list[ResultMatrix]:
-    """A panel per group; case -> its group, in the order in which groups are to stand."""
-    names = np.array([groups[info.id] for info in panel.cases])
-    return [panel.restricted(names == name, name) for name in dict.fromkeys(groups.values())]
+# -------------------------------------------------------------------------------------- case metadata
+def _by_group(matrix: ResultMatrix, groups: Mapping[str, str]) -> list[ResultMatrix]:
+    """A matrix per group. groups: case -> group, in the order in which groups are shown."""
+    names = np.array([groups[info.id] for info in matrix.cases])
+    return [matrix.restricted(names == name, name) for name in dict.fromkeys(groups.values())]
 
 
-def structures_of(panel: ResultMatrix) -> dict[str, str]:
-    """Case -> the structure of its target, by name. Raises BenchError where results do not say it."""
+def structures_of(matrix: ResultMatrix) -> dict[str, str]:
+    """Case -> structure of its target, sorted by structure. Raises BenchError where results lack it."""
     found: dict[str, str] = {}
-    for row in panel.rows:
+    for row in matrix.rows:
         mine = case_metadata.read_structures(row.place)
         if mine is None:
             raise BenchError(
-                f"{row.place.folder} does not say of what structure the bodies are; bench run --redo "
-                "always writes it"
+                f"{row.place.folder} lacks the structures of the bodies; bench run --overwrite always "
+                "writes them"
             )
         found |= mine
-    groups = {info.id: found.get(info.target, UNKNOWN) for info in panel.cases}
+    groups = {info.id: found.get(info.target, UNKNOWN) for info in matrix.cases}
     return dict(sorted(groups.items(), key=lambda pair: pair[1]))
 
 
-def _levels(panel: ResultMatrix) -> dict[str, str]:
+def _levels(matrix: ResultMatrix) -> dict[str, str]:
     conditions = {
-        case: each for row in panel.rows for case, each in case_metadata.read_conditions(row.place).items()
+        case: each for row in matrix.rows for case, each in case_metadata.read_conditions(row.place).items()
     }
     if not conditions:
         raise BenchError(
-            f"{panel.dataset}, {panel.split}: these cases have no levels; those of bench task denoise "
-            "and upsample have"
+            f"{matrix.dataset}, {matrix.split}: these cases have no levels; those of bench task "
+            "denoise and joint-completion do"
         )
-    ordered = sorted(panel.cases, key=lambda info: levels.order(conditions.get(info.id, {})))
+    ordered = sorted(matrix.cases, key=lambda info: levels.order(conditions.get(info.id, {})))
     return {info.id: levels.name(conditions.get(info.id, {})) for info in ordered}
 
 
 # ---------------------------------------------------------------------------------------------- joints
-def _by_joint(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
-    values = {key: value for key, value in panel.values.items() if value.index == "joint"}
+def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
+    values = {key: value for key, value in matrix.values.items() if value.index == "joint"}
     if not values:
-        raise BenchError(f"{panel.dataset}, {panel.split}: no value is known per joint; run bench score")
-    newest = compatibility.newest(row.header for row in panel.rows)
+        raise BenchError(
+            f"{matrix.dataset}, {matrix.split}: there is no value per joint; bench score computes them"
+        )
+    newest = compatibility.newest(row.header for row in matrix.rows)
     draws: list[list[dict[str, dict[Key, np.ndarray]]]] = []
-    for row in panel.rows:
+    for row in matrix.rows:
         fresh = {key for key in values if not newest.stale_value(row.header, key)}
         fresh = set() if newest.stale_data(row.header) else fresh
         name_of = _part_of(row) if by == "part" else _own_name
-        draws.append([_joint_means(panel, place, fresh, name_of) for place in row.places])
+        draws.append([_joint_means(matrix, place, fresh, name_of) for place in row.places])
     groups = {group for row in draws for draw in row for group in draw}
     order = {part: rank for rank, part in enumerate(BODY_PARTS)}
     plain = {key: replace(value, index="") for key, value in values.items()}
     return [
         replace(
-            panel,
+            matrix,
             values=plain,
             part=group,
             rows=tuple(
                 replace(row, draws=tuple(draw.get(group, {}) for draw in each))
-                for row, each in zip(panel.rows, draws, strict=True)
+                for row, each in zip(matrix.rows, draws, strict=True)
             ),
         )
         for group in sorted(groups, key=lambda name: (order.get(name, len(order)), name))
@@ -114,8 +115,8 @@ def _part_of(row: MethodRow) -> NameOf:
     parts = case_metadata.read_parts(row.place)
     if parts is None:
         raise BenchError(
-            f"{row.place.folder} does not say which joint belongs to which part of the body; "
-            "bench run --redo always, or bench score, writes it"
+            f"{row.place.folder} lacks the body parts of the joints; bench score, or bench run --overwrite "
+            "always, writes them"
         )
     return lambda target, joint: parts.get((target, joint), UNKNOWN)
 
@@ -126,10 +127,10 @@ def _own_name(target: str, joint: str) -> str:
 
 
 def _joint_means(
-    panel: ResultMatrix, place: ResultPaths, values: set[str], name_of: NameOf
+    matrix: ResultMatrix, place: ResultPaths, values: set[str], name_of: NameOf
 ) -> dict[str, dict[Key, np.ndarray]]:
     """Group -> (value id, "") -> ``(cases,)``: the mean over the joints of the group."""
-    position = {info.id: number for number, info in enumerate(panel.cases)}
+    position = {info.id: number for number, info in enumerate(matrix.cases)}
     found: dict[str, dict[Key, np.ndarray]] = {}
     arrays = store.read_arrays(place)
     for value in sorted(values):
@@ -141,10 +142,12 @@ def _joint_means(
             raise FileError(place.arrays, f"names case {strangers[0]!r}, which {place.cases} does not list")
         at = np.array([position[name] for name in cases.tolist()], dtype=np.int64)[case]
         pairs, pair = np.unique(at * len(joints) + joint, return_inverse=True)
-        names = [name_of(panel.cases[p // len(joints)].target, str(joints[p % len(joints)])) for p in pairs]
+        names = [
+            name_of(matrix.cases[p // len(joints)].target, str(joints[p % len(joints)])) for p in pairs
+        ]
         groups, group = np.unique(names, return_inverse=True)
-        shape = len(groups), len(panel.cases)
-        flat = group[pair] * len(panel.cases) + at
+        shape = len(groups), len(matrix.cases)
+        flat = group[pair] * len(matrix.cases) + at
         counts = np.bincount(flat, minlength=shape[0] * shape[1]).reshape(shape)
         totals = np.bincount(flat, arrays[f"{value}:values"], shape[0] * shape[1]).reshape(shape)
         with np.errstate(invalid="ignore"):
@@ -155,19 +158,21 @@ def _joint_means(
 
 
 # -------------------------------------------------------------------------------------------- curves
-def _by_point(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
-    values = {key: replace(value, index="") for key, value in panel.values.items() if value.index == by}
+def _by_point(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
+    values = {key: replace(value, index="") for key, value in matrix.values.items() if value.index == by}
     if not values:
-        raise BenchError(f"{panel.dataset}, {panel.split}: no value is a curve over {by}; run bench score")
-    points = {index for value, index in panel.keys if value in values}
+        raise BenchError(
+            f"{matrix.dataset}, {matrix.split}: there is no curve over {by}; bench score computes them"
+        )
+    points = {index for value, index in matrix.keys if value in values}
     return [
         replace(
-            panel,
+            matrix,
             values=values,
             part=point,
             rows=tuple(
                 replace(row, draws=tuple(_at_point(draw, values, point) for draw in row.draws))
-                for row in panel.rows
+                for row in matrix.rows
             ),
         )
         for point in sorted(points, key=_number)
@@ -175,7 +180,7 @@ def _by_point(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
 
 
 def _number(point: str) -> tuple[float, str]:
-    """Sorts the points of a curve: what is no number comes last."""
+    """Sort key of a point of a curve; points that are not numbers come last."""
     try:
         return float(point), ""
     except ValueError:
@@ -186,44 +191,44 @@ def _at_point(draw: Mapping[Key, np.ndarray], values: Collection[str], point: st
     return {(value, ""): draw[value, point] for value in values if (value, point) in draw}
 
 
-def lasting(panel: ResultMatrix, seconds: int) -> ResultMatrix:
-    """The cases that last so many whole seconds, as curves over seconds tell.
+def lasting(matrix: ResultMatrix, seconds: int) -> ResultMatrix:
+    """The cases of at least this many whole seconds.
 
-    Raises BenchError where results have no such curve.
+    Durations are read from curves over seconds. Raises BenchError where results have no such curve.
     """
-    curves = {key for key, value in panel.values.items() if value.index == "second"}
+    curves = {key for key, value in matrix.values.items() if value.index == "second"}
     if not curves:
         raise BenchError(
-            f"{panel.dataset}, {panel.split}: results do not say how long clips last; bench score adds it "
+            f"{matrix.dataset}, {matrix.split}: the durations of clips are unknown; bench score adds them "
             "(growth.world)"
         )
-    kept = np.zeros(len(panel.cases), dtype=bool)
-    for value, index in panel.keys:
+    kept = np.zeros(len(matrix.cases), dtype=bool)
+    for value, index in matrix.keys:
         if value in curves and _number(index)[0] >= seconds:
-            kept |= ~np.isnan(panel.numbers((value, index))).all(axis=0)
-    return panel.restricted(kept, f"{seconds} s and longer")
+            kept |= ~np.isnan(matrix.numbers((value, index))).all(axis=0)
+    return matrix.restricted(kept, f"{seconds} s and longer")
 
 
 # ------------------------------------------------------------------------------------------------ seen
-def _by_seen(panel: ResultMatrix) -> list[ResultMatrix]:
-    """By whether training had the characters and the motion (NKN's four groups).
+def _by_seen(matrix: ResultMatrix) -> list[ResultMatrix]:
+    """By whether characters and motion were seen in training (the four groups of NKN).
 
-    What counts is what a method's own weights were trained on; for untrained methods the marks of the
-    data set, or where it has none those of the first trained method.
+    A trained method is split by the training data of its own weights; an untrained one by the data set's
+    own training part, or else by that of the first trained method.
     """
-    manifests = [row.header.method.trained_on for row in panel.rows]
+    manifests = [row.header.method.trained_on for row in matrix.rows]
     fallback: Any = next((each for each in manifests if each), None)
     names = []
-    for row, manifest in zip(panel.rows, manifests, strict=True):
+    for row, manifest in zip(matrix.rows, manifests, strict=True):
         unseen = None if manifest else case_metadata.read_unseen(row.place)
         if unseen is None and not (manifest or fallback):
             raise BenchError(
-                f"{row.place.folder} does not say what training had; the data set does not know it, or "
-                "the results are older than these marks (bench run --redo always writes them)"
+                f"{row.place.folder} lacks what was seen in training; the data set has no training part, "
+                "or the results are older than this metadata (bench run --overwrite always writes it)"
             )
-        names.append([_seen_group(unseen, manifest or fallback, case) for case in panel.cases])
+        names.append([_seen_group(unseen, manifest or fallback, case) for case in matrix.cases])
     table = np.array(names)
-    return [panel.restricted(table == name, name) for name in sorted(set(table.ravel().tolist()))]
+    return [matrix.restricted(table == name, name) for name in sorted(set(table.ravel().tolist()))]
 
 
 def _seen_group(unseen: Mapping[str, frozenset[str]] | None, manifest: Any, info: CaseInfo) -> str:

@@ -1,4 +1,4 @@
-"""Two methods against each other: the paired difference of every value, with its interval and p-value."""
+"""Pairwise comparison of two methods: paired difference of every value, with interval and p-value."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 
 LEAST_CLIPS = 6
-"""With fewer, no pattern of signs is rare enough: 2 of 2^5 is more than 5 %."""
+"""With fewer, no pattern of signs can be significant: 2 of 2^5 is more than 5 %."""
 
 
 @dataclass(frozen=True)
@@ -47,7 +47,7 @@ class Difference:
     @property
     def verdict(self) -> str:
         """``first``, ``second`` (which is better), ``higher``, ``lower`` (the first, of a description),
-        ``same``, ``few`` (too few clips to tell) or ``open`` (not told apart)."""
+        ``same``, ``few`` (too few clips) or ``open`` (not significant)."""
         if self.none:
             return "same"
         if self.clips < LEAST_CLIPS:
@@ -61,7 +61,7 @@ class Difference:
 
 @dataclass(frozen=True)
 class PairwiseComparison:
-    """Two methods on one split of one data set; ``notes`` are what a reader must know of them."""
+    """Two methods on one split of one data set; ``notes`` are sentences for the reader."""
 
     dataset: str
     split: str
@@ -71,21 +71,21 @@ class PairwiseComparison:
     notes: tuple[str, ...]
 
 
-def find(panel: ResultMatrix, name: str) -> MethodRow | None:
-    """The row of a method by its label, or by what means the same; None where it has no results here."""
-    rows = {row.label: row for row in panel.rows}
+def find(matrix: ResultMatrix, name: str) -> MethodRow | None:
+    """The row of a method by its label, or by an equivalent spec; None where it has no results here."""
+    rows = {row.label: row for row in matrix.rows}
     label = label_of(name, rows)
     return None if label is None else rows[label]
 
 
 def label_of(name: str, labels: Collection[str]) -> str | None:
-    """The label among these that a method's name, written in any way, means; None where there is none."""
+    """The label among these that a spec stands for, however it is written; None where there is none."""
     return next((each for each in (name, _canonical(name)) if each in labels), None)
 
 
-def unknown(panels: Sequence[ResultMatrix], name: str) -> BenchError:
+def unknown(matrices: Sequence[ResultMatrix], name: str) -> BenchError:
     """The error for a method that has no results at all: it lists those that have, close names first."""
-    labels = sorted({row.label for panel in panels for row in panel.rows})
+    labels = sorted({row.label for matrix in matrices for row in matrix.rows})
     if close := difflib.get_close_matches(name, labels, 3, 0.5):
         return BenchError(f"no results of {name!r} here; did you mean {' or '.join(close)}?")
     return BenchError(f"no results of {name!r} here; there are those of {', '.join(labels)}")
@@ -99,9 +99,9 @@ def _canonical(name: str) -> str:
 
 
 def compare(
-    panel: ResultMatrix, first: MethodRow, second: MethodRow, values: Sequence[str]
+    matrix: ResultMatrix, first: MethodRow, second: MethodRow, values: Sequence[str]
 ) -> PairwiseComparison:
-    """The differences of two rows of a panel, of those values that both have a number for.
+    """The differences of two rows of a matrix, of those values that both have a number for.
 
     p-values are adjusted by Holm over the values compared here. Raises BenchError where the two were
     scored on different data.
@@ -109,15 +109,15 @@ def compare(
     contents = [row.header.dataset.content for row in (first, second)]
     if contents[0] != contents[1]:
         raise BenchError(
-            f"{first.label} and {second.label} were scored on different data called {panel.dataset} "
+            f"{first.label} and {second.label} were scored on different data called {matrix.dataset} "
             f"({contents[0]}; {contents[1]}); run one of them again"
         )
-    found = [_difference(panel, first, second, value) for value in values]
+    found = [_difference(matrix, first, second, value) for value in values]
     differences = [each for each in found if each is not None]
     adjusted = statistics.holm(np.array([each.p for each in differences]))
     return PairwiseComparison(
-        dataset=panel.dataset,
-        split=panel.split,
+        dataset=matrix.dataset,
+        split=matrix.split,
         first=first.label,
         second=second.label,
         differences=tuple(
@@ -127,7 +127,7 @@ def compare(
     )
 
 
-def _difference(panel: ResultMatrix, first: MethodRow, second: MethodRow, value: str) -> Difference | None:
+def _difference(matrix: ResultMatrix, first: MethodRow, second: MethodRow, value: str) -> Difference | None:
     numbers = [row.number((value, "")) for row in (first, second)]
     if numbers[0] is None or numbers[1] is None:
         return None
@@ -135,8 +135,8 @@ def _difference(panel: ResultMatrix, first: MethodRow, second: MethodRow, value:
     there = ~np.isnan(both).any(axis=0)
     if not there.any():
         return None
-    both, clips = both[:, there], panel.clips[there]
-    facts = panel.values[value]
+    both, clips = both[:, there], matrix.clips[there]
+    facts = matrix.values[value]
     scale = statistics.losses(both, facts.better, facts.goal) if facts.better == "target" else both
     pair = statistics.per_clip(scale, clips)
     apart = statistics.differences(pair[:1], pair[1:], facts.tolerance)

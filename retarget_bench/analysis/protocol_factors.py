@@ -1,7 +1,7 @@
-"""The same predictions under every position protocol, and what stands between any two of them.
+"""Factors between position protocols, measured on the same predictions.
 
-A protocol is a value whose declaration says what fixes it (``protocols.PROTOCOL``). Two protocols differ by
-what these facts say; the factor between them is measured, case by case, on the predictions at hand.
+A protocol is a value that declares the facts of ``protocols.PROTOCOL``. Two protocols differ in some of
+them; the factor between the two is measured per case.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ from retarget_bench.results.store import Results
 CONSTANT = 1e-6
 """Relative spread of a factor below which it is the same in every case."""
 FIRST = "mpjpe_h.world"
-"""The protocol that the others are explained from, where it is there."""
+"""The protocol that the others are compared with, if the results have it."""
 NOTHING = 1e-9
-"""Errors below this share of a value's typical size say nothing about a factor."""
+"""Errors below this share of a value's typical size are left out of factors."""
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class ProtocolReading:
     """One protocol's number for a method on a split.
 
     value: mean over clips of the mean per clip. cases: ``(id, number)`` of every case that has it.
-    facts: what fixes the protocol, the unit included.
+    facts: the declared facts of the protocol, and its unit.
     """
 
     id: str
@@ -49,7 +49,7 @@ class Factor:
     means:   factor of the two means over the same cases, or where only the self pairs are more. None where
              one of them is 0.
     usual:   median over cases. low, high: of nine cases in ten. n: cases in which both are above 0.
-    reasons: what the protocols do differently, as sentences.
+    reasons: the differences between the protocols, as sentences.
     """
 
     first: str
@@ -63,7 +63,7 @@ class Factor:
 
     @property
     def constant(self) -> bool:
-        """Whether one number turns every case's value into the other protocol's."""
+        """Whether the factor is the same in every case."""
         return self.usual is not None and self.high - self.low <= CONSTANT * abs(self.usual)
 
 
@@ -79,7 +79,7 @@ class Explanation:
 
 
 def explain(results: Results, selves: Results | None = None) -> Explanation:
-    """What every position protocol says of one method on one split.
+    """Values of one method on one split under every position protocol, and the factors between them.
 
     selves: the same method on the split self, which legacy protocols pool into intra.
     Raises BenchError where the results declare no protocol or have no number of any.
@@ -89,8 +89,8 @@ def explain(results: Results, selves: Results | None = None) -> Explanation:
     known = {id_: value for id_, value in declared.items() if value.protocol}
     if not known:
         raise BenchError(
-            f"the results of {label} do not say what their position protocols are (they were written by an "
-            "older version, or without position metrics); score them again: bench score"
+            f"the results of {label} declare no position protocols (they are old, or have no position "
+            "metrics); score them again: bench score"
         )
     found = (_reading(id_, value, results, selves) for id_, value in known.items())
     readings = tuple(sorted(filter(None, found), key=lambda reading: reading.id != FIRST))
@@ -147,7 +147,7 @@ def _factor(first: ProtocolReading, second: ProtocolReading) -> Factor:
 
 
 def reasons(first: Mapping[str, str], second: Mapping[str, str]) -> tuple[str, ...]:
-    """What two protocols do differently: ``error: distance against squared distance`` and so on."""
+    """Differences of two protocols: ``error: distance against squared distance`` and so on."""
     return tuple(
         f"{key}: {first.get(key, 'not said')} against {second.get(key, 'not said')}"
         for key in (*PROTOCOL, "unit")

@@ -1,4 +1,4 @@
-"""The page that defines every value, written from the metric cards."""
+"""The page of all metric definitions (docs/protocols.md), generated from the metric cards."""
 
 from __future__ import annotations
 
@@ -9,34 +9,34 @@ from retarget_bench.api import MetricCard, Value
 from retarget_bench.plugins import registry
 
 PROTOCOL: Mapping[str, str] = {
-    "error": "what is averaged: distance, squared distance, or squared coordinate (a third of it)",
-    "divided by": "the height that it is divided by, and its power: h, H1, H1^2, H2, or 1",
-    "joints": "which joints count",
-    "placed": "how prediction and reference are put together: world, hips, fit of a frame, ...",
-    "frames": "which frames count",
+    "error": "distance, squared distance, or squared coordinate (a third of it)",
+    "divided by": "height and its power: h, H1, H1^2, H2, or 1",
+    "joints": "joints that count",
+    "placed": "alignment of prediction and reference: world, hips, fit of a frame, ...",
+    "frames": "frames that count",
     "self pairs": "pairs of a character with itself: apart, or in intra",
 }
-"""What tells position protocols apart, beside the unit (see ``Value.protocol``)."""
+"""Facts that distinguish position protocols, beside the unit (see ``Value.protocol``)."""
 
 TITLE = "# Protocols"
 INTRODUCTION = """\
-How every number is computed. This page is written from the cards of the metrics
-(`bench info --protocols`); nothing on it is edited by hand.
+Definitions of all values. `bench info --protocols` generates this page from the metric cards; do not edit
+it by hand.
 
-An error without its protocol says nothing: published position errors differ in unit, joint set, height,
-treatment of the root, squared or not, and in whether pairs of a character with itself are counted. So every
-value has an id, and the id fixes all of these. Numbers with different ids are never compared.
+Published position errors differ in unit, joint set, height, treatment of the root, squaring, and in whether
+pairs of a character with itself count. Every value here has an id that fixes all of these. Compare numbers
+only under the same id.
 
-- *p* is the prediction, *g* the reference (the right answer), both as world positions of the target's
-  joints: metres, Y up, x and z level, frames t, at *fps* frames per second. *h* is the target's height.
+- *p* is the prediction and *g* the reference, both as world positions of the target's joints in metres: Y
+  up, x and z horizontal, frame t, *fps* frames per second. *h* is the target's height.
 - A value is computed per case (one clip, one source, one target). Tables show the mean over pairs per
   source clip, then over clips, within a split: `self` (same character), `intra` (same structure, another
   character), `cross` (another structure). Self pairs are not part of intra unless a value says so.
 - ↓ lower is better, ↑ higher is better, → best at a goal (ratios are ranked by |log(value / goal)|),
   – a description that is not ranked.
-- A value that is not defined for a case is left out for that case, never set to 0 or infinity; the formula
+- A value that is undefined for a case is left out for that case, never set to 0 or infinity. The formula
   says when.
-- *Tolerance*: by how much a value may move before a comparison of two runs calls it moved.
+- *Tolerance*: the change of a value that a comparison of two runs ignores.
 """
 _MARKUP = re.compile(r"[`<\[\]\\]|\*(?=\S)")
 """Signs that Markdown would read as markup in a formula; a star between blanks is none."""
@@ -62,7 +62,7 @@ def installed() -> list[MetricCard]:
 
 
 def _overview(cards: Iterable[MetricCard]) -> str:
-    lines = ["| id | what it says | unit | best |", "|---|---|---|---|"]
+    lines = ["| id | meaning | unit | best |", "|---|---|---|---|"]
     for card in cards:
         lines += [
             f"| [`{value.id}`](#{_anchor(value.id)}) "

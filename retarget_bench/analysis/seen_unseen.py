@@ -1,4 +1,4 @@
-"""What a learned method does on structures that its training had, and on those that it had not."""
+"""Results of learned methods on structures seen and unseen in training."""
 
 from __future__ import annotations
 
@@ -16,9 +16,9 @@ from retarget_bench.results.store import ResultPaths
 
 @dataclass(frozen=True)
 class SeenPart:
-    """One method alone, on the cases whose targets are of structures that its weights know, or not.
+    """One method on the cases whose target structures were seen in its training, or on the other ones.
 
-    seen:       whether its training manifest has the structures.
+    seen:       whether its training data have the structures.
     structures: which these are, in alphabetical order; those of which it answered no case are left out.
     sections:   one per group of the breakdown, each of this method alone.
     """
@@ -30,25 +30,24 @@ class SeenPart:
 
 
 def seen_and_unseen(places: Iterable[ResultPaths], by: By) -> list[SeenPart]:
-    """Two halves of every method that was trained on some of the structures that it answered for and not on
-    others, the seen one first; nothing of all other methods.
+    """The seen and the unseen part of every method that has answers on both, the seen one first.
 
-    by: what every half is broken down by. Raises BenchError where the results of a trained method do not
-    say of what structure bodies are, or do not know what they are to be broken down by.
+    by: the breakdown of every part. Raises BenchError where the results lack the structures of bodies, or
+    the metadata that the breakdown needs.
     """
-    return [half for panel in result_matrices(places) for half in _of_panel(panel, by)]
+    return [part for matrix in result_matrices(places) for part in _of_matrix(matrix, by)]
 
 
-def _of_panel(panel: ResultMatrix, by: By) -> list[SeenPart]:
-    known = {row.label: _known(row.header) for row in panel.rows}
+def _of_matrix(matrix: ResultMatrix, by: By) -> list[SeenPart]:
+    known = {row.label: _known(row.header) for row in matrix.rows}
     if not any(known.values()):
         return []
-    structure_of = structures_of(panel)
-    structures = np.array([structure_of[info.id] for info in panel.cases])
+    structure_of = structures_of(matrix)
+    structures = np.array([structure_of[info.id] for info in matrix.cases])
     found = []
-    for row in panel.rows:
+    for row in matrix.rows:
         had = np.isin(structures, sorted(known[row.label]))
-        alone = replace(panel, rows=(row,))
+        alone = replace(matrix, rows=(row,))
         answered = _answered(alone)
         if not known[row.label] or not (had & answered).any() or not (~had & answered).any():
             continue
@@ -60,7 +59,7 @@ def _of_panel(panel: ResultMatrix, by: By) -> list[SeenPart]:
 
 
 def _answered(alone: ResultMatrix) -> np.ndarray:
-    """``(cases,)`` bool: where a panel's only method has any number."""
+    """``(cases,)`` bool: where a matrix's only method has any number."""
     found = np.zeros(len(alone.cases), dtype=bool)
     for key in alone.keys:
         found |= ~np.isnan(alone.numbers(key)[0])
@@ -68,6 +67,6 @@ def _answered(alone: ResultMatrix) -> np.ndarray:
 
 
 def _known(header: ResultHeader) -> frozenset[str]:
-    """The structures that the weights behind a result were trained on; none where there are no weights."""
+    """The structures in the training data of a result's weights; empty for untrained methods."""
     trained = header.method.trained_on or {}
     return frozenset(trained.get("structures", ()))

@@ -213,11 +213,11 @@ def holm(p: np.ndarray, family: int | None = None) -> np.ndarray:
 
 
 def against_best(means: np.ndarray, tolerance: float = 0.0) -> tuple[int, np.ndarray]:
-    """Which row of ``(methods, clips)`` is best (less is better), and how surely the others are not.
+    """The best row of ``(methods, clips)`` (less is better), and the p-values of the other rows.
 
     Returns its index, and Holm-adjusted p-values ``(methods,)``, 1 for the best itself. The family is all
     pairs of methods, not only those with the best: which one is best was read off the same numbers, and
-    with 12 equal methods Holm over 11 pairs would tell somebody from the best in one table of six.
+    with 12 equal methods Holm over 11 pairs would find a false difference in one table of six.
     Differences of a clip up to ``tolerance`` count as none.
     """
     best = int(np.argmin(means.mean(axis=1)))
@@ -229,13 +229,13 @@ def against_best(means: np.ndarray, tolerance: float = 0.0) -> tuple[int, np.nda
 
 
 def differences(first: np.ndarray, second: np.ndarray, tolerance: float) -> np.ndarray:
-    """``first - second``, and 0 where that is no more than what a value may move by rounding."""
+    """``first - second``, and 0 where that is within the tolerance of the value."""
     apart = first - second
     return np.where(np.abs(apart) <= tolerance, 0.0, apart)
 
 
 def losses(numbers: np.ndarray, better: str, goal: float = 1.0) -> np.ndarray:
-    """Numbers of a value on a scale of which less is better: negated, or |log(number / goal)|.
+    """Numbers of a value on a scale where less is better: as they are, negated, or |log(number / goal)|.
 
     better, goal: as the value's header declares them.
     """

@@ -1,4 +1,4 @@
-"""Rows to means: per case, then per source clip, then over clips, for every method and split."""
+"""Means and rankings: values averaged per source clip, then over clips, for every method and split."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
 
 COVERAGE = 0.95
-"""A method that answered a smaller share of the cases is listed, and not ranked."""
+"""Methods that answered a smaller share of the cases are listed but not ranked."""
 
 
 @dataclass(frozen=True)
@@ -37,12 +37,12 @@ class Mean:
 
 @dataclass(frozen=True)
 class Ranking:
-    """Who is best by one value, on the cases that all ranked methods have it for.
+    """Order of the ranked methods by one value, on the cases that all of them have it for.
 
     Values that are best at a goal are compared as |log(value / goal)| of every case.
 
     order: labels of the ranked methods, best first.
-    tied:  those that the data cannot tell from the best.
+    tied:  those whose difference from the best is not significant.
     cases: common cases, of ``clips`` source clips.
     p:     label -> p-value of the difference from the best, adjusted for all pairs of methods (Holm).
     left_out: label -> why a ranked method is not ranked by this value.
@@ -130,67 +130,66 @@ def split_summaries(
     """The results at these places, by data set and split (self, intra, cross).
 
     by: one section per group: ``pair``, ``clip``, ``kind``, ``joint``, ``part`` (of the body), ``seen``
-        (whether the method's training, or else the data set's, had the characters and the motion), or per
+        (characters and motion seen in the training of the method, or else of the data set), or per
         point of curves over it: ``second``, ``threshold``.
     at_least: only of the cases that last so many seconds.
     Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
-    Raises BenchError where results do not know what they are to be broken down by, or how long cases last.
+    Raises BenchError where results lack the metadata of the breakdown, or the durations of cases.
     """
     found = result_matrices(places)
     if at_least is not None:
-        found = [panel for panel in (lasting(each, at_least) for each in found) if len(panel.cases)]
+        found = [matrix for matrix in (lasting(each, at_least) for each in found) if len(matrix.cases)]
         if not found:
             raise BenchError(f"no case lasts {at_least} s and has a reference; ask for less")
-    made = [
-        split_summary(part) for panel in found for part in ([panel] if by is None else breakdown(panel, by))
-    ]
+    parts = found if by is None else [part for matrix in found for part in breakdown(matrix, by)]
+    made = [split_summary(part) for part in parts]
     for each in made if at_least is not None else []:
         each.notes.append(f"Only clips of {at_least} s or longer.")
     return made
 
 
-def split_summary(panel: ResultMatrix) -> SplitSummary:
-    """All methods of a panel with their means, curves and ranks."""
-    own = [info for info, own in zip(panel.cases, panel.own, strict=True) if own]
+def split_summary(matrix: ResultMatrix) -> SplitSummary:
+    """Means, curves and rankings of all methods of a matrix."""
+    own = [info for info, own in zip(matrix.cases, matrix.own, strict=True) if own]
     scores = [
         MethodSummary(
-            row.label, row.header, {}, {}, _fps(row.place), sets=[] if panel.part else sets.read(row.place)
+            row.label, row.header, {}, {}, _fps(row.place), sets=[] if matrix.part else sets.read(row.place)
         )
-        for row in panel.rows
+        for row in matrix.rows
     ]
     made = SplitSummary(
-        dataset=panel.dataset,
-        split=panel.split,
-        notes=list(panel.rows[0].header.dataset.notes),
+        dataset=matrix.dataset,
+        split=matrix.split,
+        notes=list(matrix.rows[0].header.dataset.notes),
         scores=scores,
         pairs=len({info.pair for info in own}),
         clips=len({info.clip for info in own}),
         frames=sum(info.frames for info in own),
-        values=dict(panel.values),
-        part=panel.part,
+        values=dict(matrix.values),
+        part=matrix.part,
     )
     ranked = np.array([not score.unranked for score in scores])
-    for key in panel.keys:
+    for key in matrix.keys:
         value, index = key
-        numbers = panel.numbers(key)
+        numbers = matrix.numbers(key)
         common, left_out = common_cases(numbers, ranked)
         among = ranked & ~np.isin(np.arange(len(scores)), list(left_out)) & common.any()
         numbers[among] = np.where(common, numbers[among], np.nan)
-        for score, mean in zip(scores, _means(numbers, panel.clips), strict=True):
+        for score, mean in zip(scores, _means(numbers, matrix.clips), strict=True):
             if mean is not None and index:
                 score.curves.setdefault(value, {})[index] = mean
             elif mean is not None:
                 score.means[value] = mean
         if index:
             continue
-        _add_spreads(made, panel, value, [common if each else None for each in among])
-        if panel.values[value].better != "none" and among.any():
-            made.rankings[value] = _ranking(panel, value, numbers, among, left_out)
+        _add_spreads(made, matrix, value, [common if each else None for each in among])
+        if matrix.values[value].better != "none" and among.any():
+            made.rankings[value] = _ranking(matrix, value, numbers, among, left_out)
     return made
 
 
 def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-    """``(cases,)`` bool: those that all ranked methods have a number for; and who is left out, and why.
+    """``(cases,)`` bool: cases that all ranked methods have a number for; and why methods are left out.
 
     numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. A method that has a number for less than
     ``COVERAGE`` of the cases that any ranked method has one for is left out, lest it shrink the set.
@@ -216,15 +215,15 @@ def _means(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
 
 
 def _ranking(
-    panel: ResultMatrix, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
+    matrix: ResultMatrix, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
 ) -> Ranking:
-    labels = [row.label for row in panel.rows]
+    labels = [row.label for row in matrix.rows]
     # by name, so that equals stand in one order however the results were listed
     at = np.array(sorted(np.flatnonzero(among), key=lambda row: labels[row]))
-    declared = panel.values[value]
+    declared = matrix.values[value]
     worse = statistics.losses(numbers[at], declared.better, declared.goal)
     there = ~np.isnan(worse).any(axis=0)
-    per_clip = statistics.per_clip(worse[:, there], panel.clips[there])
+    per_clip = statistics.per_clip(worse[:, there], matrix.clips[there])
     order = np.argsort(per_clip.mean(axis=1), kind="stable")
     best, p = statistics.against_best(per_clip, declared.tolerance)
     adjusted = {labels[at[i]]: float(p[i]) for i in order if i != best}
@@ -239,14 +238,14 @@ def _ranking(
 
 
 def _add_spreads(
-    section: SplitSummary, panel: ResultMatrix, value: str, common: Sequence[np.ndarray | None]
+    section: SplitSummary, matrix: ResultMatrix, value: str, common: Sequence[np.ndarray | None]
 ) -> None:
     """The spread over seeds, of methods that ran with several: of the mean over the same cases."""
-    for score, row, kept in zip(section.scores, panel.rows, common, strict=True):
+    for score, row, kept in zip(section.scores, matrix.rows, common, strict=True):
         if value in score.means and len(row.draws) > 1:
             draws = np.array([draw[value, ""] for draw in row.draws])
             there = ~np.isnan(draws).any(axis=0) & (True if kept is None else kept)
-            means = statistics.per_clip(draws[:, there], panel.clips[there]).mean(axis=1)
+            means = statistics.per_clip(draws[:, there], matrix.clips[there]).mean(axis=1)
             score.spread[value] = float(means.std(ddof=1))
 
 

@@ -1,4 +1,4 @@
-"""Which methods the data cannot tell from each other: all groups, not only the best's."""
+"""Groups of ties: all sets of methods without a significant difference between any two."""
 
 from __future__ import annotations
 
@@ -9,19 +9,19 @@ from retarget_bench.analysis.summary import Ranking
 from retarget_bench.results.result_matrix import ResultMatrix
 
 
-def separated(panel: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
-    """``(methods, methods)`` bool, symmetric, in the order of the ranking: whose difference is significant.
+def separated(matrix: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
+    """``(methods, methods)`` bool, symmetric, in the order of the ranking: significant differences.
 
     Every method is compared with those below it as the best is in the table: sign flips over the same
     clips, adjusted by Holm with all pairs of methods as the family. That rejects no more than Holm over all
     pairs at once, and its first row is the table's.
     """
-    labels = [row.label for row in panel.rows]
-    numbers = panel.numbers((value, ""))[[labels.index(label) for label in ranking.order]]
-    declared = panel.values[value]
+    labels = [row.label for row in matrix.rows]
+    numbers = matrix.numbers((value, ""))[[labels.index(label) for label in ranking.order]]
+    declared = matrix.values[value]
     worse = statistics.losses(numbers, declared.better, declared.goal)
     there = ~np.isnan(worse).any(axis=0)
-    means = statistics.per_clip(worse[:, there], panel.clips[there])
+    means = statistics.per_clip(worse[:, there], matrix.clips[there])
     count = len(means)
     apart = np.zeros((count, count), dtype=bool)
     for row in range(count - 1):
@@ -33,10 +33,10 @@ def separated(panel: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
 
 
 def tie_groups(apart: np.ndarray) -> list[tuple[int, ...]]:
-    """All largest groups of which no two members are told apart; groups of one are left out.
+    """All maximal groups without a significant difference inside; groups of one are left out.
 
     apart: ``(n, n)`` bool, symmetric. Piepho's (2004) insert and absorb: begin with one group of all, and
-    split every group that holds a pair that is told apart.
+    split every group that holds a significantly different pair.
     """
     groups = [frozenset(range(len(apart)))]
     for first, second in np.argwhere(np.triu(apart)).tolist():

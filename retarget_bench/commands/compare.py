@@ -59,10 +59,13 @@ def command(
     wanted = None if columns is None else [each.strip() for each in columns.split(",") if each.strip()]
     by_folder = all(folder.is_dir() and _places([folder], dataset, splits) for folder in folders)
     names = () if by_folder else (first, second)
-    panels = _panels(folders if by_folder else roots or (Path("runs"),), dataset, splits, names)
-    asked = _checked(panels, wanted)
-    values = [_values(panel, asked, everything) for panel in panels]
-    found = _of_folders(panels, folders, values) if by_folder else _of_labels(panels, first, second, values)
+    matrices = _panels(folders if by_folder else roots or (Path("runs"),), dataset, splits, names)
+    asked = _checked(matrices, wanted)
+    values = [_values(matrix, asked, everything) for matrix in matrices]
+    if by_folder:
+        found = _of_folders(matrices, folders, values)
+    else:
+        found = _of_labels(matrices, first, second, values)
     written = RENDERERS[form](found)
     if output is None:
         click.echo(written, nl=False)
@@ -84,7 +87,7 @@ def _panels(
 ) -> list[ResultMatrix]:
     """The results under the roots; only those of the named methods are read, where each has some."""
     from retarget_bench.analysis import pairwise
-    from retarget_bench.results import result_matrix as panel
+    from retarget_bench.results import result_matrix as matrix
     from retarget_bench.results import store
 
     if empty := [root for root in roots if not store.find_results(root)]:
@@ -97,12 +100,12 @@ def _panels(
     wanted = {pairwise.label_of(name, labels) for name in names}
     if wanted and None not in wanted:
         places = [place for place, label in zip(places, labels, strict=True) if label in wanted]
-    return [each for each in panel.result_matrices(places) if each.split in splits]
+    return [each for each in matrix.result_matrices(places) if each.split in splits]
 
 
-def _checked(panels: Sequence[ResultMatrix], wanted: list[str] | None) -> list[str] | None:
+def _checked(matrices: Sequence[ResultMatrix], wanted: list[str] | None) -> list[str] | None:
     """The values asked for; raises BenchError for one that no result has, or that is a curve."""
-    declared = {key: value for panel in panels for key, value in panel.values.items()}
+    declared = {key: value for matrix in matrices for key, value in matrix.values.items()}
     known = sorted(key for key, value in declared.items() if not value.index)
     for key in wanted or []:
         if key not in known:
@@ -113,11 +116,11 @@ def _checked(panels: Sequence[ResultMatrix], wanted: list[str] | None) -> list[s
     return wanted
 
 
-def _values(panel: ResultMatrix, wanted: list[str] | None, everything: bool) -> list[str]:
+def _values(matrix: ResultMatrix, wanted: list[str] | None, everything: bool) -> list[str]:
     """Value ids to compare on a split: those asked for, all, or the columns of a table."""
     from retarget_bench.tables.builder import FIRST_SIGHT, stand_in
 
-    there = list(dict.fromkeys(value for value, index in panel.keys if not index))
+    there = list(dict.fromkeys(value for value, index in matrix.keys if not index))
     if everything or wanted is not None:
         return there if everything else list(wanted or ())
     shown = (stand_in(key, there) for key in FIRST_SIGHT)
@@ -125,33 +128,33 @@ def _values(panel: ResultMatrix, wanted: list[str] | None, everything: bool) -> 
 
 
 def _of_labels(
-    panels: Sequence[ResultMatrix], first: str, second: str, values: Sequence[Sequence[str]]
+    matrices: Sequence[ResultMatrix], first: str, second: str, values: Sequence[Sequence[str]]
 ) -> list[PairwiseComparison]:
     from retarget_bench.analysis import pairwise
 
     for name in (first, second):
-        if not any(pairwise.find(panel, name) for panel in panels):
-            raise pairwise.unknown(panels, name)
+        if not any(pairwise.find(matrix, name) for matrix in matrices):
+            raise pairwise.unknown(matrices, name)
     found = []
-    for panel, asked in zip(panels, values, strict=True):
-        one, two = pairwise.find(panel, first), pairwise.find(panel, second)
+    for matrix, asked in zip(matrices, values, strict=True):
+        one, two = pairwise.find(matrix, first), pairwise.find(matrix, second)
         if one and two:
-            found.append(pairwise.compare(panel, one, two, asked))
+            found.append(pairwise.compare(matrix, one, two, asked))
     return _filled(found, f"{first} and {second}")
 
 
 def _of_folders(
-    panels: Sequence[ResultMatrix], folders: Sequence[Path], values: Sequence[Sequence[str]]
+    matrices: Sequence[ResultMatrix], folders: Sequence[Path], values: Sequence[Sequence[str]]
 ) -> list[PairwiseComparison]:
     from retarget_bench.analysis import pairwise
 
     found = []
-    for panel, asked in zip(panels, values, strict=True):
+    for matrix, asked in zip(matrices, values, strict=True):
         one, two = (
-            {row.header.method.label: row for row in panel.rows if row.place.root == folder}
+            {row.header.method.label: row for row in matrix.rows if row.place.root == folder}
             for folder in folders
         )
-        found += [pairwise.compare(panel, one[label], two[label], asked) for label in one if label in two]
+        found += [pairwise.compare(matrix, one[label], two[label], asked) for label in one if label in two]
     return _filled(found, " and ".join(map(str, folders)))
 
 

@@ -41,6 +41,32 @@ SEED = click.IntRange(0, 2**63 - 1)
 """What torch takes as a seed."""
 
 
+TASKS = {
+    "retarget": "retarget",
+    "reconstruct": "reconstruct",
+    "denoise": "denoise",
+    "joint-completion": "upsample",
+}
+"""Name of a task on the command line -> its id, which results are stored under."""
+
+
+class TaskChoice(click.Choice[str]):
+    """A task by its name; its id, and ``_`` in place of ``-``, are accepted too. Gives the id."""
+
+    def __init__(self) -> None:
+        super().__init__(list(TASKS))
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        if value in TASKS.values():
+            return str(value)
+        return TASKS[super().convert(value.replace("_", "-"), param, ctx)]
+
+
+def task_name(task: str) -> str:
+    """The name of a task on the command line."""
+    return next(name for name, id_ in TASKS.items() if id_ == task)
+
+
 def dataset_spec(dataset: str, root: str | Path | None = None) -> Spec:
     """The data set that ``-d`` and ``--root`` name together; ``--root`` wins."""
     spec = Spec.parse(dataset)

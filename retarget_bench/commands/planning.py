@@ -15,8 +15,8 @@ from retarget_bench.plugins.spec import Spec
 
 F = TypeVar("F", bound=Callable[..., Any])
 
-REDO = ("never", "missing", "failed", "always")
-_SUITE_NAMES = {"split": "splits", "plugin": "plugins", "metrics": "metric"}
+OVERWRITE = ("never", "missing", "failed", "always")
+_SUITE_NAMES = {"split": "splits", "plugin": "plugins", "metrics": "metric", "overwrite": "redo"}
 
 
 def _read_suite(ctx: click.Context, param: click.Parameter, path: Path | None) -> None:
@@ -54,11 +54,22 @@ def metric_option(command: F) -> F:
     )(command)
 
 
-def redo_option(command: F) -> F:
-    """``--redo`` as the text ``redo``."""
+class _WithOldName(click.Option):
+    """An option with a former name, the last one, that is still accepted and no longer shown."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        record = super().get_help_record(ctx)
+        return record and (record[0].replace(f", {self.opts[-1]}", ""), record[1])
+
+
+def overwrite_option(command: F) -> F:
+    """``--overwrite`` as the text ``redo``."""
     return click.option(
+        "--overwrite",
         "--redo",
-        type=click.Choice(REDO),
+        "redo",
+        cls=_WithOldName,
+        type=click.Choice(OVERWRITE),
         default="missing",
         show_default=True,
         help="never: compute nothing; missing: what is missing or outdated; failed: that and what "
@@ -74,7 +85,7 @@ def common_options(command: F) -> F:
         options.seed_option,
         options.jobs_option,
         options.out_option,
-        redo_option,
+        overwrite_option,
         options.split_option,
         options.root_option,
         options.dataset_option,

@@ -8,10 +8,10 @@ from typing import Any
 
 import click
 
+from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 
 FORMATS = ("text", "md", "tex", "html", "csv")
-TASKS = ("retarget", "reconstruct", "denoise", "upsample")
 BREAKDOWNS = (
     "pair", "clip", "kind", "structure", "level", "joint", "part", "seen", "second", "threshold",
 )  # fmt: skip
@@ -30,7 +30,7 @@ BREAKDOWNS = (
 )
 @click.option(
     "--task",
-    type=click.Choice(TASKS),
+    type=options.TaskChoice(),
     default="retarget",
     show_default=True,
     help="Results of this task, as bench task wrote them.",
@@ -77,7 +77,7 @@ def command(
         )
     if paper is not None and probes:
         raise BenchError("published tables have no probes; give --paper or --probes")
-    maker = "bench run" if task == "retarget" else f"bench task {task}"
+    maker = "bench run" if task == "retarget" else f"bench task {options.task_name(task)}"
     if probes:
         task, maker = "probe", "bench probe METHOD"
     elif paper is not None:

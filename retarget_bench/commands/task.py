@@ -1,8 +1,9 @@
-"""``bench task``: the tasks that are derived from a data set's own motion."""
+"""``bench task``: reconstruction, denoising and joint completion on any data set."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
+from copy import copy
 from typing import Any, TypeVar
 
 import click
@@ -14,10 +15,10 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 @click.group("task")
 def command() -> None:
-    """Ask for a motion itself back: reconstruct, denoise or upsample it.
+    """Run reconstruction, denoising or joint completion on the motions of a data set.
 
-    Any data set will do: its own clean motions are the right answers. Results stand beside those of
-    `bench run`; `bench table --task TASK` and `bench plot TASK` show them.
+    The clean motions of any data set are the references. `bench table --task TASK` and `bench plot TASK`
+    show the results, which are stored beside those of `bench run`.
     """
 
 
@@ -29,7 +30,7 @@ def _common(function: F) -> F:
         options.seed_option,
         options.jobs_option,
         options.out_option,
-        planning.redo_option,
+        planning.overwrite_option,
         planning.metric_option,
         options.root_option,
         options.dataset_option,
@@ -50,7 +51,7 @@ def _common(function: F) -> F:
 @command.command("reconstruct")
 @_common
 def reconstruct(**given: Any) -> None:
-    """From a motion to itself: what a method loses on the way (HuMoT, Table 2), in centimetres.
+    """Reconstruct motions through a method, and measure its loss in centimetres (HuMoT, Table 2).
 
     With no METHOD: all that take part in a plain run.
     """
@@ -63,27 +64,33 @@ def reconstruct(**given: Any) -> None:
 )
 @_common
 def denoise(levels: str | None, **given: Any) -> None:
-    """From positions with Gaussian noise to the clean motion (HuMoT, Figure 8).
+    """Denoise positions with Gaussian noise (HuMoT, Figure 8).
 
     With no METHOD: all that take part in a plain run and can read positions.
     """
     _carry_out("denoise", levels, **given)
 
 
-@command.command("upsample")
+@command.command("joint-completion")
 @click.option(
     "--levels",
     metavar="P,P",
-    help="Proportions of joints that are given, drawn at random, or major: ankles, knees, hips, shoulders, "
-    "elbows and wrists. [default: 0.1 to 1 in tenths, and major]",
+    help="Proportions of joints given, drawn at random, or major: ankles, knees, hips, shoulders, elbows "
+    "and wrists. [default: 0.1 to 1 in tenths, and major]",
 )
 @_common
-def upsample(levels: str | None, **given: Any) -> None:
-    """From positions of some joints to all of them (HuMoT, Figures 9 and 12).
+def joint_completion(levels: str | None, **given: Any) -> None:
+    """Complete motions of which some joints' positions are given (HuMoT, Figures 9 and 12).
 
     With no METHOD: all that take part in a plain run and can read positions.
     """
     _carry_out("upsample", levels, **given)
+
+
+_alias = copy(joint_completion)
+_alias.hidden = True
+for _name in ("joint_completion", "upsample"):
+    command.add_command(_alias, _name)
 
 
 def _carry_out(
@@ -96,9 +103,10 @@ def _carry_out(
 
     task = str(tasks.canonical(name, levels, motions or 0))
     plan = planning.make_plan(methods, splits=("self",), task=task, **given)
-    places = planning.carry_out(plan, f"bench task {name}")
+    shown = options.task_name(name)
+    places = planning.carry_out(plan, f"bench task {shown}")
     there = [place for place in places if place.header.exists()]
     if not there:
-        raise BenchError(f"no results in {plan.root}, and --redo never makes none")
+        raise BenchError(f"no results in {plan.root}, and --overwrite never makes none")
     click.echo(text(task_tables(there, name)))
-    click.echo(f"All values: bench table {plan.root} --task {name} --all. Rows lie in {plan.root}/.")
+    click.echo(f"All values: bench table {plan.root} --task {shown} --all. Rows lie in {plan.root}/.")

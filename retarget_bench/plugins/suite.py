@@ -12,7 +12,7 @@ import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
+from pydantic import AliasChoices, BaseModel, BeforeValidator, ConfigDict, Field, ValidationError
 
 from retarget_bench.errors import FileError
 
@@ -37,7 +37,9 @@ class Suite(BaseModel):
     seed: int | None = Field(default=None, ge=0)
     seeds: int | None = Field(default=None, ge=1)
     jobs: int | None = Field(default=None, ge=1)
-    redo: Literal["never", "missing", "failed", "always"] | None = None
+    overwrite: Literal["never", "missing", "failed", "always"] | None = Field(
+        default=None, validation_alias=AliasChoices("overwrite", "redo")
+    )
     out: str | None = None
     plugin: Names | None = None
 

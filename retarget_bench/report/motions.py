@@ -90,7 +90,7 @@ def _notes(chapters: Sequence[Chapter], found: PackedScenes) -> list[str]:
     if not stored:
         notes.append(
             "Predictions are not stored beside these results, so no answer can be seen in motion. The "
-            "command that made the results (listed below the tables) makes them again with --redo always; "
-            "then make this report anew."
+            "command that made the results (listed below the tables) makes them again with --overwrite "
+            "always; then make this report anew."
         )
     return notes

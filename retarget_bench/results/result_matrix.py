@@ -14,6 +14,7 @@ from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.columns import Columns, Key
 from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.labels import with_current_labels
 from retarget_bench.results.store import ResultPaths
 
 
@@ -81,7 +82,7 @@ class ResultMatrix:
         return np.array([nothing if each is None else each for each in found])
 
     def restricted(self, kept: np.ndarray, part: str) -> ResultMatrix:
-        """The panel of some cases: ``kept`` is ``(cases,)`` bool, or ``(methods, cases)`` where methods
+        """The matrix of some cases: ``kept`` is ``(cases,)`` bool, or ``(methods, cases)`` where methods
         keep different ones."""
         each = np.array(np.broadcast_to(kept, (len(self.rows), len(self.cases))))
         some: np.ndarray = np.logical_or.reduce(each, axis=0)
@@ -101,7 +102,7 @@ class ResultMatrix:
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
     def narrowed(self, value: str) -> ResultMatrix:
-        """The panel with one value and nothing else."""
+        """The matrix with one value and nothing else."""
         rows = tuple(
             replace(
                 row,
@@ -133,10 +134,10 @@ def result_matrices(places: Iterable[ResultPaths]) -> list[ResultMatrix]:
         grouped.setdefault((label, place.task, place.split), []).append(found)
     order = {split: rank for rank, split in enumerate(SPLITS)}
     keys = sorted(grouped, key=lambda key: (*key[:2], order.get(key[2], len(order))))
-    return [_panel(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
+    return [_matrix(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
 
 
-def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> ResultMatrix:
+def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> ResultMatrix:
     values: dict[str, DeclaredValue] = {}
     for each in sorted(found, key=lambda each: each.header.date):
         values |= each.header.values
@@ -157,7 +158,7 @@ def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> R
         cases=tuple(info for info, _ in ordered),
         own=np.array([own for _, own in ordered]),
         rows=_rows(draws),
-        values=values,
+        values=with_current_labels(values),
     )
 
 
@@ -168,7 +169,7 @@ def _identity(found: Columns) -> tuple[Any, ...]:
 def _aligned(
     found: Columns, own_self: Columns | None, pooled: set[str], split: str, position: Mapping[str, int]
 ) -> dict[Key, np.ndarray]:
-    """The columns over the panel's cases. Values that pool self pairs need those, or are left out."""
+    """The columns over the matrix's cases. Values that pool self pairs need those, or are left out."""
     aligned: dict[Key, np.ndarray] = {}
     for part, keep in ((found, None), (own_self, pooled)):
         if part is None:

@@ -1,4 +1,4 @@
-"""From sections of results to tables: which columns, what they are written with, and what stands below."""
+"""Table builder: columns, decimals, groups and notes of the tables of split summaries."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ FIRST_SIGHT = (
     "jerk_ratio",
     FPS,
 )
-"""The columns of a table when nobody asks for others."""
+"""Default columns."""
 STAND_INS = {"plant_recall": ("contact_recall",), "plant_precision": ("contact_precision",)}
-"""Value id -> what is shown instead where no case has it: contacts by speed where none are known truly."""
+"""Value id -> its replacement where no case has it: contacts by speed for contacts by position."""
 WHERE_KNOWN = frozenset(["touch_gap"])
-"""Usual columns that nobody misses where a data set does not know them."""
+"""Default columns that are left out silently where a data set has no labels for them."""
 _DUST, _ROUNDING = 1e-6, 1e-5
-"""Numbers that are rounding: of this size, or by this share of the column's largest."""
+"""Numbers below this size, or this share of the column's largest, count as rounding errors."""
 
 Values = Mapping[str, DeclaredValue]
 
@@ -45,11 +45,10 @@ def tables(
 ) -> list[Table]:
     """One table per data set. ``columns`` are value ids, or ``fps``.
 
-    by: what ``found`` is broken down by; then there is a group per split and column, and where no columns
-        are asked for only the first that there is (where none of the usual ones is there: all).
-    with_sets: also every value of whole sets that there is, asked for or not.
-    Raises BenchError for no column at all, for one that no result declares, listing those there are, and
-    for one that is a curve.
+    by: the breakdown of ``found``. Then there is a group per split and column; without requested columns,
+        only the first default column that exists (or all values where none does).
+    with_sets: add every value of whole sets, requested or not.
+    Raises BenchError for an empty list of columns, an unknown one (listing those that exist), and a curve.
     """
     declared = _declared(found)
     by_dataset: dict[str, list[SplitSummary]] = {}
@@ -70,7 +69,7 @@ def all_columns(found: Sequence[SplitSummary]) -> list[str]:
 
 
 def curve_index(found: Sequence[SplitSummary], columns: Sequence[str]) -> By | None:
-    """What all these values are curves over, where there is a breakdown by that."""
+    """The common index of these curves, if there is a breakdown by it."""
     declared = _declared(found)
     over = {declared[column].index if column in declared else "" for column in columns}
     known: tuple[By, ...] = ("joint", *CURVES)
@@ -95,8 +94,7 @@ def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: I
         if column not in shown:
             index = declared[column].index
             raise BenchError(
-                f"{column} has a number per {index}, and stands alone or beside such values; single "
-                f"numbers are {known}"
+                f"{column} has a number per {index} and cannot stand beside single numbers: {known}"
             )
 
 
@@ -112,24 +110,24 @@ def _table(
     known = compatibility.newest([score.header for section in found for score in section.scores])
     of_sets = set_groups.declared(found)
     decimals = {key: _decimals(_numbers(found, key)) for key in (*declared, FPS, *of_sets)}
-    making = GroupBuilder(known, {**declared, **of_sets}, decimals, methods)
+    builder = GroupBuilder(known, {**declared, **of_sets}, decimals, methods)
     sets = [key for key in of_sets if with_sets or key in wanted]
     keys = _broken_down(found, wanted, declared) if by else []
     if by:
         groups = [
-            by_part(each, key, by, making) for each in _splits(found) for key in keys if _has(each, key)
+            by_part(each, key, by, builder) for each in _splits(found) for key in keys if _has(each, key)
         ]
     else:
-        groups = _groups(found, wanted, sets, declared, making)
+        groups = _groups(found, wanted, sets, declared, builder)
     return Table(
         title=title,
         groups=tuple(groups),
         notes=(*_set_notes(found, sets, of_sets), *_notes(found)),
-        footnotes=tuple(making.footnotes.sentences),
+        footnotes=tuple(builder.footnotes.sentences),
         problems=tuple(_problems(found)),
-        origins=provenance.origins(found),
+        provenance=provenance.provenance(found),
         data=provenance.data_facts(found),
-        subjects=tuple(making.column(key) for key in keys),
+        subjects=tuple(builder.column(key) for key in keys),
     )
 
 
@@ -138,7 +136,7 @@ def _groups(
     wanted: Sequence[str],
     sets: Sequence[str],
     declared: Values,
-    making: GroupBuilder,
+    builder: GroupBuilder,
 ) -> list[Group]:
     """Per split: the values of cases, then those of sets, structure by structure."""
     of_sets = set_groups.declared(found)
@@ -146,24 +144,24 @@ def _groups(
     groups = []
     for section in found:
         if cases:
-            groups.append(by_method(section, *_columns(section, cases, declared), making))
+            groups.append(by_method(section, *_columns(section, cases, declared), builder))
         if sets:
-            groups += set_groups.by_set(section, sets, making)
+            groups += set_groups.by_set(section, sets, builder)
     return groups
 
 
 def _set_notes(found: Sequence[SplitSummary], wanted: Sequence[str], of_sets: Iterable[str]) -> list[str]:
-    """How to read values of sets and which there are not, or how to see them."""
+    """Notes on values of sets: how to read them, which are missing, or how to show them."""
     if wanted:
         lacking = [sentence for section in found for sentence in set_groups.without(section, wanted)]
         return [set_groups.READING, *lacking]
     ids = ",".join(of_sets)
-    return [f"Not shown here: values of all answers as one set (--columns {ids})."] if ids else []
+    return [f"Not shown: values of all answers as one set (--columns {ids})."] if ids else []
 
 
 # --------------------------------------------------------------------------------------------- columns
 def _columns(section: SplitSummary, wanted: Sequence[str], declared: Values) -> tuple[list[str], list[str]]:
-    """The columns that a split has, and sentences about those that it has not."""
+    """The columns that a split has, and sentences about those it lacks."""
     if not any(score.means for score in section.scores):
         return [key for key in wanted if key == FPS or key in declared], []
     present = _present([section])
@@ -175,21 +173,21 @@ def _columns(section: SplitSummary, wanted: Sequence[str], declared: Values) -> 
         elif key in declared and not (wanted is FIRST_SIGHT and key in WHERE_KNOWN):
             absent.setdefault(missing.lacking([declared[key]], *section.scores), []).append(key)
     lost = [
-        f"{section.split}: not shown are {', '.join(declared[key].label for key in each)}: {why}"
+        f"{section.split}: not shown: {', '.join(declared[key].label for key in each)} ({why})"
         for why, each in absent.items()
     ]
     return list(dict.fromkeys(keys)), lost
 
 
 def stand_in(key: str, present: Collection[str]) -> str | None:
-    """The column itself, or where no case has it what stands for it, at last against the source."""
+    """The column, or its replacement where no case has it, last of all relative to the source; or None."""
     options = (key, *STAND_INS.get(key, ()))
     found = (each for each in (*options, *(f"{option}_src" for option in options)) if each in present)
     return FPS if key == FPS else next(found, None)
 
 
 def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared: Values) -> list[str]:
-    """The values of a breakdown: a group each. Unasked, the first of the usual columns, or else all."""
+    """The values of a breakdown, a group each; by default the first default column, or else all."""
     present = _present(found)
     shown = (stand_in(key, present) for key in wanted if key != FPS)
     keys = list(dict.fromkeys(key for key in shown if key is not None))
@@ -215,9 +213,9 @@ def _present(found: Iterable[SplitSummary]) -> set[str]:
 
 # --------------------------------------------------------------------------------------------- numbers
 def _numbers(found: Sequence[SplitSummary], key: str) -> list[float]:
-    """Those of the ranked methods, which decide how a column is written; of all where these have none.
+    """Numbers that decide the decimals of a column: of ranked methods, or of all where these have none.
 
-    A number is none where it is rounding beside the others: single precision is what predictions keep.
+    Numbers that are rounding errors beside the others are left out: predictions are in single precision.
     """
     scores = [score for section in found for score in section.scores]
     numbers = [(score.unranked, abs(number)) for score in scores for number in _number(score, key)]
@@ -235,7 +233,7 @@ def _number(score: MethodSummary, key: str) -> list[float]:
 
 
 def _decimals(numbers: Sequence[float]) -> int:
-    """As many as show three significant digits of the column's typical number; two for zeros alone."""
+    """Decimals that show three significant digits of the column's typical number; two for zeros alone."""
     sizes = sorted(numbers)
     sizes = [size for size in sizes if size > 1e-3 * sizes[-1]]
     if not sizes:
@@ -245,7 +243,7 @@ def _decimals(numbers: Sequence[float]) -> int:
 
 # ----------------------------------------------------------------------------------------------- below
 def _notes(found: Sequence[SplitSummary]) -> list[str]:
-    """What the data sets say, and which versions met."""
+    """Notes of the data sets, and notes on results of other versions."""
     notes = {note: None for section in found for note in section.notes}
     known = compatibility.newest([score.header for section in found for score in section.scores])
     for section in found:
@@ -255,8 +253,8 @@ def _notes(found: Sequence[SplitSummary]) -> list[str]:
     fresh = [s.header for section in found for s in section.scores if not known.stale_data(s.header)]
     if other := compatibility.other_code(fresh):
         notes[
-            f"Not all of these rows were scored by the same code, though under the same version: "
-            f"{', '.join(other)}. bench score brings them together."
+            f"Some rows were scored by other code under the same version: {', '.join(other)}. Run bench "
+            "score to bring them together."
         ] = None
     return list(notes)
 
@@ -272,7 +270,7 @@ def _problems(found: Sequence[SplitSummary]) -> list[Problem]:
 
 
 def _merged(problems: Sequence[Problem]) -> list[Problem]:
-    """The same, with a method's refusals of a split in one where they have more than two reasons."""
+    """Problems, with the refusals of a method on a split merged where they have more than two reasons."""
     refusals: dict[tuple[str, str], list[Problem]] = {}
     for each in problems:
         if each.status == "unsupported":

@@ -11,7 +11,7 @@ from retarget_bench.analysis.statistics import ENOUGH_CLIPS
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.results.compatibility import Newest
 from retarget_bench.results.header import DeclaredValue, ResultHeader
-from retarget_bench.tables import missing as gaps
+from retarget_bench.tables import missing
 from retarget_bench.tables.model import (
     NOT_APPLICABLE,
     NOT_RUN,
@@ -33,10 +33,10 @@ FPS_MEANING = "frames retargeted per second by one process and one thread, readi
 
 @dataclass(frozen=True)
 class GroupBuilder:
-    """What the cells of a table have in common.
+    """Builder of columns and cells: what all groups of a table share.
 
-    declared: value id -> what the newest header declares of it.
-    decimals: value id -> with how many its column is written.
+    declared: value id -> its declaration in the newest header.
+    decimals: value id -> decimals of its column.
     methods:  label -> a header, of every method that has results anywhere.
     """
 
@@ -63,17 +63,17 @@ class GroupBuilder:
         )
 
     def cell(self, section: SplitSummary, score: MethodSummary, key: str) -> Cell:
-        """One method's number for one value, or why there is none."""
-        if gap := gaps.of_row(score, self.newest):
-            return self.empty(gap)
+        """The cell of a method and a value, or the reason why it is missing."""
+        if absent := missing.of_row(score, self.newest):
+            return self.empty(absent)
         if key == FPS:
             if score.fps is not None:
                 return Cell(self.shown(score.fps, key), score.fps, decimals=self.decimals[key])
             elsewhere = score.header.method.external
-            told = "predictions made elsewhere are not timed" if elsewhere else "speed was not measured"
+            told = "external predictions are not timed" if elsewhere else "speed was not measured"
             return self.empty((NOT_APPLICABLE if elsewhere else NOT_RUN, told))
         if key not in score.means:
-            return self.empty(gaps.of_value(score, key, self.declared[key], self.newest))
+            return self.empty(missing.of_value(score, key, self.declared[key], self.newest))
         mean, ranking = score.means[key], section.rankings.get(key)
         why = ranking.left_out.get(score.label, "") if ranking else ""
         reason = f"not ranked by this column: {why}" if why else ""
@@ -92,17 +92,17 @@ class GroupBuilder:
         )
 
     def shown(self, number: float, key: str) -> str:
-        """A number as its column is written; nothing is minus zero."""
+        """A number with the decimals of its column; never -0."""
         text = f"{number:.{self.decimals[key]}f}"
         return text if float(text) else text.removeprefix("-")
 
-    def empty(self, gap: gaps.Gap) -> Cell:
-        kind, reason = gap
+    def empty(self, why: missing.MissingValue) -> Cell:
+        kind, reason = why
         return Cell(kind, reason=reason, footnote=self.footnotes.number(reason))
 
 
 def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:
-    """Only where there was something to be better than, and clips enough to tell (as for intervals)."""
+    """Best or tied; "" below two ranked methods, and with too few clips for intervals."""
     ranking = section.rankings.get(key)
     if ranking is None or len(ranking.order) < 2 or ranking.clips < ENOUGH_CLIPS:
         return ""
@@ -113,39 +113,39 @@ def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:
 
 # -------------------------------------------------------------------------------- methods by values
 def by_method(
-    section: SplitSummary, keys: Sequence[str], absent: Sequence[str], making: GroupBuilder
+    section: SplitSummary, keys: Sequence[str], absent: Sequence[str], builder: GroupBuilder
 ) -> Group:
     """All methods on one split: a row each, a column per value. ``absent`` are sentences for the foot."""
-    rows = [(_row(section, score, keys, making), score) for score in section.scores]
-    fresh = [score for score in section.scores if not making.newest.stale_data(score.header)]
+    rows = [(_row(section, score, keys, builder), score) for score in section.scores]
+    fresh = [score for score in section.scores if not builder.newest.stale_data(score.header)]
     if keys:
-        rows.sort(key=lambda pair: _place(section, pair[1], keys[0], making))
+        rows.sort(key=lambda pair: _place(section, pair[1], keys[0], builder))
     there = {score.label for score in section.scores}
-    missing = [label for label in making.methods if label not in there]
+    missing = [label for label in builder.methods if label not in there]
     nothing = tuple(Cell(NOT_RUN) for _ in keys)
     return Group(
         title=_title(section, fresh),
         split=section.split,
-        columns=tuple(making.column(key) for key in keys),
+        columns=tuple(builder.column(key) for key in keys),
         ranked=tuple(row for row, score in rows if not row.mark),
         unranked=(
             *(row for row, score in rows if row.mark),
-            *(Row(label, ABSENT, nothing, "0", about(making.methods[label])) for label in missing),
+            *(Row(label, ABSENT, nothing, "0", about(builder.methods[label])) for label in missing),
         ),
         common=tuple(_common(section, key) for key in keys),
-        absent=(*absent, *_nothing_in_common(section, keys, making)),
+        absent=(*absent, *_nothing_in_common(section, keys, builder)),
     )
 
 
-def _nothing_in_common(section: SplitSummary, keys: Sequence[str], making: GroupBuilder) -> list[str]:
-    """Sentences about columns whose numbers stand on cases of each method's own."""
+def _nothing_in_common(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[str]:
+    """Sentences about columns without cases that all ranked methods have a number for."""
     found = []
     for key in keys:
         having = [score for score in section.scores if not score.unranked and key in score.means]
-        if len(having) > 1 and key not in section.rankings and making.declared[key].better != "none":
+        if len(having) > 1 and key not in section.rankings and builder.declared[key].better != "none":
             found.append(
-                f"{section.split}: nobody is ranked by {making.column(key).label}: there is no case that "
-                "all ranked methods have it for, and every number stands on other cases."
+                f"{section.split}: no method is ranked by {builder.column(key).label}, since no case has "
+                "a number of all ranked methods. Each number is over other cases."
             )
     return found
 
@@ -159,15 +159,15 @@ def _title(section: SplitSummary, scores: Sequence[MethodSummary]) -> str:
     )
 
 
-def _row(section: SplitSummary, score: MethodSummary, keys: Sequence[str], making: GroupBuilder) -> Row:
-    stale = bool(making.newest.stale_data(score.header))
+def _row(section: SplitSummary, score: MethodSummary, keys: Sequence[str], builder: GroupBuilder) -> Row:
+    stale = bool(builder.newest.stale_data(score.header))
     n = "0" if stale else f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
-    cells = tuple(making.cell(section, score, key) for key in keys)
+    cells = tuple(builder.cell(section, score, key) for key in keys)
     return Row(score.label, STALE if stale else score.unranked, cells, n, about(score.header))
 
 
 def about(header: ResultHeader) -> str:
-    """What a method is, in a line; "" where its header does not say."""
+    """Summary of a method; "" where its header has none."""
     return header.method.summary
 
 
@@ -177,25 +177,25 @@ def _common(section: SplitSummary, key: str) -> Common | None:
 
 
 def _place(
-    section: SplitSummary, score: MethodSummary, key: str, making: GroupBuilder
+    section: SplitSummary, score: MethodSummary, key: str, builder: GroupBuilder
 ) -> tuple[int, float]:
-    """Sorts rows: in the order of the ranking, then by the number, then those without one."""
+    """Sort key of rows: by ranking, then by number, then those without one."""
     ranking = section.rankings.get(key)
     if ranking and score.label in ranking.order:
         return 0, ranking.order.index(score.label)
-    cell = making.cell(section, score, key)
+    cell = builder.cell(section, score, key)
     if cell.value is None:
         return 2, 0.0
-    column = making.column(key)
+    column = builder.column(key)
     if column.better == "target":
         return 1, abs(math.log(cell.value / column.goal)) if cell.value > 0 else math.inf
     return 1, -cell.value if column.better == "higher" else cell.value
 
 
 # --------------------------------------------------------------------------------- parts by methods
-def by_part(sections: Sequence[SplitSummary], key: str, heading: str, making: GroupBuilder) -> Group:
+def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: GroupBuilder) -> Group:
     """One value on one split, broken down: a row per part, a column per method. The title has the unit."""
-    value = making.column(key)
+    value = builder.column(key)
     first = {score.label: score for section in reversed(sections) for score in section.scores}
     marks = {label: _never_ranked(sections, label) for label in first}
     labels = sorted(first, key=lambda label: bool(marks[label]))
@@ -205,7 +205,7 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, making: Gr
             continue  # self pairs, which only legacy protocols count here
         scores = {score.label: score for score in section.scores}
         cells = (
-            making.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
+            builder.cell(section, scores[label], key) if label in scores else Cell(NOT_RUN)
             for label in labels
         )
         # not every body has every joint, nor every clip every second

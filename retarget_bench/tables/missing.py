@@ -1,4 +1,4 @@
-"""Why a cell of a table has no number: one of four kinds, and the reason as a sentence."""
+"""Missing values: the kind of an empty cell, and the reason as a sentence."""
 
 from __future__ import annotations
 
@@ -7,12 +7,15 @@ from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables.model import FAILED, NOT_APPLICABLE, NOT_RUN, OTHER_VERSION
 
-Gap = tuple[str, str]
-"""Kind and reason; the reason is "" where the row's own mark says it."""
+NEEDS = {"touches": "self-contact labels", "contacts": "contact labels"}
+"""Needs of values in words, where their ids do not say it."""
+
+MissingValue = tuple[str, str]
+"""Kind (see ``model.EMPTY``) and reason; the reason is "" where the mark of the row gives it."""
 
 
-def of_row(score: MethodSummary, newest: Newest) -> Gap | None:
-    """The kind of a row without any number, or None where values must be looked at one by one."""
+def of_row(score: MethodSummary, newest: Newest) -> MissingValue | None:
+    """The kind of all cells of a row without any number; None where some cells have one."""
     if newest.stale_data(score.header):
         return OTHER_VERSION, ""
     counts = score.header.counts
@@ -25,8 +28,8 @@ def of_row(score: MethodSummary, newest: Newest) -> Gap | None:
     return (NOT_RUN, "") if counts.missing else (NOT_APPLICABLE, "")
 
 
-def of_value(score: MethodSummary, value: str, facts: DeclaredValue, newest: Newest) -> Gap:
-    """Why a method that answered has no number for a value, which ``facts`` declare."""
+def of_value(score: MethodSummary, value: str, facts: DeclaredValue, newest: Newest) -> MissingValue:
+    """Why a method with answers has no number for a value. facts: the declaration of the value."""
     if stale := newest.stale_value(score.header, value):
         return OTHER_VERSION, stale
     metric = facts.metric
@@ -34,16 +37,16 @@ def of_value(score: MethodSummary, value: str, facts: DeclaredValue, newest: New
     if metric and computed and metric not in computed:
         return NOT_RUN, f"scored without the metric {metric}; bench score adds it"
     if value not in score.header.values:
-        return NOT_RUN, "scored before this value was there; bench score adds it"
+        return NOT_RUN, "scored before this value existed; bench score adds it"
     if facts.with_self and score.header.split == "intra":
-        return NOT_RUN, "counts self pairs as intra, and there are no results on the self split"
+        return NOT_RUN, "pools self pairs with intra, and there are no results on the self split"
     if refused := score.header.not_applicable.get(value):
         return NOT_APPLICABLE, str(refused["reason"])
     return NOT_APPLICABLE, lacking([facts], score)
 
 
 def lacking(values: list[DeclaredValue], *scores: MethodSummary) -> str:
-    """What values need and these rows lack: their needs, less those that other numbers show are met."""
+    """The needs of values that no number of these rows shows to be met, as text."""
     met = {
         need
         for score in scores
@@ -54,5 +57,5 @@ def lacking(values: list[DeclaredValue], *scores: MethodSummary) -> str:
     needs = dict.fromkeys(need for value in values for need in value.needs)
     unmet = [need for need in needs if need not in met]
     if not unmet:
-        return "undefined on all of these cases"
-    return f"needs {' and '.join(unmet)}, which these cases or predictions lack"
+        return "undefined for all of these cases"
+    return f"needs {' and '.join(NEEDS.get(need, need) for need in unmet)}"

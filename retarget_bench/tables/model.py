@@ -1,4 +1,4 @@
-"""What a table of results is made of. Numbers and the text that shows them are two fields."""
+"""The table model: tables, groups, rows and cells; numbers and their text are separate fields."""
 
 from __future__ import annotations
 
@@ -10,13 +10,12 @@ from retarget_bench.analysis.statistics import Interval
 ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
 NOT_APPLICABLE, FAILED, NOT_RUN, OTHER_VERSION = "n/a", "failed", "not run", "other version"
 EMPTY = {
-    NOT_APPLICABLE: "not applicable: the value is not defined for these cases or this method",
-    FAILED: "the method was asked and gave no usable answer",
-    NOT_RUN: "there is no result here, though the method has results elsewhere",
-    OTHER_VERSION: "the result is of other data, or of another version of the metric, than the newest "
-    "here: not comparable, so left out",
+    NOT_APPLICABLE: "not applicable: the value is undefined for these cases or this method",
+    FAILED: "the method gave no usable answer",
+    NOT_RUN: "no result here, though the method has results elsewhere",
+    OTHER_VERSION: "not comparable: other data, or another version of the metric, than the newest results",
 }
-"""The four kinds of cell without a number."""
+"""The four kinds of missing value."""
 
 Mark = Literal["", "best", "tied"]
 MARKS: dict[Mark, str] = {"": "", "best": "*", "tied": "="}
@@ -24,7 +23,7 @@ MARKS: dict[Mark, str] = {"": "", "best": "*", "tied": "="}
 
 @dataclass(frozen=True)
 class Column:
-    """``meaning`` is for people who never saw the value; ``arrow`` says which way is better.
+    """A value, with its meaning for readers who do not know it, or a method in a breakdown.
 
     version: the metric that computes it and its version, or "".
     mark:    where a column is a method: why it is not ranked, or "".
@@ -46,7 +45,7 @@ class Column:
 
     @property
     def direction(self) -> str:
-        """The arrow in words."""
+        """The direction in words."""
         if self.better == "target":
             return f"best at {self.goal:g}, ranked by the mean of |log(value / {self.goal:g})|"
         words = {"lower": "less is better", "higher": "more is better"}
@@ -55,15 +54,15 @@ class Column:
 
 @dataclass(frozen=True)
 class Cell:
-    """What is shown, and the number behind it (None: there is none, and ``text`` is one of ``EMPTY``).
+    """The text of a cell, and the number behind it (None: missing, and ``text`` is one of ``EMPTY``).
 
-    interval: 95 % of the mean over clips; None where it is withheld.
-    mark:     best of its column, or not separable from the best.
-    decimals: with which ``text`` was written, and the interval is.
+    interval: 95 % interval of the mean over clips; None where there are too few clips.
+    mark:     best of its column, or tied with the best.
+    decimals: of ``text`` and of the interval.
     n, clips: the cases and source clips behind the number (0: it is not a mean over cases).
     spread:   standard deviation over the seeds of a stochastic method, or None.
-    reason:   why there is no number; ``footnote`` is its number below the table, or 0.
-    place:    in the ranking of its column, from 0; None where it is not ranked.
+    reason:   why the number is missing or not ranked; ``footnote`` is its number below the table, or 0.
+    place:    rank in its column, from 0; None where it is not ranked.
     """
 
     text: str
@@ -95,10 +94,10 @@ class Cell:
 
 @dataclass(frozen=True)
 class Row:
-    """One method, or one part of a breakdown. ``mark`` says why it is not ranked, or is "".
+    """One method, or one part of a breakdown. ``mark``: why it is not ranked, or "".
 
-    n:     cases answered, out of those asked where not all were.
-    about: what the method is, in a line, or "".
+    n:     number of cases answered, or answered/asked.
+    about: summary of the method, or "".
     """
 
     label: str
@@ -110,7 +109,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Common:
-    """The cases that all ranked methods have a column's value of, and their source clips."""
+    """Number of cases, and of their source clips, for which all ranked methods have a column's value."""
 
     cases: int
     clips: int
@@ -122,12 +121,12 @@ class Group:
 
     Splits of one data set may have different columns: without references only some values exist.
 
-    heading: what a row is: ``method``, or what a breakdown is by.
-    common:  what each column is ranked on; None where it is not ranked.
-    absent:  sentences about columns that were asked for and that no case here has.
+    heading: of the rows: ``method``, or the kind of breakdown.
+    common:  the cases that each column is ranked on; None where it is not ranked.
+    absent:  sentences about requested columns without any value here.
     subject: the id of the value that is broken down; "" where the columns are values.
-    counted: what n counts.
-    structure, kind: of the target bodies and of the cases, where a group is of one.
+    counted: the unit of n.
+    structure, kind: of target bodies and cases, in tables of sets.
     """
 
     title: str
@@ -150,8 +149,7 @@ class Group:
 
 @dataclass(frozen=True)
 class Problem:
-    """Cases that a method gave no usable answer to, for one reason; ``more`` reasons that are not told are
-    those of other refusals, which mostly differ in the name of the body."""
+    """Cases without a usable answer of a method, and why; ``more``: similar reasons left out."""
 
     split: str
     label: str
@@ -171,7 +169,7 @@ class Problem:
 
 @dataclass(frozen=True)
 class Provenance:
-    """Where the rows of a method come from: what made them, when, with what, and how to make them again."""
+    """Provenance of a method's rows: version, code, seeds, date, and the command that makes them again."""
 
     label: str
     about: str
@@ -189,11 +187,11 @@ class Provenance:
 class Table:
     """The results on one data set.
 
-    notes:     sentences that belong below the table: what the data leave out, which versions met.
-    footnotes: what the numbers in cells (from 1) refer to.
-    data:      name, version and content of the data set, as (what, which) pairs.
-    subjects:  the values that a breakdown is of.
-    reading:   what the numbers are, where they are not the means of ours that legends describe.
+    notes:     sentences below the table: what the data leave out, which versions differ.
+    footnotes: texts of the footnote numbers in cells, from 1.
+    data:      (fact, value) pairs about the data set.
+    subjects:  the values in a breakdown.
+    reading:   how to read the numbers, where they are not means over clips.
     """
 
     title: str
@@ -201,7 +199,7 @@ class Table:
     notes: tuple[str, ...] = ()
     footnotes: tuple[str, ...] = ()
     problems: tuple[Problem, ...] = ()
-    origins: tuple[Provenance, ...] = ()
+    provenance: tuple[Provenance, ...] = ()
     data: tuple[tuple[str, str], ...] = ()
     subjects: tuple[Column, ...] = ()
     reading: str = ""
@@ -213,7 +211,7 @@ class Table:
 
     @property
     def explained(self) -> tuple[Column, ...]:
-        """The values that a reader must know to read the table."""
+        """The columns that the legend explains."""
         return self.subjects or self.columns
 
     @property
@@ -223,7 +221,7 @@ class Table:
 
 @dataclass
 class Footnotes:
-    """Sentences that cells refer to by number; the same sentence has one number."""
+    """Numbered footnotes; equal sentences share a number."""
 
     sentences: list[str] = field(default_factory=list)
 

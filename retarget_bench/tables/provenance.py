@@ -1,4 +1,4 @@
-"""Where rows come from: what made them, when, with which versions, and how to make them again."""
+"""Provenance of rows: method version, code, date, versions, and the command that makes them again."""
 
 from __future__ import annotations
 
@@ -12,25 +12,25 @@ from retarget_bench.results.header import ResultHeader
 from retarget_bench.tables.model import Provenance
 
 
-def origins(found: Sequence[SplitSummary]) -> tuple[Provenance, ...]:
-    """One per method and way of making it; splits that were made alike are told together."""
+def provenance(found: Sequence[SplitSummary]) -> tuple[Provenance, ...]:
+    """One entry per method; splits made by another version, code or seeds have their own."""
     grouped: dict[tuple[Any, ...], dict[str, ResultHeader]] = {}
     for section in found:
         for score in section.scores:
             alike = _facts(score.label, score.header)
             grouped.setdefault(alike, {})[section.split] = score.header
-    return tuple(_origin(facts[0], headers) for facts, headers in grouped.items())
+    return tuple(_entry(facts[0], headers) for facts, headers in grouped.items())
 
 
 def _facts(label: str, header: ResultHeader) -> tuple[Any, ...]:
-    """What must be equal for two results of a method to be told as one."""
+    """The facts in which two results of a method agree to share an entry."""
     method = header.method
     versions = tuple(header.versions.items())
     seeds = tuple(header.seeds)
     return label, method.version, method.code, header.revision, versions, seeds
 
 
-def _origin(label: str, headers: Mapping[str, ResultHeader]) -> Provenance:
+def _entry(label: str, headers: Mapping[str, ResultHeader]) -> Provenance:
     header = next(iter(headers.values()))
     method = header.method
     return Provenance(
@@ -48,7 +48,7 @@ def _origin(label: str, headers: Mapping[str, ResultHeader]) -> Provenance:
 
 
 def _command(header: ResultHeader, splits: Sequence[str]) -> str:
-    """What is typed to make the rows again; where the data lie is not known here."""
+    """The command that makes the rows again, without the path of the data."""
     method, dataset = header.method, header.dataset
     if method.external:
         return "bench score FOLDER"
@@ -60,10 +60,10 @@ def _command(header: ResultHeader, splits: Sequence[str]) -> str:
 
 
 def data_facts(found: Sequence[SplitSummary]) -> tuple[tuple[str, str], ...]:
-    """(what, which) of a data set, as its newest result tells it."""
+    """(fact, value) pairs of a data set, from its newest result."""
     headers = [score.header for section in found for score in section.scores]
     dataset = max(headers, key=lambda header: header.date).dataset
-    facts = [("data set", dataset.label), ("asked for as", str(Spec(dataset.name, dataset.parameters)))]
+    facts = [("data set", dataset.label), ("spec", str(Spec(dataset.name, dataset.parameters)))]
     if dataset.version:
         facts.append(("version", dataset.version))
     return (*facts, ("content", dataset.content))

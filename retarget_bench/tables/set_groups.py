@@ -1,4 +1,4 @@
-"""Groups of a table for values of whole sets of answers (FID and its kin): one per split and structure."""
+"""Groups of a table for metrics of whole sets (FID and others): one per split and target structure."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from retarget_bench.tables import missing
 from retarget_bench.tables.groups import STALE, GroupBuilder, about
 from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION, Cell, Group, Row, count
 
-FLOOR, FLOOR_MARK = "floor", "right answers, against other real motion"
+FLOOR, FLOOR_MARK = "floor", "references, against other real motion"
 APART_MARK = "real motion, against other real motion"
-"""Of data whose cases have no right answers."""
+"""Mark of the floor on data without references."""
 READING = (
-    "Values of sets (in tables that count windows): n is the number of windows in each of the two sets "
-    "that are compared. They are not ranked: read them by their intervals and against the floor, which is "
-    "what right answers score, or real motion where there are none. Values of another n are not comparable."
+    "Values of sets: n is the number of windows in each of the two sets that are compared. They are not "
+    "ranked. Compare them by their intervals and with the floor, the score of the references (or of real "
+    "motion where there are none). Values with different n are not comparable."
 )
 
 
 @dataclass(frozen=True)
 class _Sets:
-    """What most methods were drawn and measured with, of one value on one structure.
+    """The real windows and network that most methods were compared with, for one value and structure.
 
     real, network: hashes; floor: of those, or None where no method has a value.
     """
@@ -39,23 +39,23 @@ class _Sets:
 
 
 def declared(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
-    """Value id -> what the newest header declares of it, of all values of sets."""
+    """Value id -> its declaration in the newest header, for all values of sets."""
     headers = sorted(
         (score.header for section in found for score in section.scores), key=lambda header: header.date
     )
     return {key: value for header in headers for key, value in header.set_values.items()}
 
 
-def by_set(section: SplitSummary, keys: Sequence[str], making: GroupBuilder) -> list[Group]:
+def by_set(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[Group]:
     """A group per target structure that any method has a value for, a row per method.
 
     The floor stands among the rows that are not ranked.
     """
-    return [_group(section, *each, keys, making) for each, why in _structures(section, keys) if not why]
+    return [_group(section, *each, keys, builder) for each, why in _structures(section, keys) if not why]
 
 
 def without(section: SplitSummary, keys: Sequence[str]) -> list[str]:
-    """Sentences about target structures that no method has a value for, or none of a kind."""
+    """Sentences about target structures, and kinds, for which no method has a value."""
     found = _structures(section, keys)
     empty = [structure for (structure, kind), why in found if why and not kind]
     return [
@@ -87,28 +87,28 @@ def _reasons(found: Sequence[SetValue]) -> str:
 
 
 def _group(
-    section: SplitSummary, structure: str, kind: str, keys: Sequence[str], making: GroupBuilder
+    section: SplitSummary, structure: str, kind: str, keys: Sequence[str], builder: GroupBuilder
 ) -> Group:
     usual = {key: _usual(section, (structure, kind), key) for key in keys}
     rows = []
     for score in section.scores:
         mine = [each for each in score.sets if (each.structure, each.kind) == (structure, kind)]
         values = {each.value_id: each for each in mine}
-        cells = tuple(_cell(score, values.get(key), key, making, usual[key]) for key in keys)
-        mark = STALE if making.newest.stale_data(score.header) else score.unranked
+        cells = tuple(_cell(score, values.get(key), key, builder, usual[key]) for key in keys)
+        mark = STALE if builder.newest.stale_data(score.header) else score.unranked
         n = max((values[key].n for key in keys if key in values), default=0)
         rows.append(Row(score.label, mark, cells, f"{n}", about(score.header)))
-    rows.sort(key=lambda row: _place(row.cells[0], making.column(keys[0]).better))
+    rows.sort(key=lambda row: _place(row.cells[0], builder.column(keys[0]).better))
     n, clips = max((each.n, each.clips) for each in usual.values())
     mark = (
         APART_MARK if any(score.header.four_legged is not None for score in section.scores) else FLOOR_MARK
     )
-    floors = tuple(_floor(key, each, making) for key, each in usual.items())
+    floors = tuple(_floor(key, each, builder) for key, each in usual.items())
     return Group(
         title=f"{section.split}, all answers on bodies of structure {_named(structure, kind)} as one set: "
         f"{count(n, 'window')} of {count(clips, 'clip')}",
         split=section.split,
-        columns=tuple(making.column(key) for key in keys),
+        columns=tuple(builder.column(key) for key in keys),
         ranked=tuple(row for row in rows if not row.mark),
         unranked=(*(row for row in rows if row.mark), Row(FLOOR, mark, floors, f"{n}")),
         common=(None,) * len(keys),
@@ -119,7 +119,7 @@ def _group(
 
 
 def _usual(section: SplitSummary, which: tuple[str, str], key: str) -> _Sets:
-    """Of the newest results, what most have: methods that lack a case are drawn otherwise."""
+    """The most common real windows of the newest results; methods that lack a case have others."""
     values = [
         each
         for score in sorted(section.scores, key=lambda score: score.header.date)
@@ -136,53 +136,53 @@ def _usual(section: SplitSummary, which: tuple[str, str], key: str) -> _Sets:
 
 
 def _cell(
-    score: MethodSummary, value: SetValue | None, key: str, making: GroupBuilder, usual: _Sets
+    score: MethodSummary, value: SetValue | None, key: str, builder: GroupBuilder, usual: _Sets
 ) -> Cell:
-    if gap := missing.of_row(score, making.newest):
-        return making.empty(gap)
-    if stale := making.newest.stale_value(score.header, key):
-        return making.empty((OTHER_VERSION, stale))
+    if why := missing.of_row(score, builder.newest):
+        return builder.empty(why)
+    if stale := builder.newest.stale_value(score.header, key):
+        return builder.empty((OTHER_VERSION, stale))
     if key not in score.header.set_values:
-        return making.empty((NOT_RUN, f"scored without {key}; bench score adds it"))
+        return builder.empty((NOT_RUN, f"scored without {key}; bench score adds it"))
     if value is None:
-        return making.empty((NOT_APPLICABLE, "no answer on a body of this structure"))
+        return builder.empty((NOT_APPLICABLE, "no answer on a body of this structure"))
     if value.value is None:
-        return making.empty((NOT_APPLICABLE, value.reason))
+        return builder.empty((NOT_APPLICABLE, value.reason))
     if value.network != usual.network:
-        return making.empty(
-            (OTHER_VERSION, "measured with another feature network than the newest results")
+        return builder.empty(
+            (OTHER_VERSION, "computed with another feature network than the newest results")
         )
-    reason = "" if value.real == usual.real else _other_windows(value, key, making)
+    reason = "" if value.real == usual.real else _other_windows(value, key, builder)
     if (seeds := len(score.header.seeds)) > 1:
         reason = "; ".join(filter(None, [f"of the first of its {seeds} seeds", reason]))
     low, high = value.low, value.high
     return Cell(
-        making.shown(value.value, key),
+        builder.shown(value.value, key),
         value.value,
         Interval(low, high) if low is not None and high is not None else None,
-        decimals=making.decimals[key],
+        decimals=builder.decimals[key],
         n=value.n,
         clips=value.clips,
         reason=reason,
-        footnote=making.footnotes.number(reason),
+        footnote=builder.footnotes.number(reason),
     )
 
 
-def _other_windows(value: SetValue, key: str, making: GroupBuilder) -> str:
-    floor = "unknown" if value.floor is None else making.shown(value.floor, key)
+def _other_windows(value: SetValue, key: str, builder: GroupBuilder) -> str:
+    floor = "unknown" if value.floor is None else builder.shown(value.floor, key)
     return (
-        f"drawn from {count(value.n, 'window')} that are not those of the others, since it did not answer "
+        f"over {count(value.n, 'window')} other than those of the other methods, since it did not answer "
         f"the same cases; its own floor is {floor}"
     )
 
 
-def _floor(key: str, usual: _Sets, making: GroupBuilder) -> Cell:
+def _floor(key: str, usual: _Sets, builder: GroupBuilder) -> Cell:
     if usual.floor is None:
         return Cell(NOT_APPLICABLE)
     return Cell(
-        making.shown(usual.floor, key),
+        builder.shown(usual.floor, key),
         usual.floor,
-        decimals=making.decimals[key],
+        decimals=builder.decimals[key],
         n=usual.n,
         clips=usual.clips,
     )

@@ -1,4 +1,4 @@
-"""How results of derived tasks are laid out when nothing else is asked for."""
+"""Default tables of reconstruction, denoising and joint completion."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ COLUMNS = {
     "denoise": ("restored_cm", "jerk_ratio"),
     "upsample": ("restored_cm", "restored_cm.missing"),
 }
-"""Task -> the values of first sight, where they were computed."""
+"""Task -> its default columns."""
 BY: dict[str, By] = {"reconstruct": "structure", "denoise": "level", "upsample": "level"}
-"""Task -> what its numbers are broken down by: a mean over levels says little."""
+"""Task -> its default breakdown, since a mean over levels says little."""
 
 
 def task_tables(places: Sequence[ResultPaths], task: str, by: By | None = None) -> list[Table]:
@@ -32,6 +32,6 @@ def task_tables(places: Sequence[ResultPaths], task: str, by: By | None = None) 
 
 
 def _columns(found: Sequence[summary.SplitSummary], wanted: Sequence[str]) -> Sequence[str]:
-    """Those that any result has; the usual ones of all tables where it has none."""
+    """Those that any result has; the default columns of all tables where none has."""
     there = {key for section in found for key in section.values}
     return tuple(key for key in wanted if key in there) or builder.FIRST_SIGHT

@@ -104,7 +104,7 @@ def test_results_without_body_parts_say_what_to_do(own):
     for path in own.rglob("cases.parts.csv"):
         path.unlink()
     assert sections(own, "joint")
-    with pytest.raises(BenchError, match="does not say which joint belongs to which part of the body"):
+    with pytest.raises(BenchError, match="lacks the body parts of the joints"):
         sections(own, "part")
 
 
@@ -114,7 +114,7 @@ def test_old_results_break_down_by_everything_they_know():
     for by in ("pair", "clip", "kind", "joint"):
         assert summary.split_summaries(places, by)
     for by in ("part", "seen"):
-        with pytest.raises(BenchError, match="does not say"):
+        with pytest.raises(BenchError, match="lacks"):
             summary.split_summaries(places, by)
 
 

@@ -74,7 +74,7 @@ def test_first_sight_and_all_show_no_curve(results):
 
 def test_curves_do_not_mix_with_single_numbers(results):
     done = CliRunner().invoke(group, ["table", str(results), "--columns", "growth,mpjpe_h.world"])
-    assert "growth has a number per second, and stands alone" in str(done.exception)
+    assert "growth has a number per second and cannot stand beside" in str(done.exception)
 
 
 def test_long_clips_alone(results):
@@ -95,8 +95,8 @@ def test_long_clips_alone(results):
     ("changes", "words", "told"),
     [
         ({}, ["--at-least", "13"], "no case lasts 13 s"),
-        ({"values": PLAIN}, ["--at-least", "3"], "do not say how long clips last; bench score"),
-        ({"values": PLAIN}, ["--by", "second"], "no value is a curve over second; run bench score"),
+        ({"values": PLAIN}, ["--at-least", "3"], "the durations of clips are unknown; bench score"),
+        ({"values": PLAIN}, ["--by", "second"], "there is no curve over second; bench score"),
         ({}, ["--at-least", "3", "--paper", "pan-table1"], "--paper has columns of its own"),
     ],
 )

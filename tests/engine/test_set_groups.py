@@ -111,7 +111,7 @@ def test_every_renderer_says_what_n_counts(tmp_path, form):
     assert "12.5" in drawn
     assert "8.2" in drawn
     assert form in ("csv", "tex") or (
-        "windows" in drawn and "read them by their intervals" in " ".join(drawn.split())
+        "windows" in drawn and "Compare them by their intervals" in " ".join(drawn.split())
     )
 
 

@@ -20,6 +20,15 @@ def test_the_same_words_as_the_command_line(tmp_path):
     }  # fmt: skip
 
 
+@pytest.mark.parametrize("word", ["overwrite", "redo"])
+def test_the_former_word_for_overwriting_is_accepted(tmp_path, word):
+    file = tmp_path / "suite.toml"
+    file.write_text(f'{word} = "always"\n')
+    assert suite.read(file) == {"overwrite": "always"}
+    command_line = CliRunner().invoke(command, [f"--{word}", "sometimes"])
+    assert "'sometimes' is not one of 'never', 'missing', 'failed', 'always'" in command_line.output
+
+
 def test_every_mistake_is_listed_with_its_place(tmp_path):
     file = tmp_path / "suite.toml"
     file.write_text('jobs = "two"\nsplits = ["intra"]\nmethods = ["a", 3]\nredo = "often"\n')

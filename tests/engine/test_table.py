@@ -153,7 +153,7 @@ def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts,
     (made,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
     (group,) = made.groups
     assert words.common_counts(group) == counts
-    assert any("no case that all ranked methods have it for" in each for each in group.absent) == told
+    assert any("no case has a number of all ranked methods" in each for each in group.absent) == told
 
 
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
@@ -181,7 +181,7 @@ def test_a_split_without_any_of_the_values_is_drawn_all_the_same(tmp_path, form)
 
 def test_results_on_two_versions_of_the_data_never_mix(tmp_path):
     clips = [("a>b", f"c{n}", {"mpjpe_h.world": 1.0}) for n in range(2)]
-    dataset = {"name": "data", "label": "data", "content": "c0", "notes": []}
+    dataset = {"name": "toys", "label": "data", "content": "c0", "notes": []}
     old = changed(store(tmp_path, "intra", "old", clips), dataset=dataset, date="2026-01-01")
     new = changed(store(tmp_path, "intra", "new", clips[:1]), date="2026-01-02")  # rewrites cases.csv
     (section,) = summary.split_summaries([old, new])

@@ -77,7 +77,7 @@ def make_table(label: str = "ours", words: str = "words") -> Table:
         notes=(f"note {words}",),
         footnotes=(f"reason {words}", "older"),
         problems=(Problem("cross", label, "failed", words, (f"data/{words}", "data/b")),),
-        origins=(
+        provenance=(
             Provenance(
                 label, words, ("cross",), "1", "abcd", (0,), "2026-01-01", "beef", "numpy 2",
                 f"bench run {words}",

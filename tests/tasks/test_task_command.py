@@ -190,7 +190,7 @@ def test_the_command_shows_a_line_per_level(tmp_path, capsys):
         capsys, "task", "denoise", *arguments, "--levels", "1,0", "--motions", "2", "--out", str(tmp_path)
     )
     assert status == 0
-    assert "error after ↓ in cm, by level" in told
+    assert "position error ↓ in cm, by level" in told
     assert "0 cm" in told
     assert "(control)" in told
     assert "savitzky_golay" in told

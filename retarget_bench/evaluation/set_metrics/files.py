@@ -100,7 +100,7 @@ def _read(path: Path) -> Arrays:
         with np.load(path) as file:
             return {name: file[name] for name in file.files}
     except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise FileError(path, f"cannot be read ({error}); score it anew with --redo always") from error
+        raise FileError(path, f"cannot be read ({error}); score it anew with --overwrite always") from error
 
 
 # ---------------------------------------------------------------------------------------------- values

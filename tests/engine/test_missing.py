@@ -32,7 +32,7 @@ def test_a_value_that_needs_what_predictions_lack_is_not_applicable_and_says_wha
     found = cells_of([changed(p, values=values) for p in (whole, points)], ["mpjpe_h.world", "ratio"])
     cell = found["points"][1]
     assert (cell.text, cell.value) == (NOT_APPLICABLE, None)
-    assert cell.reason == "needs rotations, which these cases or predictions lack"
+    assert cell.reason == "needs rotations"
     assert found["table"].footnotes[cell.footnote - 1] == cell.reason
 
 
@@ -41,7 +41,7 @@ def test_an_undefined_value_says_so(tmp_path):
     still = store(tmp_path, "intra", "still", [("a>b", "c1", WORLD)])
     found = cells_of([changed(p, values=needing()) for p in (there, still)], ["mpjpe_h.world", "ratio"])
     assert found["still"][1].text == NOT_APPLICABLE
-    assert found["still"][1].reason == "undefined on all of these cases"
+    assert found["still"][1].reason == "undefined for all of these cases"
 
 
 @pytest.mark.parametrize(
@@ -88,7 +88,7 @@ def test_a_method_that_ran_elsewhere_only_is_told(tmp_path):
 def test_methods_of_another_data_set_are_told_too(tmp_path):
     here = store(tmp_path / "a", "intra", "here", [("a>b", "c1", WORLD)])
     there = store(tmp_path / "b", "intra", "there", [("a>b", "c1", WORLD)])
-    dataset = {"name": "data", "label": "more data", "content": "c9", "notes": []}
+    dataset = {"name": "toys", "label": "more data", "content": "c9", "notes": []}
     one, two = builder.tables(
         summary.split_summaries([here, changed(there, dataset=dataset)]), ["mpjpe_h.world"]
     )
@@ -117,7 +117,7 @@ def test_numbers_of_an_older_metric_and_of_older_data_stay_out(tmp_path):
     changed(places["code"], metrics={"mpjpe_h": "2+cc", "ratio": "1+aa"}, **new)
     old = new | {"date": "2026-01-01"}
     changed(places["metric"], metrics={"mpjpe_h": "1+aa", "ratio": "1+aa"}, **old)
-    dataset = {"name": "data", "label": "data", "content": "c0", "notes": []}
+    dataset = {"name": "toys", "label": "data", "content": "c0", "notes": []}
     changed(places["data"], metrics={"mpjpe_h": "2+bb", "ratio": "1+aa"}, dataset=dataset, **old)
     found = cells_of(places.values(), ["mpjpe_h.world", "ratio"])
     assert [cell.text for cell in found["metric"]] == [OTHER_VERSION, "1.00"]
@@ -128,7 +128,7 @@ def test_numbers_of_an_older_metric_and_of_older_data_stay_out(tmp_path):
     assert found["code"][0].value == found["new"][0].value == 1.0
     notes = " ".join(found["table"].notes)
     assert "c0" in notes
-    assert "mpjpe_h. bench score" in notes  # other code under the same version is told
+    assert "mpjpe_h. Run bench score" in notes  # other code under the same version is told
 
 
 def test_values_that_pool_self_pairs_say_why_they_are_missing(tmp_path):
@@ -144,16 +144,14 @@ def test_columns_that_no_case_has_are_named_below(tmp_path):
     found = cells_of([place], ["ratio", "mpjpe_h.world"])
     assert [column.id for column in found["group"].columns] == ["ratio"]
     (sentence,) = found["group"].absent
-    assert sentence.startswith("intra: not shown are world")
+    assert sentence.startswith("intra: not shown: world")
 
 
 def test_usual_columns_that_only_some_data_know_are_missed_when_asked_for_alone(tmp_path):
     values = {**VALUES, "touch_gap": VALUES["ratio"] | {"label": "gap", "needs": ["touches"]}}
     place = changed(store(tmp_path, "intra", "m", [("a>b", "c1", WORLD)]), values=values)
     assert "gap" not in " ".join(cells_of([place], builder.FIRST_SIGHT)["group"].absent)
-    assert "not shown are gap" in " ".join(
-        cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].absent
-    )
+    assert "not shown: gap" in " ".join(cells_of([place], ["mpjpe_h.world", "touch_gap"])["group"].absent)
 
 
 def test_speed_of_predictions_made_elsewhere_is_not_applicable(tmp_path):

@@ -16,7 +16,7 @@ DATASET = {
 }  # fmt: skip
 
 
-def origins_of(places):
+def table_of(places):
     (made,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
     return made
 
@@ -30,8 +30,8 @@ def test_splits_that_were_made_alike_are_told_together(tmp_path):
         )
         for split, date in (("intra", "2026-01-01T10:00:00+00:00"), ("cross", "2026-01-02T10:00:00+00:00"))
     ]
-    made = origins_of(places)
-    (origin,) = made.origins
+    made = table_of(places)
+    (origin,) = made.provenance
     assert (origin.splits, origin.date, origin.seeds) == (("intra", "cross"), "2026-01-02", (3,))
     assert (origin.version, origin.code, origin.revision, origin.versions) == ("1", "ab", "beef", "numpy 2")
     words = shlex.split(origin.command)
@@ -46,10 +46,10 @@ def test_what_was_made_otherwise_is_told_apart(tmp_path, change):
     told = {"dataset": DATASET, "seeds": [0], "revision": "beef", "versions": {"numpy": "2"}}
     one = changed(store(tmp_path, "intra", "m", NUMBERS), **told)
     two = changed(store(tmp_path, "cross", "m", NUMBERS), **told | change)
-    assert [origin.splits for origin in origins_of([one, two]).origins] == [("intra",), ("cross",)]
+    assert [origin.splits for origin in table_of([one, two]).provenance] == [("intra",), ("cross",)]
 
 
 def test_predictions_made_elsewhere_are_scored_again(tmp_path):
     place = store(tmp_path, "intra", "m", NUMBERS, origin="predictions made elsewhere")
-    (origin,) = origins_of([place]).origins
+    (origin,) = table_of([place]).provenance
     assert origin.command == "bench score FOLDER"
