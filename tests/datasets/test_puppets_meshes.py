@@ -8,12 +8,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import meshes, rigs
-from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.characters import BODIES, CAST
-from retarget_bench.datasets.puppets.quadruped.dogs import DOGS
-from retarget_bench.datasets.puppets.score import SIDES
-from retarget_bench.datasets.puppets.surface import surface
+from retarget_bench.datasets.puppets.bodies import meshes, rigs
+from retarget_bench.datasets.puppets.bodies.characters import BODIES, CAST
+from retarget_bench.datasets.puppets.bodies.dogs import DOGS
+from retarget_bench.datasets.puppets.bodies.meshes import surface
+from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.conventions import SIDES
 from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
 
@@ -58,7 +58,7 @@ def test_the_skin_is_one_closed_surface_facing_outward(skinned: tuple[Body, Mesh
 def test_it_stands_on_the_floor_and_holds_the_bones(skinned: tuple[Body, Mesh]) -> None:
     body, mesh = skinned
     p = body.proportions
-    places = body.place(np.tile(np.eye(3), (1, len(body.offsets), 1, 1)), body.offsets[:1])[0]
+    places = body.positions(np.tile(np.eye(3), (1, len(body.offsets), 1, 1)), body.offsets[:1])[0]
     height = p.leg + p.pelvis + p.trunk + p.neck + p.head
     if body in DOGS:  # the skull is highest, a third of the head's length wide
         height = float(places[body.part["head"], 1]) + 0.24 * p.head
