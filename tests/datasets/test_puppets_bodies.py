@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from retarget_bench.datasets.puppets.bodies import rigs, structures
-from retarget_bench.datasets.puppets.bodies.characters import BODIES, CAST
+from retarget_bench.datasets.puppets.bodies.characters import BODIES
 from retarget_bench.datasets.puppets.bodies.proportions import (
     ADULT,
     STATURE,
@@ -35,7 +35,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import ESSENTIAL, find, in_order, is_quadruped
 from retarget_bench.motion.structures import S23, S28, reduce
 
-everybody = pytest.mark.parametrize("body", CAST, ids=lambda body: body.name)
+everybody = pytest.mark.parametrize("body", BODIES.values(), ids=lambda body: body.name)
 
 
 # --------------------------------------------------------------------------------------- proportions
@@ -104,11 +104,10 @@ def test_masses_add_up_and_balance_on_the_middle() -> None:
 
 # ---------------------------------------------------------------------------------------------- cast
 def test_the_cast_is_large_enough_and_part_of_it_held_out() -> None:
-    count = Counter(body.structure.name for body in CAST)
-    assert len(BODIES) == len(CAST)
+    count = Counter(body.structure.name for body in BODIES.values())
     for structure, least in {"body22": 12, "body28": 12, "body23": 6, "h36m17": 6}.items():
         assert count[structure] >= least
-        mine = [body for body in CAST if body.structure.name == structure]
+        mine = [body for body in BODIES.values() if body.structure.name == structure]
         held = sum(body.held_out for body in mine)
         assert held == len(mine) if structure == "h36m17" else 0.25 <= held / len(mine) <= 0.5
         assert {body.rest for body in mine} == set(rigs.RESTS)
@@ -119,7 +118,7 @@ def test_the_page_about_the_bodies_says_who_there_is() -> None:
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
     told = {row[0]: row for row in rows if len(row) == 8 and row[0] in BODIES}
     assert list(told) == list(BODIES)
-    for body in CAST:
+    for body in BODIES.values():
         _, structure, _, _, stature, legs, arms, held = told[body.name]
         p = body.proportions
         assert structure == body.structure.name
@@ -132,7 +131,7 @@ def test_the_page_about_the_bodies_says_who_there_is() -> None:
 def test_no_two_bodies_are_alike() -> None:
     """Largest difference of any bone, shares of stature, after taking out size."""
     shapes = {}
-    for body in CAST:
+    for body in BODIES.values():
         p = body.proportions
         values = [p.thigh, p.shank, p.upper_arm, p.forearm, p.trunk, p.head, p.shoulder_half, p.hip_half]
         shapes[body.name] = np.array(values) / crown(p)
@@ -220,7 +219,7 @@ def test_measures_are_those_of_the_proportions(body: Body) -> None:
     assert 0.9 * crown(p) < sizes.h4 < 1.02 * crown(p)
 
 
-@pytest.mark.parametrize("name", [body.name for body in CAST if body.rest == "along_x"])
+@pytest.mark.parametrize("name", [body.name for body in BODIES.values() if body.rest == "along_x"])
 def test_the_engine_finds_limbs_along_one_axis_from_a_sample(name: str) -> None:
     """Of bones along X the rest pose tells nothing; a few seconds of motion do. The slope of the spine is
     each rig's own affair."""
@@ -345,7 +344,7 @@ def test_people_reach_everywhere(name: str) -> None:
     ("place", "far"), [("head", {"gibbon"}), ("brow", {"gibbon", "boulder", "titan"}), ("hip", set())]
 )
 def test_who_does_not_is_on_the_page(place: str, far: set[str]) -> None:
-    assert {body.name for body in CAST if not able(body, f"left_{place}", "left")} == far
+    assert {body.name for body in BODIES.values() if not able(body, f"left_{place}", "left")} == far
 
 
 def test_some_caricatures_do_not() -> None:

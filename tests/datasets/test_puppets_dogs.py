@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 from retarget_bench.datasets.puppets.bodies import rigs
-from retarget_bench.datasets.puppets.bodies.dogs import DOG21, DOGS, PAWS, dog
+from retarget_bench.datasets.puppets.bodies.characters import DOGS
+from retarget_bench.datasets.puppets.bodies.dogs import DOG21, PAWS
 from retarget_bench.datasets.puppets.bodies.structures import Body
 from retarget_bench.datasets.puppets.conventions import FPS
 from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS
@@ -66,13 +67,13 @@ class Take:
 
 @pytest.fixture(scope="module")
 def pack() -> dict[str, Character]:
-    return {body.name: rigs.character(body) for body in DOGS}
+    return {body.name: rigs.character(body) for body in DOGS.values()}
 
 
 @pytest.fixture(scope="module", params=KINDS)
 def takes(request: pytest.FixtureRequest, pack: dict[str, Character]) -> list[Take]:
     kind, found = request.param, []
-    for number, body in enumerate(DOGS):
+    for number, body in enumerate(DOGS.values()):
         name = f"{kind}-{number % 3}"
         score = KINDS[kind](Stream("dogs", "quality", name), FRAMES.get(kind, USUAL_FRAMES))
         solution, who = solve(score, body), pack[body.name]
@@ -219,19 +220,20 @@ def test_second_answers_keep_every_paw(takes: list[Take]) -> None:
 
 def test_the_engine_knows_dogs_for_what_they_are(pack: dict[str, Character]) -> None:
     """Roles as the engine would find them from the names alone; every rig stands alike."""
-    for body in DOGS:
+    for body in DOGS.values():
         who = pack[body.name]
         assert find(who.skeleton) == who.roles == DOG21.roles
         assert is_quadruped(who.skeleton, who.roles)
         assert who.measures.leg_length == pytest.approx(body.proportions.thigh + body.proportions.shank)
-    assert len({body.rest for body in DOGS}) >= 3
+    assert len({body.rest for body in DOGS.values()}) >= 3
 
 
 def test_dogs_differ_in_build() -> None:
     """Copying angles cannot be right: legs against back differ by more than a factor of two."""
-    ratios = [sizes_of(body).leg / sizes_of(body).trunk for body in DOGS]
+    ratios = [sizes_of(body).leg / sizes_of(body).trunk for body in DOGS.values()]
     assert max(ratios) / min(ratios) > 2.0
-    assert dog(0.6).leg / 0.6 == pytest.approx(dog(0.3).leg / 0.3)
+    rex = sizes_of(DOGS["rex"])
+    assert rex.scaled(0.5).leg == pytest.approx(0.5 * rex.leg)
 
 
 # ----------------------------------------------------------------------------------------- sequences

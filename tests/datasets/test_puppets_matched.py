@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.bodies.dogs import DOGS, PAWS
+from retarget_bench.datasets.puppets.bodies.characters import DOGS
+from retarget_bench.datasets.puppets.bodies.dogs import PAWS
 from retarget_bench.datasets.puppets.corpus.clips import shortfalls
 from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, bodies_of, families
 from retarget_bench.datasets.puppets.corpus.matched import LOCOMOTION, Match, Performance, going
@@ -53,7 +54,7 @@ def test_dogs_follow_people(kind: str) -> None:
         score = follow(Stream("dogs", "follower", kind, number), leader)
         assert score is not None
         assert score.kind == PARTNERS[kind]
-        body = DOGS[number % len(DOGS)]
+        body = list(DOGS.values())[number % len(DOGS)]
         solution = solve(score, body)
         places = body.positions(solution.orientations, solution.root)
         steps = np.linalg.norm(np.diff(places[:, [body.part[role] for role in PAWS]], axis=0), axis=-1)

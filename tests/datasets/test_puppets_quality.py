@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from retarget_bench.datasets.puppets.bodies import rigs
-from retarget_bench.datasets.puppets.bodies.characters import CAST
+from retarget_bench.datasets.puppets.bodies.characters import BODIES
 from retarget_bench.datasets.puppets.bodies.structures import Body
 from retarget_bench.datasets.puppets.conventions import FPS, SIDES, sign
 from retarget_bench.datasets.puppets.performances.people import KINDS
@@ -90,7 +90,7 @@ class Take:
 
 @pytest.fixture(scope="module")
 def rigged() -> dict[str, Character]:
-    return {body.name: rigs.character(body) for body in CAST}
+    return {body.name: rigs.character(body) for body in BODIES.values()}
 
 
 @pytest.fixture(scope="module", params=KINDS)
@@ -99,7 +99,7 @@ def takes(request: pytest.FixtureRequest, rigged: dict[str, Character]) -> list[
     kind, found = request.param, []
     names = [f"{kind}-{number}" for number in range(CLIPS)]
     scores = [KINDS[kind](Stream("puppets", "quality", name), FRAMES) for name in names]
-    for number, body in enumerate(CAST):
+    for number, body in enumerate(BODIES.values()):
         score, who = scores[number % CLIPS], rigged[body.name]
         solution = solve(score, body)
         if out_of_reach(score, body, solution):
@@ -114,7 +114,7 @@ def test_few_bodies_cannot_do_what_is_asked(takes: list[Take]) -> None:
     able = {take.body.name for take in takes}
     people = {"ada", "boris", "clara", "dora", "emil", "jonas", "kira", "nils", "quinn", "hugo", "ines"}
     assert sorted(people - able) == []
-    assert len(able) >= 0.7 * len(CAST)
+    assert len(able) >= 0.7 * len(BODIES)
 
 
 def test_planted_feet_stay_where_they_are(takes: list[Take]) -> None:

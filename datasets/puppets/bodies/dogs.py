@@ -1,4 +1,4 @@
-"""Bodies on four legs: the joint set ``dog21`` and six dogs.
+"""Dogs: the joint set ``dog21`` and how its bones are laid out.
 
 Parts carry the same words as people's: fore legs are arms, fore paws hands. Withers are those of the
 breeds' FCI standards (No. 166 German shepherd 60-65 cm, 158 greyhound 71-76, 12 fox terrier at most 39);
@@ -7,13 +7,14 @@ dachshund, mastiff and the caricature, and the shares of the segments, are ours.
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..conventions import SIDES, sign
 from .proportions import Proportions
-from .structures import Body, Structure
+from .structures import Structure
 
 PAWS = ("left_foot", "right_foot", "left_hand", "right_hand")
 """Roles of the joints whose contacts are labelled: hind paws, then fore paws."""
@@ -161,91 +162,11 @@ DOG21 = FourLegged(
 )
 
 
-def dog(withers: float, **factors: float) -> DogSizes:
-    """A dog of middling build with its withers at a height, metres; then the named lengths are multiplied.
-    The joint at the top of the blade lies 5 % lower than the withers."""
-    shares = {
-        "thigh": 0.335,
-        "shank": 0.35,
-        "ankle": 0.22,
-        "ball": 0.09,
-        "hip_half": 0.085,
-        "pelvis": 0.14,
-        "trunk": 0.86,
-        "shoulder_drop": 0.06,
-        "clavicle": 0.055,
-        "shoulder_half": 0.105,
-        "upper_arm": 0.30,
-        "forearm": 0.34,
-        "hand": 0.16,
-        "neck": 0.30,
-        "head": 0.33,
-        "waist_half": 0.12,
-        "girth": 0.05,
-        "blade": 0.26,
-        "tail": 0.48,
-    }
+def dog(build: Mapping[str, float], withers: float, **factors: float) -> DogSizes:
+    """A dog of a build (lengths as shares of the withers) with its withers at a height, metres; then the
+    named lengths are multiplied."""
     unused = dict.fromkeys(("ball_height", "toes", "heel"), 0.0)
-    drawn = DogSizes(**{name: share * withers for name, share in shares.items()}, **unused)
+    drawn = DogSizes(**{name: share * withers for name, share in build.items()}, **unused)
     sized = drawn.scaled(**factors)
     assert isinstance(sized, DogSizes)
     return sized
-
-
-DOGS = (
-    Body("rex", DOG21, dog(0.62), rest="t_pose"),
-    Body(
-        "arrow",
-        DOG21,
-        dog(
-            0.73,
-            trunk=0.94,
-            neck=1.25,
-            girth=0.8,
-            tail=1.15,
-            upper_arm=1.06,
-            forearm=1.07,
-            thigh=1.05,
-            shank=1.08,
-            shoulder_half=0.8,
-        ),
-        rest="along_x",
-    ),
-    # legs less than half as long as the back
-    Body(
-        "waldi",
-        DOG21,
-        dog(
-            0.42,
-            thigh=0.55,
-            shank=0.50,
-            ankle=0.50,
-            upper_arm=0.60,
-            forearm=0.42,
-            hand=0.60,
-            ball=0.7,
-            trunk=1.05,
-            blade=0.9,
-        ),
-        rest="z_up",
-    ),
-    Body("fox", DOG21, dog(0.38, trunk=0.88, head=1.15, tail=0.55), rest="along_x"),
-    Body(
-        "bruiser",
-        DOG21,
-        dog(0.74, head=1.2, neck=0.85, girth=1.25, shoulder_half=1.35, hip_half=1.3, hand=1.05, tail=0.9),
-        rest="t_pose",
-        held_out=True,
-    ),
-    # a puppy as drawn: an enormous head, big paws, hind legs longer than the fore legs
-    Body(
-        "biscuit",
-        DOG21,
-        dog(
-            0.36, head=1.9, neck=0.7, ball=1.6, trunk=0.80, thigh=1.08, shank=1.05, tail=0.7, hip_half=1.25
-        ),
-        rest="z_up",
-        held_out=True,
-    ),
-)
-KENNEL = {body.name: body for body in DOGS}

@@ -9,8 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from ..bodies.characters import BODIES
-from ..bodies.dogs import KENNEL
+from ..bodies.characters import BODIES, DOGS
 from ..bodies.proportions import Proportions
 from ..bodies.structures import Body
 from ..performances.dogs import KINDS as DOG_KINDS
@@ -76,7 +75,7 @@ def families() -> tuple[Family, ...]:
         Family("people", BODIES, kinds, solve, SECOND, out_of_reach),
         Family(
             "dogs",
-            KENNEL,
+            DOGS,
             DOG_KINDS,
             dog_solver.solve,
             dog_solver.SECOND,

@@ -85,7 +85,7 @@ class Foot:
 
 @dataclass(frozen=True, eq=False)
 class Touch:
-    """A hand on a point of the performer's own body (``touch_points.py``): in full where ``weight`` is 1."""
+    """A hand on a point of the performer's body (``touch_points.py``): in full where ``weight`` is 1."""
 
     place: str
     weight: np.ndarray

@@ -7,29 +7,20 @@ from functools import partial
 
 from ...randomness import Stream
 from ..score import Score
-from .crawling import crawl
-from .dancing import dance_line, dance_steps
-from .gestures import (
-    arms_crossed,
-    bow,
-    clap,
-    hands_on_hips,
-    point,
-    salute,
-    stand,
-    touch_head,
-    touch_toe,
-    wave,
+from . import (
+    crawling,
+    dancing,
+    gestures,
+    jumping,
+    kneeling,
+    running,
+    sitting,
+    squatting,
+    stairs,
+    striking,
+    walking,
 )
-from .jumping import hop, jump, leap
-from .kneeling import kneel, lunge
-from .running import jog, run
 from .sequencing import strung
-from .sitting import get_up, sit
-from .squatting import lift, squat, touch_floor
-from .stairs import stairs_down, stairs_up
-from .striking import catch, kick_front, kick_side, pull, punch, push, throw
-from .walking import arc, limp, march, sneak, turn, walk, walk_backwards, walk_sideways
 
 
 def sequence(
@@ -86,62 +77,55 @@ STRUNG = (
 LEAST: Mapping[str, int] = {"lunge": 112, "kneel": 112, "lift": 220, "touch_floor": 80}
 """Frames that a kind takes from standing to standing: of fewer a clip shows a part."""
 
-FROM_STAND_TO_STAND: Mapping[str, Callable[[Stream, int], Score]] = {
-    "walk": partial(walk, mode="there"),
-    "walk_backwards": partial(walk_backwards, mode="there"),
-    "walk_sideways": partial(walk_sideways, mode="there"),
-    "turn": partial(turn, mode="there"),
-    "arc": partial(arc, mode="there"),
-    "sneak": partial(sneak, mode="there"),
-    "limp": partial(limp, mode="there"),
-    "jump": partial(jump, mode="there"),
-    "leap": partial(leap, mode="there"),
-}
-"""How kinds that need not stand at either end are drawn for sequences."""
-
-KINDS: Mapping[str, Callable[[Stream, int], Score]] = {
-    "walk": walk,
-    "wave": wave,
-    "squat": squat,
-    "stand": stand,
-    "point": point,
-    "clap": clap,
-    "hands_on_hips": hands_on_hips,
-    "arms_crossed": arms_crossed,
-    "touch_head": touch_head,
-    "touch_toe": touch_toe,
-    "salute": salute,
-    "bow": bow,
-    "kick_front": kick_front,
-    "kick_side": kick_side,
-    "punch": punch,
-    "throw": throw,
-    "catch": catch,
-    "push": push,
-    "pull": pull,
-    "arc": arc,
-    "walk_backwards": walk_backwards,
-    "walk_sideways": walk_sideways,
-    "turn": turn,
-    "sneak": sneak,
-    "march": march,
-    "limp": limp,
-    "jog": jog,
-    "run": run,
-    "stairs_up": stairs_up,
-    "stairs_down": stairs_down,
-    "jump": jump,
-    "leap": leap,
-    "hop": hop,
-    "dance_steps": dance_steps,
-    "dance_line": dance_line,
-    "lunge": lunge,
-    "kneel": kneel,
-    "sit": sit,
-    "get_up": get_up,
-    "crawl": crawl,
-    "lift": lift,
-    "touch_floor": touch_floor,
+KINDS: Mapping[str, Callable[..., Score]] = {
+    "walk": walking.walk,
+    "wave": gestures.wave,
+    "squat": squatting.squat,
+    "stand": gestures.stand,
+    "point": gestures.point,
+    "clap": gestures.clap,
+    "hands_on_hips": gestures.hands_on_hips,
+    "arms_crossed": gestures.arms_crossed,
+    "touch_head": gestures.touch_head,
+    "touch_toe": gestures.touch_toe,
+    "salute": gestures.salute,
+    "bow": gestures.bow,
+    "kick_front": striking.kick_front,
+    "kick_side": striking.kick_side,
+    "punch": striking.punch,
+    "throw": striking.throw,
+    "catch": striking.catch,
+    "push": striking.push,
+    "pull": striking.pull,
+    "arc": walking.arc,
+    "walk_backwards": walking.walk_backwards,
+    "walk_sideways": walking.walk_sideways,
+    "turn": walking.turn,
+    "sneak": walking.sneak,
+    "march": walking.march,
+    "limp": walking.limp,
+    "jog": running.jog,
+    "run": running.run,
+    "stairs_up": stairs.stairs_up,
+    "stairs_down": stairs.stairs_down,
+    "jump": jumping.jump,
+    "leap": jumping.leap,
+    "hop": jumping.hop,
+    "dance_steps": dancing.dance_steps,
+    "dance_line": dancing.dance_line,
+    "lunge": kneeling.lunge,
+    "kneel": kneeling.kneel,
+    "sit": sitting.sit,
+    "get_up": sitting.get_up,
+    "crawl": crawling.crawl,
+    "lift": squatting.lift,
+    "touch_floor": squatting.touch_floor,
     "sequence": sequence,
 }
 """Kind -> the function that draws one performance of so many frames."""
+
+FROM_STAND_TO_STAND: Mapping[str, Callable[[Stream, int], Score]] = {
+    kind: partial(KINDS[kind], mode="there")
+    for kind in ["walk", "walk_backwards", "walk_sideways", "turn", "arc", "sneak", "limp", "jump", "leap"]
+}
+"""How kinds that need not stand at either end are drawn for sequences."""

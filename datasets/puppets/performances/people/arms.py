@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -97,59 +97,27 @@ def _touching(touches: dict[str, np.ndarray], k: np.ndarray, move: Move) -> dict
     return after
 
 
-# shapes near places of the own body, from which a hand settles there
-def on_hip(side: str) -> Shape:
-    return Shape((0.30, -0.72, 0.02), swivel=0.6, touch=f"{side}_hip")
+_ON = {
+    "hip": Shape((0.30, -0.72, 0.02), swivel=0.6),
+    "knee": Shape((0.05, -0.80, 0.45), swivel=0.3, upright=1.0),
+    "toe": Shape((0.02, -0.88, 0.42), wrist=(0.1, 0.0, 0.3), upright=1.0),
+    "head": Shape((-0.02, 0.30, 0.50), (0.0, 0.0, -0.6), swivel=0.35),
+    "brow": Shape((0.05, 0.22, 0.52), (0.0, 0.0, -0.3), swivel=0.5),
+    "belly": Shape((0.12, -0.66, 0.36), (0.1, 0.0, 0.5), swivel=0.25, middle=1.0),
+}
+_ON_OTHER = {
+    "shoulder": Shape((-0.30, 0.02, 0.34), (0.2, 0.0, 0.0), swivel=0.15, middle=1.0),
+    "upper_arm": Shape((-0.32, -0.32, 0.40), (0.2, 0.0, 0.3), swivel=0.1, middle=1.0),
+    "ribs": Shape((-0.16, -0.38, 0.34), (0.1, 0.0, 0.5), swivel=0.1, middle=1.0),
+}
+"""Shapes near points of the body, from which a hand settles there: of its own side, of the other one."""
 
 
-def on_knee(side: str) -> Shape:
-    return Shape((0.05, -0.80, 0.45), swivel=0.3, upright=1.0, touch=f"{side}_knee")
-
-
-def on_toe(side: str) -> Shape:
-    return Shape((0.02, -0.88, 0.42), wrist=(0.1, 0.0, 0.3), upright=1.0, touch=f"{side}_toe")
-
-
-def on_head(side: str) -> Shape:
-    return Shape((-0.02, 0.30, 0.50), (0.0, 0.0, -0.6), swivel=0.35, touch=f"{side}_head")
-
-
-def on_brow(side: str) -> Shape:
-    return Shape((0.05, 0.22, 0.52), (0.0, 0.0, -0.3), swivel=0.5, touch=f"{side}_brow")
-
-
-def on_shoulder(side: str) -> Shape:
-    """On the other shoulder."""
-    return Shape(
-        (-0.30, 0.02, 0.34), (0.2, 0.0, 0.0), swivel=0.15, middle=1.0, touch=f"{other(side)}_shoulder"
-    )
-
-
-def on_upper_arm(side: str) -> Shape:
-    """On the other arm."""
-    return Shape(
-        (-0.32, -0.32, 0.40), (0.2, 0.0, 0.3), swivel=0.1, middle=1.0, touch=f"{other(side)}_upper_arm"
-    )
-
-
-def on_elbow(side: str) -> Shape:
-    return Shape(
-        (-0.30, -0.46, 0.42), (0.2, 0.0, 0.3), swivel=0.1, middle=1.0, touch=f"{other(side)}_elbow"
-    )
-
-
-def on_heart(side: str) -> Shape:
-    return Shape(
-        (-0.05, -0.28, 0.40), (0.1, 0.0, 0.5), swivel=0.2, middle=1.0, touch=f"{other(side)}_chest"
-    )
-
-
-def on_ribs(side: str) -> Shape:
-    return Shape((-0.16, -0.38, 0.34), (0.1, 0.0, 0.5), swivel=0.1, middle=1.0, touch=f"{other(side)}_ribs")
-
-
-def on_belly(side: str) -> Shape:
-    return Shape((0.12, -0.66, 0.36), (0.1, 0.0, 0.5), swivel=0.25, middle=1.0, touch=f"{side}_belly")
+def on(point: str, side: str) -> Shape:
+    """An arm with its hand on the hip, knee ... of its side, or on the shoulder ... of the other one."""
+    if point in _ON:
+        return replace(_ON[point], touch=f"{side}_{point}")
+    return replace(_ON_OTHER[point], touch=f"{other(side)}_{point}")
 
 
 def other(side: str) -> str:

@@ -98,10 +98,14 @@ def _figure(floor: _Floor, number: int, name: str, lead: str) -> None:
     """What both arms do in a bar; they are where the next bar finds them."""
     scene, at, beat = floor.scene, floor.at, floor.beat
     if name in ("hips", "shoulders", "belly"):
-        put = {"hips": arms.on_hip, "shoulders": arms.on_shoulder, "belly": arms.on_belly}[name]
+        point = {"hips": "hip", "shoulders": "shoulder", "belly": "belly"}[name]
         for late, side in enumerate((lead, other(lead))):
             scene.arm(
-                side, at(number) - 2, at(number + 1) + 0.4 * beat * late, put(side), (0.08, 0.0, 0.12)
+                side,
+                at(number) - 2,
+                at(number + 1) + 0.4 * beat * late,
+                arms.on(point, side),
+                (0.08, 0.0, 0.12),
             )
             if beat >= _QUICKEST:
                 scene.arm(side, at(number + 3) + 0.2 * beat * late, at(number + 4), _READY)
@@ -126,7 +130,9 @@ def _figure(floor: _Floor, number: int, name: str, lead: str) -> None:
             begin = at(number + half)
             scene.arm(lead, begin, begin + 0.9 * beat, up, (0.0, 0.0, 0.22))
             scene.arm(lead, begin + beat, begin + 1.95 * beat, down, (0.05, 0.0, 0.28))
-        scene.arm(other(lead), at(number) - 2, at(number + 1), arms.on_hip(other(lead)), (0.1, 0.0, 0.05))
+        scene.arm(
+            other(lead), at(number) - 2, at(number + 1), arms.on("hip", other(lead)), (0.1, 0.0, 0.05)
+        )
         scene.arm(other(lead), at(number + 3), at(number + 4), _READY)
     else:
         for half in range(4):
@@ -216,16 +222,16 @@ def _line_bar(floor: _Floor, number: int, name: str, first: str) -> None:
             up = replace(flat, palm=(-0.85, 0.5, 0.0))
             scene.arm(side, at(number + 2 + late), at(number + 2 + late) + 0.8 * beat, up)
         elif name == "shoulders":
-            scene.arm(side, begin, at(number + 2 + late) - 2, arms.on_shoulder(side))
+            scene.arm(side, begin, at(number + 2 + late) - 2, arms.on("shoulder", side))
         elif name == "head":
-            scene.arm(side, begin, at(number + 2 + late) - 2, arms.on_head(side), (0.05, 0.0, 0.10))
+            scene.arm(side, begin, at(number + 2 + late) - 2, arms.on("head", side), (0.05, 0.0, 0.10))
         elif name == "belly":
-            scene.arm(side, begin, at(number + 2 + late) - 4, arms.on_belly(side), (0.05, 0.0, 0.08))
+            scene.arm(side, begin, at(number + 2 + late) - 4, arms.on("belly", side), (0.05, 0.0, 0.08))
         elif name == "knees":
-            scene.arm(side, at(number) + 2 * late, at(number + 2), arms.on_knee(side), (0.05, 0.0, 0.10))
+            scene.arm(side, at(number) + 2 * late, at(number + 2), arms.on("knee", side), (0.05, 0.0, 0.10))
             scene.arm(side, at(number + 2.8), at(number + 4), _READY, (0.0, 0.0, 0.10))
         else:
-            scene.arm(side, begin, at(number + 2 + late) - 4, arms.on_hip(side), (0.10, 0.0, 0.12))
+            scene.arm(side, begin, at(number + 2 + late) - 4, arms.on("hip", side), (0.10, 0.0, 0.12))
     if name == "knees":
         down = scene.held(at(number), at(number + 1.9), at(number + 2.7), at(number + 4))
         scene.low += 0.26 * down

@@ -28,7 +28,7 @@ def stand(stream: Stream, frames: int) -> Score:
             share, pelvis=(0.1 * at, 0.0, 0.0), chest=(0.15 * at, 0.0, 0.0), gaze=(0.7 * at, 0.08, 0.0)
         )
         if stream.choice((True, False, False, False)):
-            rests = arms.on_hip(side) if stream.choice((True, False)) else arms.on_belly(side)
+            rests = arms.on("hip", side) if stream.choice((True, False)) else arms.on("belly", side)
             scene.arm(side, start, start + rise, rests, (0.10, 0.0, 0.10))
             scene.arm(side, end - rise, end)
     return scene.score("stand")
@@ -107,7 +107,7 @@ def hands_on_hips(stream: Stream, frames: int) -> Score:
     up = min(24.0, 0.3 * frames)
     for side in SIDES:
         late = stream.uniform(0.0, 5.0)
-        scene.arm(side, first + late, first + late + up, arms.on_hip(side), (0.14, 0.05, 0.06))
+        scene.arm(side, first + late, first + late + up, arms.on("hip", side), (0.14, 0.05, 0.06))
         scene.arm(side, last - up - late, last - late, None, (0.12, 0.0, 0.0))
     share = scene.held(first, first + up, last - up, last)
     scene.bend(share, pelvis=(0.0, -0.03, 0.0), chest=(0.0, -0.06, 0.0), gaze=(0.0, -0.02, 0.0))
@@ -128,8 +128,8 @@ def arms_crossed(stream: Stream, frames: int) -> Score:
     above = other(below)
     first, last = 5.0, frames - 6.0
     up = min(22.0, 0.28 * frames)
-    scene.arm(below, first, first + up, arms.on_ribs(below), (0.05, 0.0, 0.14))
-    scene.arm(above, first + 4.0, first + 4.0 + up, arms.on_upper_arm(above), (0.05, 0.05, 0.22))
+    scene.arm(below, first, first + up, arms.on("ribs", below), (0.05, 0.0, 0.14))
+    scene.arm(above, first + 4.0, first + 4.0 + up, arms.on("upper_arm", above), (0.05, 0.05, 0.22))
     scene.arm(above, last - 4.0 - up, last - 4.0, None, (0.05, 0.0, 0.20))
     scene.arm(below, last - up, last, None, (0.05, 0.0, 0.12))
     share = scene.held(first, first + up, last - up, last)
@@ -146,7 +146,7 @@ def touch_head(stream: Stream, frames: int) -> Score:
         up = min(28.0, 0.42 * (end - start))
         share = scene.held(start, start + up, end - up, end)
         for side in hands:
-            scene.touch(side, arms.on_head(side), start, end, up)
+            scene.touch(side, arms.on("head", side), start, end, up)
         lean = float(sum(sign(side) for side in hands))
         bow = stream.uniform(0.05, 0.25)
         scene.bend(share, chest=(0.0, 0.03, -0.03 * lean), gaze=(0.1 * lean, bow, 0.14 * lean))
@@ -161,7 +161,7 @@ def touch_toe(stream: Stream, frames: int) -> Score:
         down = min(0.40 * (end - start), 40.0)
         share = scene.held(start, start + down, end - down, end)
         for side in hands:
-            scene.arm(side, start + 0.15 * down, start + down, arms.on_toe(side), (0.05, 0.0, 0.15))
+            scene.arm(side, start + 0.15 * down, start + down, arms.on("toe", side), (0.05, 0.0, 0.15))
             scene.arm(side, end - down, end - 0.1 * down, None, (0.05, 0.0, 0.12))
         if len(hands) == 1:
             free = other(hands[0])
@@ -186,7 +186,7 @@ def salute(stream: Stream, frames: int) -> Score:
     side = stream.choice(("right", "right", "left"))
     for start, end in slots(stream, frames, 2.0, 3.6, calm=0.8):
         up = min(28.0, 0.4 * (end - start))
-        scene.touch(side, arms.on_brow(side), start, end, up)
+        scene.touch(side, arms.on("brow", side), start, end, up)
         straight = scene.held(start - 4.0, start + up, end - up, end)
         scene.bend(straight, pelvis=(0.0, -0.02, 0.0), chest=(0.0, -0.07, 0.0), gaze=(0.0, -0.04, 0.0))
     return scene.score("salute", side=side)
@@ -208,7 +208,7 @@ def bow(stream: Stream, frames: int) -> Score:
         )
         scene.low += 0.02 * deep * share
         if courtly:
-            scene.arm(side, start, start + 0.8 * down, arms.on_belly(side), (0.12, 0.0, 0.12))
+            scene.arm(side, start, start + 0.8 * down, arms.on("belly", side), (0.12, 0.0, 0.12))
             scene.arm(side, end - 0.8 * down, end, None, (0.10, 0.0, 0.10))
             scene.arm(other(side), start, start + down, Shape((0.75, -0.45, -0.05), (0.0, 0.0, 0.8), 0.1))
             scene.arm(other(side), end - down, end)

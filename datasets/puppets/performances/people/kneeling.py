@@ -50,7 +50,7 @@ def _one_lunge(
     scene.ahead += scene.held(start + 2.0, start + 28.0, end - 34.0, end - 6.0)
     for side in SIDES:
         if style == "hips":
-            scene.arm(side, start, top - 12.0, arms.on_hip(side), (0.12, 0.0, 0.06))
+            scene.arm(side, start, top - 12.0, arms.on("hip", side), (0.12, 0.0, 0.06))
             scene.arm(side, fall + 12.0, end)
         elif style == "ahead":
             to = Shape((0.02, -0.08, 0.90), (0.0, 0.0, 0.2), 0.2, 1.0)
@@ -209,5 +209,5 @@ def _upper(scene: Scene, times: Times, fore: str, one: np.ndarray, back: np.ndar
             scene.arm(side, times.both - 4.0, times.both + 22.0, lap, (0.08, 0.0, 0.04))
             scene.arm(side, times.forth - 26.0, times.forth)
     elif stream.choice((True, True, False)):
-        scene.touch(fore, arms.on_knee(fore), times.knee - 24.0, times.rise + 20.0, 24.0)
+        scene.touch(fore, arms.on("knee", fore), times.knee - 24.0, times.rise + 20.0, 24.0)
         scene.bend(one, pelvis=(0.0, 0.08, 0.0), chest=(0.0, 0.12, 0.0))

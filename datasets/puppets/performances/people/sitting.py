@@ -228,11 +228,11 @@ def _hands_on_a_seat(scene: Scene, seat: _Seat) -> None:
         late = stream.uniform(0.0, 8.0)
         start, end = seat.first + 0.45 * seat.down + late, seat.last - 0.55 * seat.up - late
         if what == "knee":
-            scene.touch(side, arms.on_knee(side), start, end, 28.0)
+            scene.touch(side, arms.on("knee", side), start, end, 28.0)
             continue
         if what in ("ribs", "upper arm"):
             start, end = start + 0.4 * seat.down, end - 0.4 * seat.up
-            to = arms.on_ribs(side) if what == "ribs" else arms.on_upper_arm(side)
+            to = arms.on("ribs", side) if what == "ribs" else arms.on("upper_arm", side)
             scene.arm(side, start, start + 26.0, to, (0.05, 0.03, 0.18))
             scene.arm(side, end - 26.0, end, None, (0.05, 0.0, 0.16))
             continue
@@ -257,7 +257,7 @@ def _hands_on_the_floor(scene: Scene, seat: _Seat) -> dict[str, tuple[HandPlant,
                 scene.arm(side, start, start + 32.0, _THIGH, (0.05, 0.0, 0.05))
                 scene.arm(side, end - 32.0, end)
             else:
-                scene.touch(side, arms.on_knee(side), start, end, 32.0)
+                scene.touch(side, arms.on("knee", side), start, end, 32.0)
             continue
         scene.arm(side, last - 0.5 * up, last - 0.05 * up)
         plants[side] = (_behind(scene, seat, behind, apart),)

@@ -1,4 +1,4 @@
-"""Stairs, up and down, with one foot on every step; they grow with the performer (``solver/scaling.py``)."""
+"""Stairs, up and down, one foot on every step; they grow with the performer (``solver/scaling.py``)."""
 
 from __future__ import annotations
 
