@@ -13,8 +13,7 @@ from retarget_bench.motion.bvh.catalogue import Entry, catalogue, fingerprint, s
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import resampled_frames
 
-from . import training
-from .motions import FPS, SHORTEST, Clip, Motions, cut
+from .motions import FPS, SHORTEST, Clip, Clips, Motions, Training, cut
 from .takes import DOG, PERSON, SPECIES, Part, Protocol, Takes, find
 
 OWN = (
@@ -151,14 +150,14 @@ class LafanDog:
         return [info for info in self.cases(task, "self") if bodies[info.target].structure == structure]
 
     # ------------------------------------------------------------------------------- beyond it
-    def training(self) -> training.Training:
+    def training(self) -> Training:
         """Structure -> character -> clips of takes that are neither tested nor in ``validation``."""
-        found: dict[str, dict[str, training.Clips]] = {}
+        found: dict[str, dict[str, Clips]] = {}
         for species in SPECIES:
             mine = [clip for clip in self._clips["train"] if clip.species == species]
             if mine:
                 structure = self._motions.body(species).structure
-                found[structure] = {species: training.Clips(self._motions, mine)}
+                found[structure] = {species: Clips(self._motions, mine)}
         return found
 
     def validation(self) -> LafanDog:

@@ -1,8 +1,8 @@
-"""Takes as motions of one person and one dog, cut into clips."""
+"""Takes as motions of one person and one dog, cut into clips, and the clips that are trained on."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,6 +14,7 @@ from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.actions import Action, action
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.training.lazy_clips import LazyClips
 
 from .takes import DOG, PERSON
 
@@ -130,3 +131,22 @@ def _named(species: str, found: Character, path: Path) -> Character:
     if not low < found.height < high:
         raise FileError(path, f"read in centimetres, its {species} is {found.height:.3g} m high")
     return replace(found, name=species, structure=f"{STRUCTURES[species]}{len(found.skeleton)}")
+
+
+Training = Mapping[str, Mapping[str, "Clips"]]
+"""Structure -> character -> its clips."""
+
+
+class Clips(LazyClips[Clip]):
+    """Clips of one character, each cut when it is asked for."""
+
+    def __init__(self, motions: Motions, listed: Sequence[Clip]) -> None:
+        super().__init__(listed)
+        self._motions = motions
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(clip.name for clip in self.listed)
+
+    def made(self, each: Clip) -> Motion:
+        return self._motions.clip(each)

@@ -15,9 +15,9 @@ from retarget_bench.motion.bvh.catalogue import Entry, catalogue, fingerprint
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from . import listing, protocols, training
+from . import protocols
 from .layout import Layout, find
-from .motions import METRES, Motions
+from .motions import METRES, Motions, Training, training_clips
 
 CARD = DatasetCard(
     name="mixamo",
@@ -153,12 +153,12 @@ class Mixamo:
         return Motions(self._structure, self._fps, self._unit, self._selection.multiple)
 
     @cached_property
-    def _listing(self) -> listing.Listing:
+    def _listing(self) -> protocols.Listing:
         def structure(name: str, path: Path, entry: Entry) -> str:
             return self._motions.rig(name, path, entry).native.structure
 
-        clips, notes = listing.readable(self._files, self._entries, structure, self._selection, self._fps)
-        return listing.list_cases(self.card.name, self._selection, clips, notes)
+        clips, notes = protocols.readable(self._files, self._entries, structure, self._selection, self._fps)
+        return protocols.list_cases(self.card.name, self._selection, clips, notes)
 
     # ------------------------------------------------------------------------------- the contract
     @property
@@ -238,7 +238,7 @@ class Mixamo:
             raise FileError(path, entry.problem)
         return self._motions.motion(character, path, entry)
 
-    def training(self) -> training.Training:
+    def training(self) -> Training:
         """Structure -> character -> clips that no case of test or validation shows.
 
         folds: every clip of the other three folds, by the characters that this fold does not hold out.
@@ -253,7 +253,7 @@ class Mixamo:
             name: {clip: path for clip, path in self._layout.clips[name].items() if clip not in shown}
             for name in free
         }
-        return training.training(self._motions, files, {**self._others, **self._entries})
+        return training_clips(self._motions, files, {**self._others, **self._entries})
 
     def validation(self) -> Mixamo:
         """What training is steered by: clips of the next fold. Raises BenchError with protocol=all."""
