@@ -161,7 +161,7 @@ class LafanDog:
         return found
 
     def validation(self) -> LafanDog:
-        """What training is steered by: takes of its own."""
+        """The validation part: takes of its own."""
         folders = (self._folders[PERSON], self._folders[DOG])
         return LafanDog(self._root, *folders, self._seconds, self._protocol, "validation")
 
@@ -197,7 +197,7 @@ class LafanDog:
         return Motions(usable)
 
     def _unusable(self, path: Path) -> str:
-        """Why a take can be no clip, from its header; "" where it can."""
+        """The reason why a take cannot be used, from its header; "" where it can."""
         entry = self._entries[path]
         frames = 0 if entry.problem else resampled_frames(entry.frames, entry.fps, FPS)
         if entry.problem or frames >= SHORTEST:

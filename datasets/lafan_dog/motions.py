@@ -78,7 +78,8 @@ class Motions:
         return self._bodies[species][1]
 
     def misfit(self, species: str, name: str) -> str:
-        """Why a take is of another body than the others, from its header; "" where it is not."""
+        """The difference of a take's body from the others', read from its header; "" where there is
+        none."""
         self.body(species)
         usual = bvh.parse_header(self._bodies[species][0]).hierarchy
         own = bvh.parse_header(self.files[species][name]).hierarchy
@@ -96,7 +97,7 @@ class Motions:
         return self.take(clip.species, clip.take).at(slice(clip.first, clip.end))
 
     def action(self, clip: Clip) -> Action:
-        """What is done in a clip."""
+        """The action of a clip."""
         if clip not in self._actions:
             self._actions[clip] = action(self.clip(clip))
         return self._actions[clip]

@@ -173,7 +173,7 @@ class Mixamo:
 
     @property
     def label(self) -> str:
-        """What tables call it. Whatever is less than SAN's whole test set is called ``san-partial``."""
+        """The name in tables. Anything less than SAN's whole test set is called ``san-partial``."""
         if self._part == "validation":
             return f"{self._with(part='test').label}, validation"
         if self._protocol == "folds":
@@ -229,7 +229,7 @@ class Mixamo:
 
     # ------------------------------------------------------------------------------- beyond it
     def motion(self, character: str, clip: str) -> Motion:
-        """What a character does in a clip, on the joints and at the rate of the cases."""
+        """The motion of a character in a clip, on the joints and at the rate of the cases."""
         path = self._layout.clips.get(character, {}).get(clip)
         if path is None:
             raise BenchError(f"{self._layout.root} holds no {character}/{clip}.bvh")
@@ -256,7 +256,7 @@ class Mixamo:
         return training_clips(self._motions, files, {**self._others, **self._entries})
 
     def validation(self) -> Mixamo:
-        """What training is steered by: clips of the next fold. Raises BenchError with protocol=all."""
+        """The validation part: clips of the next fold. Raises BenchError with protocol=all."""
         return self._with(part="validation")
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
@@ -295,7 +295,7 @@ class Mixamo:
 
     @property
     def _variant(self) -> str:
-        """What is not as by default, for the label."""
+        """Parameters that differ from their defaults, for the label."""
         said = [f"{self._fps:g} fps"] if self._fps != protocols.SAN_FPS else []
         said += [self._structure] if self._structure != "native" else []
         return f" ({', '.join(said)})" if said else ""

@@ -198,7 +198,7 @@ def training_clips(
 
 
 def _structure(motions: Motions, name: str, path: Path, entry: Entry) -> str:
-    """Of the body in a file; "" where it cannot be used."""
+    """The structure of the body in a file; "" where it cannot be used."""
     if entry.problem:
         return ""
     try:

@@ -32,7 +32,7 @@ _VARIANT = re.compile(r" \(\d+\)$")
 
 
 class Asked(NamedTuple):
-    """How much a protocol asks for, found or not; ``characters`` are the targets."""
+    """Numbers that a protocol asks for, found or not; ``characters`` are the targets."""
 
     clips: int
     characters: int
@@ -41,7 +41,7 @@ class Asked(NamedTuple):
 
 @dataclass(frozen=True)
 class Selection:
-    """What a protocol asks of a folder.
+    """Clips and pairs that a protocol asks of a folder.
 
     clips, pairs: what is asked and can be there; pairs are (source, target) folder names.
     asked:        how much the protocol asks for.
@@ -84,7 +84,7 @@ def one_fold(layout: Layout, fold: int) -> Selection:
 
 
 def steering(layout: Layout, tested: Selection, held_out: tuple[str, ...], fold: int) -> Selection:
-    """What training is steered by: untested clips of one fold, all ordered pairs of who is not held out."""
+    """The validation part: untested clips of one fold, all ordered pairs of characters not held out."""
     characters = [name for name in layout.characters if name not in held_out]
     clips = tuple(name for name in layout.names if name not in tested.clips and fold_of(name) == fold)
     pairs = tuple((source, target) for source in characters for target in characters)

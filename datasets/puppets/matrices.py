@@ -38,7 +38,8 @@ def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 
 
 def carry(start: np.ndarray, end: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """``v`` turned by the shortest turn from one unit vector to another; undefined only for opposites."""
+    """``v`` rotated by the shortest rotation from one unit vector to another; undefined only for
+    opposites."""
     cosine, along, ahead = dot(start, end), dot(start, v), dot(end, v)
     share = 1.0 / np.maximum(1.0 + cosine, 1e-3)
     # v + axis x v + axis x (axis x v) / (1 + cosine), with the products written out
@@ -48,12 +49,12 @@ def carry(start: np.ndarray, end: np.ndarray, v: np.ndarray) -> np.ndarray:
 
 
 def apply(turn: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Vectors ``(..., 3)`` turned by matrices ``(..., 3, 3)``."""
+    """Vectors ``(..., 3)`` rotated by matrices ``(..., 3, 3)``."""
     return np.asarray(np.einsum("...ij,...j->...i", turn, v))
 
 
 def rotated(turn: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """One vector ``(3,)`` turned by matrices ``(..., 3, 3)``, as one product."""
+    """One vector ``(3,)`` rotated by matrices ``(..., 3, 3)``, as one product."""
     return np.asarray((turn.reshape(-1, 3) @ v).reshape(turn.shape[:-1]))
 
 

@@ -102,11 +102,11 @@ def person_cones(body: Body) -> list[Cone]:
 
 def joints_at(body: Body) -> dict[str, np.ndarray]:
     """Part -> ``(3,)`` its joint in the T-pose."""
-    places = np.array(body.offsets)
+    positions = np.array(body.offsets)
     for joint, parent in enumerate(body.structure.parents):
         if parent >= 0:
-            places[joint] += places[parent]
-    return {part: places[joint] for part, joint in body.part.items()}
+            positions[joint] += positions[parent]
+    return {part: positions[joint] for part, joint in body.part.items()}
 
 
 def _ahead(x: float = 0.0, y: float = 0.0, z: float = 0.0) -> np.ndarray:
@@ -291,7 +291,7 @@ def _dog_hind(body: Body, at: dict[str, np.ndarray], side: str) -> list[Cone]:
 
 
 def _dog_paw(body: Body, joint: np.ndarray, part: str) -> list[Cone]:
-    """From the last joint down, and forward along the floor."""
+    """Cones from the last joint down, and forward along the floor."""
     high = (0.45 + 0.5 * MELT) * body.proportions.girth
     tip = joint + body.tips[part]
     ground = tip + np.array([0.0, high, -0.3 * body.proportions.ball])

@@ -70,7 +70,7 @@ def surface(field: Field, low: np.ndarray, high: np.ndarray, step: float) -> tup
 
 
 def _codes(inside: np.ndarray) -> np.ndarray:
-    """Which corners of each cell are inside, as bits."""
+    """Corners of each cell that are inside, as bits."""
     nx, ny, nz = (size - 1 for size in inside.shape)
     code = np.zeros((nx, ny, nz), dtype=np.int64)
     for bit, (x, y, z) in enumerate(_CORNERS):
@@ -187,7 +187,8 @@ def _drawn(solid: Flesh, step: float) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _step(body: Body) -> float:
-    """Of the grid, metres, from the area of the cones as if they did not overlap by more than a half."""
+    """Step of the grid, metres, from the area of the cones as if they did not overlap by more than a
+    half."""
     solid = filled(body, 0.0)
     lengths = np.sqrt((solid.line**2).sum(axis=-1))
     radius = solid.radii.mean(axis=-1)

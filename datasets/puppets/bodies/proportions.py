@@ -63,16 +63,17 @@ class Proportions:
 
     @property
     def leg(self) -> float:
-        """From the hip joint to the sole, standing."""
+        """Length from the hip joint to the sole, standing."""
         return self.thigh + self.shank + self.ankle
 
     @property
     def arm(self) -> float:
-        """From the shoulder joint to the wrist."""
+        """Length from the shoulder joint to the wrist."""
         return self.upper_arm + self.forearm
 
     def scaled(self, everything: float = 1.0, **factors: float) -> Proportions:
-        """With every length multiplied by ``everything``, and the named ones by their own factor too."""
+        """Proportions with every length multiplied by ``everything``, and the named ones by their own
+        factor too."""
         values = {f.name: getattr(self, f.name) * everything for f in fields(self)}
         return replace(self, **{name: value * factors.get(name, 1.0) for name, value in values.items()})
 
@@ -82,10 +83,7 @@ STATURE = {"woman": (1.629, 0.064), "man": (1.756, 0.069)}
 """Mean and standard deviation, metres."""
 
 _LEVA_STATURE = {"woman": 1.735, "man": 1.741}
-_LEVA = {
-    "woman": {"upper_arm": 0.2751, "forearm": 0.2643},
-    "man": {"upper_arm": 0.2817, "forearm": 0.2689},
-}
+_LEVA = {"woman": {"upper_arm": 0.2751, "forearm": 0.2643}, "man": {"upper_arm": 0.2817, "forearm": 0.2689}}
 """Metres, of people of that stature."""
 _HEIGHTS = {
     "woman": {"hip": 0.5190, "knee": 0.2860, "ankle": 0.0385},

@@ -35,22 +35,22 @@ def axes(body: Body) -> np.ndarray:
     joints = body.structure.joints
     if body.rest == "along_x":
         return _along_bones(body)
-    turned = np.tile(_Z_UP if body.rest == "z_up" else np.eye(3), (joints, 1, 1))
+    oriented = np.tile(_Z_UP if body.rest == "z_up" else np.eye(3), (joints, 1, 1))
     if body.rest in _DROP:
         for side in SIDES:
             raised = about(2, np.array(sign(side) * _DROP[body.rest]))
             for part in ("arm", "forearm", "hand"):
-                turned[body.part[f"{side}_{part}"]] = raised
-    return turned
+                oriented[body.part[f"{side}_{part}"]] = raised
+    return oriented
 
 
 def _along_bones(body: Body) -> np.ndarray:
     """Joints that never turn have their parent's axes, so that their rotation is the identity for good."""
-    structure, turned = body.structure, np.empty((body.structure.joints, 3, 3))
+    structure, oriented = body.structure, np.empty((body.structure.joints, 3, 3))
     for joint, part in enumerate(structure.parts[: structure.joints]):
         silent = part in structure.silent
-        turned[joint] = turned[structure.parents[joint]] if silent else _along_bone(body, part)
-    return turned
+        oriented[joint] = oriented[structure.parents[joint]] if silent else _along_bone(body, part)
+    return oriented
 
 
 def _along_bone(body: Body, part: str) -> np.ndarray:

@@ -48,7 +48,7 @@ class Structure:
 
     @property
     def joints(self) -> int:
-        """How many joints the rig has: the first of the parts."""
+        """Number of joints of the rig: the first of the parts."""
         return len(self.parts) - self.hidden
 
     @property
@@ -62,7 +62,7 @@ class Structure:
 
     @property
     def contacts(self) -> tuple[int, ...]:
-        """Which of ``CONTACT_ROLES`` are joints of the rig."""
+        """Indices of ``CONTACT_ROLES`` that are joints of the rig."""
         return tuple(k for k, role in enumerate(CONTACT_ROLES) if role in self.roles)
 
     @property
@@ -233,10 +233,7 @@ _BENDING = {"spine_1": 0.30, "spine_2": 0.35, "spine_3": 0.35}
 _LEVELS = {"spine_1": 0.14, "spine_2": 0.38, "spine_3": 0.64}
 
 BODY22 = _structure(
-    "body22",
-    [("Hips", "hips", ""), *_legs("*Toe"), *_SPINE, *_HEAD, *_both(_ARMS)],
-    _BENDING,
-    _LEVELS,
+    "body22", [("Hips", "hips", ""), *_legs("*Toe"), *_SPINE, *_HEAD, *_both(_ARMS)], _BENDING, _LEVELS
 )
 
 BODY28 = _structure(

@@ -197,7 +197,7 @@ _STAIRS = ("stairs_up", "stairs_down")
 
 @cache
 def between_legs(size: str, part: Part, seed: int) -> tuple[CaseInfo, ...]:
-    """From people to dogs, then from dogs to people, clip by clip."""
+    """Cases from people to dogs, then from dogs to people, clip by clip."""
     people, dogs = families()
     return (*_one_way(people, dogs, size, part, seed), *_one_way(dogs, people, size, part, seed))
 
@@ -216,7 +216,7 @@ def real_motions(size: str, part: Part, seed: int) -> tuple[CaseInfo, ...]:
 
 @cache
 def clip_action(clip: Clip) -> Action:
-    """What is mostly done in a clip, known without solving it."""
+    """The main action of a clip, known without solving it."""
     if clip.kind in _SITTING:
         return "sit"
     return "move" if going(clip.score().path, FPS) >= MOVING else "idle"

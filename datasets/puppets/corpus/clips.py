@@ -116,7 +116,7 @@ def clips(size: str, seed: int, part: Part = "test") -> tuple[Clip, ...]:
 
 @cache
 def training_clips(size: str, body: str, seed: int) -> tuple[Clip, ...]:
-    """What one body performs for training, and nobody else: all kinds in turn."""
+    """Clips that one body alone performs for training: all kinds in turn."""
     make = SIZES[size]
     (family,) = (each for each in families() if body in each.bodies)
     offered = kinds_of(family, "train")
@@ -163,7 +163,7 @@ def unable(clip: Clip, names: tuple[str, ...]) -> Mapping[str, float]:
 
 @cache
 def shortfalls(clip: Clip, names: tuple[str, ...]) -> Mapping[str, float]:
-    """What solving the clip for these bodies shows."""
+    """Shortfalls found by solving the clip for these bodies: body -> metres."""
     score, family = clip.score(), clip.family
     if score.stairs is None and not any(hand.touches or hand.plants for hand in score.hands.values()):
         return {}

@@ -149,7 +149,7 @@ class Puppets:
         return clip
 
     def _real(self, task: str, structure: str) -> Sequence[CaseInfo]:
-        """What answers on bodies of a structure are compared with: all clips, by all who perform them."""
+        """Real motion that answers on a structure are compared with: all clips, by all their performers."""
         del task
         return of_structure(real_motions(self.size, self.part, self.seed), structure)
 
@@ -172,8 +172,8 @@ class Puppets:
         return frozenset(name for name, new in marks.items() if new)
 
     def motion(self, clip: str | Clip, name: str, manner: str = USUAL) -> Motion:
-        """What a body does in a clip of this part or in one that is listed elsewhere (``matched``), in the
-        usual manner or the second one."""
+        """The motion of a body in a clip of this part or in one that is listed elsewhere (``matched``), in
+        the usual manner or the second one."""
         return self._studio.motion(clip if isinstance(clip, Clip) else self._clips[clip], name, manner)
 
     def exclusions(self) -> Mapping[str, Mapping[str, float]]:
@@ -191,7 +191,7 @@ class Puppets:
         }
 
     def validation(self) -> Puppets:
-        """What training is steered by: in each of its cases is a body that ``training`` does not have."""
+        """The validation part: each of its cases has a body that ``training`` does not have."""
         return self.parts()["validation"]
 
     def training(self) -> Training:

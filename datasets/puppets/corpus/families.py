@@ -74,13 +74,7 @@ def families() -> tuple[Family, ...]:
     return (
         Family("people", BODIES, kinds, solve, SECOND, out_of_reach),
         Family(
-            "dogs",
-            DOGS,
-            DOG_KINDS,
-            dog_solver.solve,
-            dog_solver.SECOND,
-            _nothing,
-            sequence="dog_sequence",
+            "dogs", DOGS, DOG_KINDS, dog_solver.solve, dog_solver.SECOND, _nothing, sequence="dog_sequence"
         ),
     )
 
@@ -124,7 +118,7 @@ def kinds_of(family: Family, part: Part) -> tuple[str, ...]:
 
 @cache
 def training_manifest() -> dict[str, Sequence[str]]:
-    """What whoever trains on the puppets has seen: characters, structures and kinds. ``validation``: those
+    """Characters, structures and kinds that training on the puppets sees. ``validation``: those
     of the characters that only steered the training."""
     seen = [family.bodies[name] for family in families() for name in bodies_of(family, "validation")]
     return {

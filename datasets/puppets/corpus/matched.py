@@ -64,8 +64,8 @@ class Match:
 
 @dataclass(frozen=True, eq=False)
 class Going:
-    """Of every frame ``(frames,)``: kind; speed forward, leg lengths a second; heading, radians from +Z
-    to the left. Of a match's two clips only the kinds differ."""
+    """Labels of every frame ``(frames,)``: kind; speed forward, leg lengths a second; heading, radians from
+    +Z to the left. Of a match's two clips only the kinds differ."""
 
     kind: np.ndarray
     speed: np.ndarray
@@ -155,7 +155,7 @@ def _matches(
 
 
 def _least(names: Sequence[str], used: Counter[tuple[str, ...]], *with_whom: str) -> str:
-    """Who had the fewest turns so far, then the fewest with each of ``with_whom``; then the first."""
+    """The name with the fewest turns so far, then the fewest with each of ``with_whom``; then the first."""
     chosen = min(names, key=lambda name: (used[name,], *(used[name, each] for each in with_whom)))
     used.update([(chosen,), *((chosen, each) for each in with_whom)])
     return chosen

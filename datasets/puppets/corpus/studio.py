@@ -27,7 +27,7 @@ from .families import Family, bodies_of, families
 
 @dataclass(frozen=True, eq=False)
 class Labels:
-    """Of one clip by one body.
+    """Labels of one clip by one body.
 
     kind:     ``(frames,)`` text: what is done in each frame; sequences change.
     phase:    ``(frames,)`` 0 to 1 within what is done, or turns of its cycle.
@@ -166,7 +166,7 @@ class Clips(LazyClips[Clip]):
 
     @property
     def frames(self) -> int:
-        """Of all clips together, known without solving any."""
+        """Number of frames of all clips together, known without solving any."""
         return sum(clip.frames for clip in self.listed)
 
 

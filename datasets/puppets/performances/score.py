@@ -126,7 +126,7 @@ class HandPlant:
 
 @dataclass(frozen=True, eq=False)
 class Hand:
-    """Where a hand goes.
+    """The course of a hand.
 
     reach:   ``(frames, 3)`` (out, up, forward) from the shoulder to the wrist, arm lengths.
     upright: ``(frames,)`` 0: the axes lean with the chest; 1: they stay upright and only turn with it.
@@ -234,7 +234,7 @@ class Score:
         return len(self.heading)
 
     def stretches(self) -> tuple[Act, ...]:
-        """What is done when: ``acts``, or the whole as one."""
+        """The acts in order, or the whole as one."""
         return self.acts or (Act(self.kind, 0, self.frames),)
 
     def phases(self) -> np.ndarray:

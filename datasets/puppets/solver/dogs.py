@@ -120,7 +120,8 @@ def _middle(body: Body, part: str) -> np.ndarray:
 
 
 def _between(pose: Pose) -> np.ndarray:
-    """From the middle of the hip joints to that of the shoulder joints, blades at rest on the chest."""
+    """The line from the middle of the hip joints to that of the shoulder joints, blades at rest on the
+    chest."""
     body = pose.body
     from_chest = 0.5 * (body.reach("left_arm", "spine_2") + body.reach("right_arm", "spine_2"))
     rear = pose.of("hips") @ _middle(body, "up_leg")
@@ -220,8 +221,8 @@ def _held_up(pose: Pose, limb: str, score: DogScore, goal: np.ndarray) -> np.nda
 def _paw(limb: str, score: DogScore, paw: PawPath, forearm: np.ndarray) -> np.ndarray:
     air = score.paws[limb].air
     if air is None:
-        return paw.turned
-    return part_way(paw.turned, forearm @ about(0, np.full(score.frames, 0.5)), air.weight)
+        return paw.orientation
+    return part_way(paw.orientation, forearm @ about(0, np.full(score.frames, 0.5)), air.weight)
 
 
 def _swing_blade(pose: Pose, side: str, manner: DogManner, goal: np.ndarray) -> None:

@@ -122,7 +122,7 @@ def _fitted(foot: Foot, body: Body) -> Foot:
 def foot_toe(
     pivot: np.ndarray, up: np.ndarray, ahead: np.ndarray, yaw: np.ndarray, sole: _Sole
 ) -> np.ndarray:
-    """Where the toe joint lies while the sole is flat."""
+    """Positions of the toe joint while the sole is flat."""
     flat = np.zeros_like(yaw)
     return pivot + _turned(sole.toe[0] - up, sole.toe[1] - ahead, flat, yaw)
 
@@ -175,7 +175,7 @@ def _stance_pivot(
 
 
 def _resting(plant: Plant, side: str, body: Body, sole: _Sole) -> tuple[np.ndarray, np.ndarray]:
-    """Where heel and toe joint of a planted foot lie on the floor."""
+    """Positions of heel and toe joint of a planted foot on the floor."""
     x, z = foot_place(plant, side, body)
     ahead = np.array([np.sin(_yaw(plant, side)), 0.0, np.cos(_yaw(plant, side))])
     under = np.array([x, plant.level * body.proportions.leg, z])
@@ -183,7 +183,8 @@ def _resting(plant: Plant, side: str, body: Body, sole: _Sole) -> tuple[np.ndarr
 
 
 def _glide(share: np.ndarray, ease: float) -> np.ndarray:
-    """From 0 to 1 at an even speed that is gained and lost, by cubics, within ``ease`` at both ends."""
+    """A curve from 0 to 1 at an even speed that is gained and lost, by cubics, within ``ease`` at both
+    ends."""
     x = 0.5 - np.abs(share - 0.5)
     u = np.minimum(x / ease, 1.0)
     half = (ease * (u * u * u - 0.5 * u**4) + np.maximum(x - ease, 0.0)) / (1.0 - ease)
@@ -317,7 +318,7 @@ def air_sole(
 def clear_of_floor(
     ankle: np.ndarray, sole: np.ndarray, toes: np.ndarray, foot: FootPath, body: Body
 ) -> np.ndarray:
-    """The ankle's places ``(frames, 3)``, higher where such a foot would be in the floor."""
+    """The ankle's positions ``(frames, 3)``, higher where such a foot would be in the floor."""
     p = body.proportions
     ball = ankle + sole @ np.array([0.0, p.ball_height - p.ankle, p.ball])
     points = (

@@ -23,13 +23,13 @@ def bridged(score: Score, wanted: np.ndarray, reached: np.ndarray) -> np.ndarray
     return _chords(score.flights, reached - wanted, reached - wanted) + wanted
 
 
-def fall(score: Score, body: Body, places: np.ndarray) -> np.ndarray:
+def fall(score: Score, body: Body, positions: np.ndarray) -> np.ndarray:
     """How far the pelvis must be off its own course ``(frames,)``, metres, for the centre of mass to fall
-    freely, in a pose with joints at ``places`` ``(frames, joints, 3)``."""
+    freely, in a pose with joints at ``positions`` ``(frames, joints, 3)``."""
     if not score.flights:
         return np.zeros(score.frames)
-    hips = 0.5 * (places[:, body.part["left_up_leg"], 1] + places[:, body.part["right_up_leg"], 1])
-    above = centre_of_mass(body, places)[:, 1] - hips
+    hips = 0.5 * (positions[:, body.part["left_up_leg"], 1] + positions[:, body.part["right_up_leg"], 1])
+    above = centre_of_mass(body, positions)[:, 1] - hips
     # outside of flights the line is the curve itself
     return _chords(score.flights, above, above) - above
 

@@ -118,7 +118,7 @@ class _Held:
 
 @dataclass(frozen=True, eq=False)
 class HandPlan:
-    """What a score asks of a body's hand, whatever the passes find.
+    """What a score asks of a body's hand, worked out once for all passes.
 
     on_chest, upright: ``(frames, 3)`` metres from the chest's joint, in its axes and in the world's: added
     up, they are where a free hand goes. floored: whether fingers are kept out of a flat floor. swivel:
@@ -210,17 +210,17 @@ def set_arms(pose: Pose, asked: Sequence[HandPlan], ease: float) -> None:
     start = np.stack([pose.at(f"{each.side}_arm") for each in asked])
     _miss(pose, asked, length(goal - start) - 0.99 * limbs[0].exact * limbs[0].longest)
     upper, lower = bend_all(limbs, start, goal, chest, np.stack([each.swivel for each in asked]))
-    turned = _turned(pose, asked, lower)
+    oriented = _oriented(pose, asked, lower)
     # most of the hand's twist happens along the forearm
-    relative = np.swapaxes(lower, -1, -2) @ turned
+    relative = np.swapaxes(lower, -1, -2) @ oriented
     twist = np.arctan2(relative[..., 2, 1] - relative[..., 1, 2], relative[..., 1, 1] + relative[..., 2, 2])
     _set(pose, asked, "arm", upper)
     _set(pose, asked, "forearm", lower @ about(0, 0.6 * twist))
-    _set(pose, asked, "hand", turned)
+    _set(pose, asked, "hand", oriented)
 
 
-def _set(pose: Pose, asked: Sequence[HandPlan], part: str, turned: np.ndarray) -> None:
-    for each, turn in zip(asked, turned, strict=True):
+def _set(pose: Pose, asked: Sequence[HandPlan], part: str, oriented: np.ndarray) -> None:
+    for each, turn in zip(asked, oriented, strict=True):
         pose.set(f"{each.side}_{part}", turn)
 
 
@@ -252,19 +252,19 @@ def _goal(pose: Pose, chest: np.ndarray, asked: HandPlan) -> np.ndarray:
     return goal
 
 
-def _turned(pose: Pose, asked: Sequence[HandPlan], lower: np.ndarray) -> np.ndarray:
+def _oriented(pose: Pose, asked: Sequence[HandPlan], lower: np.ndarray) -> np.ndarray:
     """Orientations ``(arms, frames, 3, 3)`` of hands on forearms that are turned so."""
-    turned = lower @ np.stack([each.wrist for each in asked])
+    oriented = lower @ np.stack([each.wrist for each in asked])
     still = (lower[0], np.zeros(lower.shape[1]))
     for holds in zip_longest(*(_holds(pose, each) for each in asked), fillvalue=still):
         turns, shares = (np.stack(each) for each in zip(*holds, strict=True))
         if shares.any():
-            turned = part_way(turned, turns, shares)
-    return turned
+            oriented = part_way(oriented, turns, shares)
+    return oriented
 
 
 def _holds(pose: Pose, asked: HandPlan) -> list[Hold]:
-    """What a hand is turned to one by one."""
+    """Orientations that a hand is turned to, one after the other."""
     aim = [asked.aim] if asked.aim is not None else []
     touches = [(pose.of(held.part) @ held.turn, held.weight) for held in asked.touches]
     return [*aim, *touches, *(hold for _, _, hold in asked.plants)]

@@ -25,7 +25,7 @@ SEAT_HEIGHT = 1.3
 
 
 def knee_height(body: Body) -> float:
-    """Of the joint over the floor, metres."""
+    """Height of the knee joint over the floor, metres."""
     return KNEE_HEIGHT * body.proportions.girth
 
 
@@ -48,7 +48,7 @@ def resting(foot: FootPath, body: Body) -> np.ndarray:
 
 
 def knees(score: Score, feet: Mapping[str, FootPath], body: Body) -> np.ndarray | None:
-    """``(2, frames, 3)`` places of resting knees, left and right; None where no leg ever kneels."""
+    """``(2, frames, 3)`` positions of resting knees, left and right; None where no leg ever kneels."""
     if not any(kneels(score, side).any() for side in SIDES):
         return None
     return np.stack([resting(feet[side], body) for side in SIDES])
@@ -66,11 +66,7 @@ def _bears(score: Score, side: str) -> np.ndarray:
 
 
 def on_knees(
-    score: Score,
-    middle: np.ndarray,
-    hips: np.ndarray,
-    knees: np.ndarray,
-    body: Body,
+    score: Score, middle: np.ndarray, hips: np.ndarray, knees: np.ndarray, body: Body
 ) -> np.ndarray:
     """Where the middle between the hip joints goes ``(frames, 3)``, so far as the body kneels.
 

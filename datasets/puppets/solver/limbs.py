@@ -68,7 +68,7 @@ def bend_all(
     limbs: as long as each other, of one or both sides, solved at once.
     start, goal: ``(limbs, frames, 3)`` of a limb's two ends; frame: ``(frames, 3, 3)`` of what all hang
     on; swivel: ``(limbs, frames)`` turns the middle joint about the line between the ends, left-handed
-    for +1. pole: places ``(limbs, frames, 3)`` towards which the middle joint points, and how far
+    for +1. pole: positions ``(limbs, frames, 3)`` towards which the middle joint points, and how far
     ``(limbs, frames)``.
     Goals within ``limb.exact`` are met exactly, those farther are neared ever more slowly.
     """
@@ -97,11 +97,11 @@ def bend_all(
     # both bones, one after the other, in the plane of ``to`` and ``aside``
     c = np.stack([cosine, (d - a * cosine) / b])[..., None]
     s = np.stack([sine, -a / b * sine])[..., None]
-    turned = np.empty((2, *line.shape, 3))
-    turned[..., 0] = c * to + s * aside
-    turned[..., 1] = hinge
-    turned[..., 2] = c * aside - s * to
-    upper, lower = (turned.reshape(2, len(limbs), -1, 3) @ drawn).reshape(turned.shape)
+    oriented = np.empty((2, *line.shape, 3))
+    oriented[..., 0] = c * to + s * aside
+    oriented[..., 1] = hinge
+    oriented[..., 2] = c * aside - s * to
+    upper, lower = (oriented.reshape(2, len(limbs), -1, 3) @ drawn).reshape(oriented.shape)
     return upper, lower
 
 
@@ -166,9 +166,9 @@ _SEGMENTS = (
 """Plagenhoef, Evans and Abdelnour (1983), mean of women and men; the hand's mass goes with the forearm."""
 
 
-def centre_of_mass(body: Body, places: np.ndarray) -> np.ndarray:
-    """``(frames, 3)`` from places ``(frames, parts, 3)``."""
-    return np.einsum("fjc,j->fc", places, _weights(body))
+def centre_of_mass(body: Body, positions: np.ndarray) -> np.ndarray:
+    """``(frames, 3)`` from positions ``(frames, parts, 3)``."""
+    return np.einsum("fjc,j->fc", positions, _weights(body))
 
 
 @cache

@@ -19,8 +19,8 @@ THICK = 0.055
 
 @dataclass(frozen=True, eq=False)
 class Grounds:
-    """What paws are placed by: ``(frames, 2)`` the points of the floor under hips and shoulders, metres,
-    their heights ``(frames,)`` as the score wants them, and their headings ``(frames,)``."""
+    """References that paws are placed by: ``(frames, 2)`` the points of the floor under hips and shoulders,
+    metres, their heights ``(frames,)`` as the score wants them, and their headings ``(frames,)``."""
 
     hind: np.ndarray
     fore: np.ndarray
@@ -45,7 +45,7 @@ def along(heading: np.ndarray | float) -> np.ndarray:
 
 
 def span(body: Body) -> float:
-    """From the hip joints to the shoulder joints along the floor, standing."""
+    """Distance from the hip joints to the shoulder joints along the floor, standing."""
     return float((body.reach("left_arm", "hips") - body.reach("left_up_leg", "hips"))[2])
 
 
@@ -104,11 +104,11 @@ def at(values: np.ndarray, moment: float) -> np.ndarray:
 
 @dataclass(frozen=True, eq=False)
 class PawPath:
-    """joint: ``(frames, 3)`` of the joint over the paw. turned: ``(frames, 3, 3)`` of the paw.
+    """joint: ``(frames, 3)`` of the joint over the paw. orientation: ``(frames, 3, 3)`` of the paw.
     planted, pivoting: ``(frames,)`` bool. down: likewise, whether the tip is on the floor at all."""
 
     joint: np.ndarray
-    turned: np.ndarray
+    orientation: np.ndarray
     planted: np.ndarray
     pivoting: np.ndarray
     down: np.ndarray
@@ -135,8 +135,8 @@ def paw_path(score: DogScore, limb: str, body: Body, ground: Grounds) -> PawPath
             pitch += plant.curl * bump(share) + _between(plant, after, t)
     tips = np.stack([place[:, 0], up, place[:, 1]], axis=-1)
     pitch = pitch - paw.flat * _lying(tip, THICK * leg)
-    turned = about(1, yaw) @ about(0, pitch)
-    return PawPath(tips - turned @ tip, turned, *_rests(paw, score.frames))
+    orientation = about(1, yaw) @ about(0, pitch)
+    return PawPath(tips - orientation @ tip, orientation, *_rests(paw, score.frames))
 
 
 def _spot(plant: PawPlant, side: str, end: str, body: Body, ground: Grounds) -> tuple[np.ndarray, float]:

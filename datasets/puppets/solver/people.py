@@ -71,7 +71,7 @@ def solve(score: Score, body: Body, manner: Manner = Manner()) -> Solution:
 
 
 def _passes(score: Score, body: Body) -> int:
-    """How often the whole is gone through."""
+    """Number of passes."""
     if hands.reaches_down(score, body) or hands.any_planted(score):
         return 8
     touching = any(hand.touches for hand in score.hands.values())

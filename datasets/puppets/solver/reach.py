@@ -22,16 +22,16 @@ def stairs_misfit(score: Score, body: Body, solution: Solution) -> float:
     into the steps, its toes would have to point farther than an ankle turns. 0 on a flat floor."""
     if score.stairs is None:
         return 0.0
-    floor, places = ground(score, body), body.positions(solution.orientations, solution.root)
+    floor, positions = ground(score, body), body.positions(solution.orientations, solution.root)
     worst = 0.0
     for side, flat in zip(SIDES, solution.planted.T[[0, 2]], strict=True):
-        ankle = places[flat, body.part[f"{side}_foot"]]
+        ankle = positions[flat, body.part[f"{side}_foot"]]
         if len(ankle):
             over = ankle[:, 1] - ground_height(floor, ankle[:, 0], ankle[:, 2]) - body.proportions.ankle
             worst = max(worst, float(over.max()))
         hand = body.part[f"{side}_hand"]
         out = np.array([sign(side) * body.proportions.hand, 0.0, 0.0])
-        tip = places[:, hand] + solution.orientations[:, hand] @ out
+        tip = positions[:, hand] + solution.orientations[:, hand] @ out
         worst = max(worst, float((ground_height(floor, tip[:, 0], tip[:, 2]) - tip[:, 1]).max()))
         worst = max(worst, _ankle_excess(body, solution, side))
     return worst
@@ -89,12 +89,12 @@ FITS = 0.005
 
 def gaps(score: Score, body: Body, solution: Solution) -> Mapping[tuple[str, str], float]:
     """(hand's side, place) -> metres between hand and place, at worst while it should rest there."""
-    places = body.positions(solution.orientations, solution.root)
+    positions = body.positions(solution.orientations, solution.root)
     found: dict[tuple[str, str], float] = {}
 
     def point(part: str, at: np.ndarray) -> np.ndarray:
         joint = body.part[part]
-        return places[:, joint] + solution.orientations[:, joint] @ at
+        return positions[:, joint] + solution.orientations[:, joint] @ at
 
     for side in SIDES:
         for touch in score.hands[side].touches:
@@ -105,7 +105,7 @@ def gaps(score: Score, body: Body, solution: Solution) -> Mapping[tuple[str, str
             gap = np.sqrt((apart[full] ** 2).sum(axis=-1)).max(initial=0.0)
             found[side, touch.place] = max(found.get((side, touch.place), 0.0), float(gap))
         for plant in score.hands[side].plants:
-            apart = places[:, body.part[f"{side}_hand"]] - hands.plant_wrist(plant, side, body)
+            apart = positions[:, body.part[f"{side}_hand"]] - hands.plant_wrist(plant, side, body)
             gap = np.sqrt((apart**2).sum(axis=-1))[hands.plant_rests(plant, score.frames)].max(initial=0.0)
             found[side, "floor"] = max(found.get((side, "floor"), 0.0), float(gap))
     return found

@@ -70,7 +70,7 @@ USUAL_FOOT = 0.141
 
 
 def foot_pitch(body: Body) -> float:
-    """By what a sole's angles are multiplied on this body."""
+    """The factor of a sole's angles on this body."""
     sizes = body.proportions
     return min(max(USUAL_FOOT * sizes.leg / sizes.ball, 0.4), 1.15)
 

@@ -64,7 +64,7 @@ def _hip(side: str, body: Body) -> TouchPoint:
 
 
 def _knee(side: str, body: Body) -> TouchPoint:
-    """On the thigh just over the knee, fingers down and inward."""
+    """The thigh just over the knee, fingers down and inward."""
     p, out = body.proportions, sign(side)
     return TouchPoint(
         f"{side}_up_leg",
@@ -75,7 +75,7 @@ def _knee(side: str, body: Body) -> TouchPoint:
 
 
 def _toe(side: str, body: Body) -> TouchPoint:
-    """On the toes from above, with the finger tips."""
+    """The toes from above, with the finger tips."""
     p, out = body.proportions, sign(side)
     return TouchPoint(
         f"{side}_toe",
@@ -118,7 +118,7 @@ def _elbow(side: str, body: Body) -> TouchPoint:
 
 
 def _shoulder(side: str, body: Body) -> TouchPoint:
-    """On top and a little in front, for the other hand: fingers back over the shoulder."""
+    """The top of the shoulder and a little in front, for the other hand: fingers back over the shoulder."""
     p, out = body.proportions, sign(side)
     return TouchPoint(
         f"{side}_shoulder",
@@ -139,7 +139,7 @@ def _on_chest(
 
 
 def _chest(side: str, body: Body) -> TouchPoint:
-    """On the breast, a hand from the other side laid across: on the heart."""
+    """The breast, for a hand from the other side laid across: on the heart."""
     p, out = body.proportions, sign(side)
     spot = _on_chest(
         body, 0.35 * out * p.shoulder_half, 0.16 * p.trunk, 1.55 * p.girth, (0.1 * out, 0.15, 1.0)

@@ -92,7 +92,7 @@ class Way:
 
 
 def way(stream: Stream, frames: int, speed: float, most: float, there: bool = False) -> Way:
-    """At most ``most`` radians a second of turning. there: from standing to standing."""
+    """A way with at most ``most`` radians a second of turning. there: from standing to standing."""
     t = seconds(frames)
     facing, turning = stream.uniform(-np.pi, np.pi), stream.uniform(-most, most)
     rate, start = stream.uniform(0.12, 0.30), stream.uniform(0.0, 1.0)
@@ -120,7 +120,7 @@ def ahead(heading: np.ndarray) -> np.ndarray:
 
 
 def summed(rate: np.ndarray) -> np.ndarray:
-    """What a rate a second, ``(frames, ...)``, comes to: 0 in the first frame."""
+    """The integral of a rate a second, ``(frames, ...)``: 0 in the first frame."""
     steps = np.cumsum(0.5 * (rate[1:] + rate[:-1]), axis=0) / FPS
     return np.concatenate([np.zeros_like(rate[:1]), steps])
 
@@ -155,7 +155,7 @@ class Gait:
     neck: float
 
     def at(self, pair: Span, speed: np.ndarray) -> np.ndarray:
-        """What a pair of values comes to at a speed; slower than slowest is as slowest."""
+        """A pair of values interpolated at a speed; slower than the slowest counts as the slowest."""
         share = np.maximum(speed - self.speed[0], 0.0) / (self.speed[1] - self.speed[0])
         return np.asarray(pair[0] + share * (pair[1] - pair[0]))
 

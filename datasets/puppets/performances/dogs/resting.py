@@ -121,12 +121,12 @@ def _until(plant: PawPlant, off: int, curl: float) -> PawPlant:
 
 
 def stand(stream: Stream, frames: int) -> DogScore:
-    """At ease, looking about."""
+    """Standing at ease, looking about."""
     return stood(stream, np.full(frames, stream.uniform(-np.pi, np.pi)))
 
 
 def stood(stream: Stream, heading: np.ndarray) -> DogScore:
-    """At ease, facing as given ``(frames,)``."""
+    """Standing at ease, facing as given ``(frames,)``."""
     habit, frames = Habit.draw(stream), len(heading)
     paws = {limb: Paw((_standing(habit, limb, stream),), np.zeros(frames)) for limb in LIMBS}
     look = stream.sign() * stream.uniform(0.2, 0.6)
@@ -192,7 +192,7 @@ def _round(number: int, habit: Habit, over: tuple[int, int], period: float, fram
 def _tucked(
     habit: Habit, limb: str, stream: Stream, off: int, swing: int, frames: int, hocks: float
 ) -> Paw:
-    """From standing to where the paw of a lying body is, by one step."""
+    """The paw from standing to where the paw of a lying body is, by one step."""
     before = _until(_standing(habit, limb, stream), off, curl=0.1)
     strike = off + swing
     after = PawPlant(frames - 1.0, habit.stance + 0.25, 0.0, strike, strike + 2, EVER, EVER, lain=1.0)

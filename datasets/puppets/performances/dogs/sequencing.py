@@ -46,7 +46,7 @@ def sequence(stream: Stream, frames: int, kinds: Sequence[str] = ()) -> DogScore
 
 
 def _drawn_order(stream: Stream, frames: int) -> list[str]:
-    """What there is time for, beginning with something else than standing."""
+    """Kinds that there is time for, beginning with something else than standing."""
     usual = {kind: long * (_STRETCHED if frames > 300 else 1.0) for kind, (_, long) in PARTS.items()}
     order: list[str] = []
     left = 1.1 * frames

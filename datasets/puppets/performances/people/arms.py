@@ -17,7 +17,7 @@ Triple = tuple[float, float, float]
 
 @dataclass(frozen=True)
 class Shape:
-    """What an arm does in one moment, in the words of ``score.Hand``; touch: a place, or nothing; palm,
+    """An arm in one moment, in the words of ``score.Hand``; touch: a place, or nothing; palm,
     fingers: where they point (out, up, forward), or nothing."""
 
     reach: Triple

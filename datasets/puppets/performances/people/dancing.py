@@ -21,7 +21,8 @@ _SWAY = 0.30
 
 
 class _Floor:
-    """Where the dancer is, and how the weight goes along. place: (x, z) leg lengths, of the middle."""
+    """The dancer's place on the floor and the course of the weight. place: (x, z) leg lengths, of the
+    middle."""
 
     def __init__(self, scene: Scene, beat: int, start: int) -> None:
         self.scene, self.beat, self.start = scene, beat, start
@@ -95,7 +96,7 @@ def _sway(floor: _Floor, number: int, lead: str) -> None:
 
 # ------------------------------------------------------------------------------------------ arms
 def _figure(floor: _Floor, number: int, name: str, lead: str) -> None:
-    """What both arms do in a bar; they are where the next bar finds them."""
+    """Move both arms in a bar; they stay where the next bar finds them."""
     scene, at, beat = floor.scene, floor.at, floor.beat
     if name in ("hips", "shoulders", "belly"):
         point = {"hips": "hip", "shoulders": "shoulder", "belly": "belly"}[name]

@@ -35,7 +35,7 @@ def stand(stream: Stream, frames: int) -> Score:
 
 
 def point(stream: Stream, frames: int) -> Score:
-    """At things around: the gaze goes first, then arm and chest."""
+    """Pointing at things around: the gaze goes first, then arm and chest."""
     scene = Scene(stream, frames, width=stream.uniform(1.0, 1.5))
     scene.fidget()
     for start, end in slots(stream, frames, 1.9, 3.2, calm=0.9):
@@ -154,7 +154,7 @@ def touch_head(stream: Stream, frames: int) -> Score:
 
 
 def touch_toe(stream: Stream, frames: int) -> Score:
-    """Down with nearly straight legs to the own toes, with one hand or both, and up again."""
+    """Bending down with nearly straight legs to the own toes, with one hand or both, and up again."""
     scene = Scene(stream, frames, width=stream.uniform(1.2, 2.2), shift=0.1)
     for start, end in slots(stream, frames, 2.2, 3.6):
         hands = stream.choice((("left",), ("right",), SIDES, SIDES))
@@ -193,7 +193,7 @@ def salute(stream: Stream, frames: int) -> Score:
 
 
 def bow(stream: Stream, frames: int) -> Score:
-    """From the hips, arms along the thighs, or one hand on the belly and the other swept aside."""
+    """Bowing from the hips, arms along the thighs, or one hand on the belly and the other swept aside."""
     scene = Scene(stream, frames, width=stream.uniform(0.8, 1.2), shift=0.1)
     courtly, side = stream.choice((True, False)), stream.choice(SIDES)
     for start, end in slots(stream, frames, 2.2, 3.8, calm=0.7):
@@ -265,9 +265,7 @@ def wave(stream: Stream, frames: int) -> Score:
     plan, style = _Wave.draw(stream, frames), Style.draw(stream)
     soft, upright = 0.065 * stream.uniform(0.0, 1.0) ** 2.2 - 0.008, stream.normal(0.075)
     style = replace(
-        style,
-        aside=style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5,
-        posture=style.posture + upright,
+        style, aside=style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5, posture=style.posture + upright
     )
     heading = stream.uniform(-np.pi, np.pi)
     t, still = seconds(frames), np.zeros(frames)
@@ -336,12 +334,7 @@ def _trunk(
 
 
 def _waving(
-    stream: Stream,
-    style: Style,
-    plan: _Wave,
-    t: np.ndarray,
-    raised: np.ndarray,
-    swing: np.ndarray,
+    stream: Stream, style: Style, plan: _Wave, t: np.ndarray, raised: np.ndarray, swing: np.ndarray
 ) -> Hand:
     """Up in front of the body, then from side to side about the elbow, the wrist trailing."""
     base, (wide, rise), elbow, palm = _SHAPES[plan.shape]

@@ -79,8 +79,8 @@ class _Jump:
 def _jumps(
     stream: Stream, frames: int, time: tuple[float, float], far: tuple[float, float], whole: bool
 ) -> list[_Jump]:
-    """As many as the clip holds; the first begins soon, the last ends before the clip, or is cut off unless
-    all are to be ``whole``."""
+    """As many jumps as the clip holds; the first begins soon, the last ends before the clip, or is cut off
+    unless all are to be ``whole``."""
     shallow = 0.13 if whole and frames < 110 else 0.0
     deep, soft = stream.uniform(0.62 + shallow, 0.80), stream.uniform(0.66 + shallow, 0.84)
     air, travel = stream.uniform(*time), stream.uniform(*far)
@@ -316,7 +316,7 @@ def _hopping_feet(
     style: Style,
     frames: int,
 ) -> tuple[Foot, Foot]:
-    """Of the hopping and of the other leg."""
+    """Feet of the hopping and of the other leg."""
     count = len(contacts) - 1
 
     def plant(k: float, strike: int, off: int, width: float, roll: int) -> Plant:
@@ -377,11 +377,7 @@ def _hopping_trunk(
 
 
 def _hopping_arm(
-    stream: Stream,
-    style: Style,
-    contacts: Sequence[tuple[int, int]],
-    frame: np.ndarray,
-    aloft: np.ndarray,
+    stream: Stream, style: Style, contacts: Sequence[tuple[int, int]], frame: np.ndarray, aloft: np.ndarray
 ) -> Hand:
     """Bent and off the body for balance, rising with every flight."""
     t = seconds(len(frame))

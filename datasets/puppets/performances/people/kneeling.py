@@ -59,7 +59,8 @@ def _one_lunge(
 
 
 def _carried(score: Score, scene: Scene, far: float) -> Score:
-    """With the body carried ``far`` leg lengths ahead where ``scene.ahead`` is 1, whatever its balance."""
+    """The score with the body carried ``far`` leg lengths ahead where ``scene.ahead`` is 1, whatever its
+    balance."""
     heading = scene.feet.heading
     line = np.stack([np.sin(heading), np.cos(heading)], axis=-1)
     free = smooth(3.0 * scene.ahead)
@@ -95,7 +96,7 @@ def _times(whole: int, second: bool) -> Times:
 
 
 def kneel(stream: Stream, frames: int) -> Score:
-    """Down on one knee, or on both and back on the heels, a while there, and up the same way."""
+    """Kneeling down on one knee, or on both and back on the heels, a while there, and up the same way."""
     return _down_and_up(stream, frames, "kneel", stream.choice((0.0, 1.0)))
 
 
@@ -115,10 +116,7 @@ def _down_and_up(stream: Stream, frames: int, kind: str, late: float, rises: boo
     scene.style = replace(scene.style, toe_out=0.6 * scene.style.toe_out)
     hind = stream.choice(SIDES)
     fore, long = other(hind), stream.uniform(0.72, 0.82)
-    feet = {
-        hind: _hind(scene, hind, times),
-        fore: _fore(scene, fore, times, whole, long),
-    }
+    feet = {hind: _hind(scene, hind, times), fore: _fore(scene, fore, times, whole, long)}
     one = plateau(scene.k, times.step + 10.0, times.knee, times.rise, times.close + 6.0)
     back = _on_both(scene, times) if second else 0.0 * one
     _upper(scene, times, fore, one, back, second)

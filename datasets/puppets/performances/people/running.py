@@ -49,7 +49,7 @@ class _Swung:
 
 @dataclass(frozen=True)
 class _Run:
-    """What tells a run from a jog. rate: steps a second. speed: leg lengths a second. down: seconds a foot
+    """Settings of a run or a jog. rate: steps a second. speed: leg lengths a second. down: seconds a foot
     is down. knee: most bent in the swing, thigh: most raised, degrees. lean: of the chest. tall: height of
     the hips at take-off, leg lengths. elbow: bend on top of the style's. swing: of the arms.
     swung: of the legs."""

@@ -32,7 +32,7 @@ class Stance:
         return 2.0 * self.support - 1.0
 
     def moved(self, side: str, foot: Foot, support: np.ndarray) -> Stance:
-        """With another course of one foot, and of the weight."""
+        """A stance with another course of one foot, and of the weight."""
         return replace(self, feet={**self.feet, side: foot}, support=support)
 
 
@@ -145,7 +145,7 @@ _NONE = (0.0, 0.0, 0.0)
 
 
 class Scene:
-    """What a performer on the spot does in ``frames`` frames; all times are in frames.
+    """A performance on the spot of ``frames`` frames in the making; all times are in frames.
 
     Begins and ends standing on both soles with the arms at ease, so that it may follow anything. How soft
     the knees are, how far off the body the arms hang and how upright the trunk is belongs to the moment,

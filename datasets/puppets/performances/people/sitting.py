@@ -22,7 +22,7 @@ from .sequencing import cut
 
 
 def sit(stream: Stream, frames: int) -> Score:
-    """Down on a seat or on the floor, and a while there, legs and hands now so, now so."""
+    """Sitting down on a seat or on the floor, and a while there, legs and hands now so, now so."""
     return _sitting(stream, frames, "sit", stream.choice(("seat", "seat", "floor")), rises=False)
 
 

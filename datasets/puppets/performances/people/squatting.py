@@ -63,7 +63,7 @@ class _Squat:
 
 
 def squat(stream: Stream, frames: int) -> Score:
-    """Down with the weight over both feet, a moment at the bottom, and up."""
+    """Squatting down with the weight over both feet, a moment at the bottom, and up."""
     plan, style = _Squat.draw(stream, frames), Style.draw(stream)
     style = replace(style, toe_out=style.toe_out + stream.uniform(0.05, 0.25))
     heading = stream.uniform(-np.pi, np.pi)
@@ -128,7 +128,7 @@ def _forward(stream: Stream, style: Style, t: np.ndarray, down: np.ndarray) -> H
 
 
 def _on_knee(stream: Stream, style: Style, plan: _Squat, t: np.ndarray, side: str) -> Hand:
-    """On the thigh just over the knee while the trunk is low."""
+    """A hand on the thigh just over the knee while the trunk is low."""
     still = np.zeros_like(t)
     held = [(a + 0.25 * (b - a), b - 0.05, c + 0.1, d - 0.2 * (d - c)) for a, b, c, d in plan.times]
     resting = sum((plateau(t, *times) for times in held), start=still)
@@ -139,7 +139,7 @@ def _on_knee(stream: Stream, style: Style, plan: _Squat, t: np.ndarray, side: st
 
 
 def _on_hip(stream: Stream, style: Style, t: np.ndarray, side: str) -> Hand:
-    """On the hip all the while."""
+    """A hand on the hip all the while."""
     calm = idle_hand(stream, len(t), style, (Touch(f"{side}_hip", np.ones_like(t)),))
     return replace(calm, swivel=calm.swivel + 0.6)
 
@@ -156,7 +156,7 @@ def _clasped(stream: Stream, style: Style, t: np.ndarray, down: np.ndarray, side
 
 
 def touch_floor(stream: Stream, frames: int) -> Score:
-    """With one hand or both, stooping with all but straight knees or squatting."""
+    """Touching the floor with one hand or both, stooping with all but straight knees or squatting."""
     scene = Scene(stream, max(frames, 80), width=stream.uniform(1.3, 1.9), shift=0.1, loose=0.3)
     how, hands = stream.choice(("stoop", "squat")), stream.choice((SIDES, SIDES, ("left",), ("right",)))
     heading = float(scene.feet.heading[0])
@@ -180,8 +180,7 @@ def touch_floor(stream: Stream, frames: int) -> Score:
             scene.arm(side, end - 0.8 * down, end)
     score = scene.score("touch_floor", how=how, hands=len(hands))
     score = replace(
-        score,
-        hands={side: replace(hand, plants=tuple(plants[side])) for side, hand in score.hands.items()},
+        score, hands={side: replace(hand, plants=tuple(plants[side])) for side, hand in score.hands.items()}
     )
     return cut(score, 0, frames)
 
@@ -262,7 +261,7 @@ def lift(stream: Stream, frames: int) -> Score:
 def _both_hands(
     scene: Scene, box: _Box, taken: np.ndarray, plants: tuple[HandPlant, ...]
 ) -> dict[str, Hand]:
-    """At ease, then as far apart as the box is wide, whatever else happens."""
+    """Hands at ease, then as far apart as the box is wide, whatever else happens."""
     t, stream, style = scene.k / 30.0, scene.stream, scene.style
     shared = np.stack([0.0 * t, wander(stream, t, 0.008), wander(stream, t, 0.008)], axis=-1)
     carried = np.array([box.half, *box.carried]) + shared

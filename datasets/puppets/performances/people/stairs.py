@@ -60,7 +60,7 @@ def _climbing(stream: Stream, kind: str, frames: int, up: int) -> Score:
 
 
 def _middle(drawn: Gait, course: Course, k: int) -> tuple[float, float]:
-    """Where the body's line is over the k-th step."""
+    """Position of the body's line over the k-th step."""
     return course.at(drawn.strike(k) + 0.30 * drawn.stride)[1]
 
 

@@ -183,7 +183,7 @@ def _plant(gait: Gait, course: Course, tread: Tread, strike: int, off: int, plac
 
 
 def support(gait: Gait) -> np.ndarray:
-    """On which foot one rests while standing: before a start on the one that stays."""
+    """The foot that bears the weight while standing: before a start on the one that stays."""
     even = np.full(gait.frames, 0.5)
     if not gait.starts:
         return even

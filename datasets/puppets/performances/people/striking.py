@@ -17,7 +17,6 @@ from .scene import Scene, slots
 _GUARD = Shape(
     (-0.02, -0.30, 0.46), swivel=-0.1, upright=0.5, palm=(-0.8, 0.1, -0.6), fingers=(0.0, 0.9, 0.4)
 )
-_OPEN = Shape((0.34, -0.46, 0.30), swivel=0.2, upright=0.5)
 
 
 def kick_front(stream: Stream, frames: int) -> Score:
@@ -144,7 +143,7 @@ _BLOWS: dict[str, tuple[Shape, Triple]] = {
 
 
 def _blow(scene: Scene, side: str, blow: str, at: float, ready: np.ndarray) -> None:
-    """Out in eleven frames and back in thirteen, driven by hips and shoulders."""
+    """A blow, out in eleven frames and back in thirteen, driven by hips and shoulders."""
     shape, arc = _BLOWS[blow]
     scene.arm(side, at, at + 11.0, shape, arc)
     scene.arm(side, at + 12.0, at + 25.0, _GUARD)

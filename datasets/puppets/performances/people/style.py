@@ -189,7 +189,7 @@ _ARMS = (_HANGING,) * 4 + (_BRISK,) * 3 + (_HELD_OUT,) * 2 + (_RAISED,) * 2
 
 
 def personal(stream: Stream, style: Style, step: float) -> Carriage:
-    """Of somebody who walks by steps of so many leg lengths."""
+    """The carriage of a person who walks with steps of so many leg lengths."""
     lean = 0.12 + stream.normal(0.13)
     low, bob = _hips(stream, style, step, lean + style.posture)
     return Carriage(

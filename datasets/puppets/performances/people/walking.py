@@ -191,7 +191,7 @@ def _groping(stream: Stream, score: Score) -> Score:
 
 
 def march(stream: Stream, frames: int) -> Score:
-    """On parade: knees high, flat feet, stretched arms, everything on the beat."""
+    """Marching on parade: knees high, flat feet, stretched arms, everything on the beat."""
     drawn = gait(
         stream,
         frames,
