@@ -11,7 +11,7 @@ from retarget_bench.errors import SkeletonError
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.structures import BODY22, reduce
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 
 from .form import Lengths
 from .retargeter import Retargeter, Terms, Yaw, common_reasons
@@ -58,12 +58,12 @@ class Nkn(Retargeter):
     As published, with no weights shipped: ``nkn[drift=0,lengths=world]``, preset ``paper``.
     """
 
-    presets: Mapping[str, Recipe] = {
-        "paper": Recipe(steps=50_000, batch=16, window=60, rate=1e-4),
-        "default": Recipe(
+    presets: Mapping[str, TrainingConfig] = {
+        "paper": TrainingConfig(steps=50_000, batch=16, window=60, rate=1e-4),
+        "default": TrainingConfig(
             steps=6_000, batch=16, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
         ),
-        "quick": Recipe(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
+        "quick": TrainingConfig(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
     }
 
     def __init__(

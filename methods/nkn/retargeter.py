@@ -16,15 +16,15 @@ from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.learned_method import LearnedMethod
 
 from . import form
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from retarget_bench.training.config import Recipe
-    from retarget_bench.training.data import Material
+    from retarget_bench.training.config import TrainingConfig
+    from retarget_bench.training.data import TrainingData
 
     from .generator import Generator
     from .learner import Learner
@@ -42,7 +42,7 @@ Yaw = Literal["predicted", "source"]
 Terms = Literal["autoencoder", "cycle", "adversarial"]
 
 
-class Retargeter(Learned):
+class Retargeter(LearnedMethod):
     """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
 
     def __init__(
@@ -216,22 +216,24 @@ class Retargeter(Learned):
     def another(self) -> Retargeter:
         """This method once more, without weights."""
 
-    def learner(self, material: Material, recipe: Recipe) -> Learner:
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Learner:
         from .learner import Choices, Learner
 
         casts: dict[str, list[str]] = {}
-        for name in sorted(material.clips):
-            casts.setdefault(self.structure(material.characters[name]), []).append(name)
-        if len(material.clips) < 2 and self.losses != "autoencoder":
+        for name in sorted(training_data.clips):
+            casts.setdefault(self.structure(training_data.characters[name]), []).append(name)
+        if len(training_data.clips) < 2 and self.losses != "autoencoder":
             raise NotSupported(f"{self.card.name} needs two characters to train on, and there is one")
-        trees = {name: self.body(material.characters[mine[0]]).skeleton for name, mine in casts.items()}
-        bones = {name: self.bones(material.characters[name]) for name in sorted(material.clips)}
+        trees = {
+            name: self.body(training_data.characters[mine[0]]).skeleton for name, mine in casts.items()
+        }
+        bones = {name: self.bones(training_data.characters[name]) for name in sorted(training_data.clips)}
         choices = Choices(self.cell, self.hidden, self.losses, self.same, self.drift)
 
         def build(tensors: Mapping[str, Tensor]) -> Retargeter:
             return self.another().using(tensors)
 
-        return Learner(material, casts, trees, bones, choices, recipe, build)
+        return Learner(training_data, casts, trees, bones, choices, config, build)
 
 
 @lru_cache(maxsize=1024)

@@ -13,9 +13,9 @@ from torch import Tensor, nn
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, rotation
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import Material, Windows
+from retarget_bench.training.data import TrainingData, WindowBatch
 from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
 from retarget_bench.training.layers.masks import frame_mask
@@ -42,24 +42,29 @@ class Weighting:
 
 
 class SMRMLearner:
-    """A ``Learner`` (see ``training/contract.py``)."""
+    """A ``TrainingModule`` (see ``training/contract.py``)."""
 
     def __init__(
         self,
-        material: Material,
-        recipe: Recipe,
+        training_data: TrainingData,
+        config: TrainingConfig,
         form: Form,
         weighting: Weighting,
         generator: Generator,
         trained: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
         """trained: makes the method from exported tensors. Raises NotSupported with one character only."""
-        if len(material.clips) < 2:
+        if len(training_data.clips) < 2:
             raise NotSupported("smrm learns from at least two characters, and there is one")
-        self.material, self.form, self.weighting, self._trained = material, form, weighting, trained
-        self._window = recipe.window
-        self._names = sorted(material.clips)
-        bodies = [form.body(material.characters[name]) for name in self._names]
+        self.training_data, self.form, self.weighting, self._trained = (
+            training_data,
+            form,
+            weighting,
+            trained,
+        )
+        self._window = config.window
+        self._names = sorted(training_data.clips)
+        bodies = [form.body(training_data.characters[name]) for name in self._names]
         self._number = {name: number for number, name in enumerate(self._names)}
         self._offsets = np.stack([body.offsets for body in bodies])
         self._resting = np.stack([body.resting for body in bodies])
@@ -79,10 +84,10 @@ class SMRMLearner:
         moves = [
             self.form.moves(clip.arrays["hips"], clip.arrays["before"], clip.arrays["turn"])
             for name in self._names
-            for clip in self.material.clips[name]
+            for clip in self.training_data.clips[name]
         ]
         for kind, values, least in (
-            ("positions", self.material.stacked("positions"), LEAST),
+            ("positions", self.training_data.stacked("positions"), LEAST),
             ("moves", np.concatenate(moves), 0.1 * LEAST),
             ("resting", self._resting, LEAST),
         ):
@@ -91,20 +96,20 @@ class SMRMLearner:
     # ---------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
         """A window of a character per row, a body to carry it to, and a window of that body's own."""
-        own = self.material.cast(numbers, rows)
+        own = self.training_data.cast(numbers, rows)
         others = [self._other(numbers, name) for name in own]
         same = numbers.random(rows) < self.weighting.same
         if self._adversarial:
             same[0] &= not same.all()  # there is always a row for the discriminator
         target = [a if keep else b for a, b, keep in zip(own, others, same, strict=True)]
         batch = {
-            "source": self._seen(numbers, self.material.draw(numbers, own, self._window)),
+            "source": self._seen(numbers, self.training_data.draw(numbers, own, self._window)),
             "body": self._bodies(own),
             "target": self._bodies(target),
             "same": same,
         }
         if self._adversarial:
-            batch["real"] = self._seen(numbers, self.material.draw(numbers, target, self._window))
+            batch["real"] = self._seen(numbers, self.training_data.draw(numbers, target, self._window))
         return batch
 
     def _other(self, numbers: np.random.Generator, name: str) -> str:
@@ -115,7 +120,7 @@ class SMRMLearner:
         rows = [self._number[name] for name in names]
         return {"offsets": self._offsets[rows], "resting": self._resting[rows]}
 
-    def _seen(self, numbers: np.random.Generator, windows: Windows) -> dict[str, np.ndarray]:
+    def _seen(self, numbers: np.random.Generator, windows: WindowBatch) -> dict[str, np.ndarray]:
         """Windows as the networks see them; where the direction is kept, turned at random."""
         arrays = dict(windows.arrays)
         if self.form.yaw == "kept":

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-class Learned:
+class LearnedMethod:
     """weights: the name of weights in the folder ``weights`` beside the method's module, or a path: of a
     card, of a file of tensors, or of a folder that ``bench train`` wrote."""
 

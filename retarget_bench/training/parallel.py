@@ -1,6 +1,6 @@
 """Several processes that train one network, as ``torchrun`` starts them; one process needs nothing of it.
 
-What learners may count on: parameters and buffers are the same in every process. Gradients are averaged by
+What training modules may count on: parameters and buffers are the same in every process. Gradients are averaged by
 torch's DistributedDataParallel, and after every step the first process's buffers become everybody's.
 """
 

@@ -27,19 +27,19 @@ from retarget_bench.evaluation.plan import dataset, method
 from retarget_bench.methods.nkn import plugin as Nkn
 from retarget_bench.methods.nkn.cells import KINDS, Layer
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Clip, Material
-from retarget_bench.training.phases import moved
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.phases import to_device
 
 ROWS, FRAMES, HIDDEN, CHANNELS, BONES = 16, 60, 512, 70, 63
 CLIPS, LONG = 32, 300
 CAST = 3
 
 
-def material(trainee: Any) -> Material:
+def training_data(trainee: Any) -> TrainingData:
     """The answers of a few puppets' cases."""
     puppets = dataset(Spec.parse("puppets[size=tiny]"))
-    clips: dict[str, list[Clip]] = {}
+    clips: dict[str, list[ClipArrays]] = {}
     bodies = {}
     for info in puppets.cases("retarget", "intra"):
         fits = not trainee.unfit(puppets.characters()[info.target])
@@ -48,18 +48,18 @@ def material(trainee: Any) -> Material:
             motion = motion.resample(30.0)
             bodies[info.target] = motion.character
             arrays = {key: np.asarray(each) for key, each in trainee.prepare(motion).items()}
-            clips[info.target] = [Clip(info.target, info.clip, arrays)]
-    return Material(bodies, clips)
+            clips[info.target] = [ClipArrays(info.target, info.clip, arrays)]
+    return TrainingData(bodies, clips)
 
 
 def training_step(cell: str) -> Callable[[], None]:
     trainee = method(Spec.parse(f"nkn[cell={cell},losses=cycle]"))
-    learner = trainee.learner(material(trainee), Recipe(1, ROWS, FRAMES, 1e-4))  # type: ignore[attr-defined]
-    batch = moved(learner.draw(np.random.default_rng(0), ROWS), torch.device("cpu"))
+    module = trainee.training_module(training_data(trainee), TrainingConfig(1, ROWS, FRAMES, 1e-4))  # type: ignore[attr-defined]
+    batch = to_device(module.draw(np.random.default_rng(0), ROWS), torch.device("cpu"))
 
     def step() -> None:
-        learner.modules.zero_grad(set_to_none=True)
-        torch.stack(list(learner.losses("generator", batch, {}).values())).sum().backward()
+        module.modules.zero_grad(set_to_none=True)
+        torch.stack(list(module.losses("generator", batch, {}).values())).sum().backward()
 
     return step
 
@@ -108,9 +108,9 @@ def agree() -> float:
 def frames_per_second(cell: str, rounds: int) -> tuple[float, float]:
     """Per second of the clock, and of the processor: the same on idle cores with one thread."""
     trainee: Any = Nkn(cell=cell)
-    found = material(trainee)
-    learner = trainee.learner(found, Recipe(1, ROWS, FRAMES, 1e-4))
-    ready, body = learner.method(), next(iter(found.characters.values()))
+    found = training_data(trainee)
+    module = trainee.training_module(found, TrainingConfig(1, ROWS, FRAMES, 1e-4))
+    ready, body = module.method(), next(iter(found.characters.values()))
     poses = np.zeros((LONG, CLIPS, CHANNELS), np.float32)
     best = [float("inf"), float("inf")]
     for _ in range(rounds):
