@@ -1,9 +1,10 @@
 """What a method offers so that it can be trained. Structural, like every contract (see ``api.py``).
 
-The loop belongs to the engine (``loop.py``): it draws batches, runs a training module's phases in their order,
-steps the optimisers, validates with the benchmark's own metrics, keeps checkpoints and the best weights.
-A training module owns what is trained: modules, losses, and whatever it remembers from step to step (statistics,
-history pools, running scores), all of it in modules' parameters and buffers, so that a checkpoint is whole.
+The loop belongs to the engine (``loop.py``): it draws batches, runs the phases of a training module in
+their order, steps the optimisers, validates with the benchmark's own metrics, keeps checkpoints and the
+best weights. A training module owns what is trained: modules, losses, and whatever it remembers from step
+to step (statistics, replay buffers, running scores), all of it in modules' parameters and buffers, so that
+a checkpoint is whole.
 """
 
 from __future__ import annotations

@@ -55,14 +55,10 @@ class Inline:
     def __init__(self, workers: int) -> None:
         pass
 
-    def run(self, function: str, payloads: list[Any]) -> Iterator[Any]:
-        from importlib import import_module
-
+    def run(self, function: Callable[[Any], Any], payloads: list[Any]) -> Iterator[Any]:
         from retarget_bench.evaluation.process_pool import Done
 
-        module, _, name = function.partition(":")
-        call = getattr(import_module(module), name)
-        return (Done(number, call(payload)) for number, payload in enumerate(payloads))
+        return (Done(number, function(payload)) for number, payload in enumerate(payloads))
 
 
 @pytest.fixture

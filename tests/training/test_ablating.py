@@ -17,19 +17,19 @@ from retarget_bench.evaluation import plan, runner
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import ablating, train
-from retarget_bench.training.ablation import Ablation, Column, Row
+from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 
 TOY = Ablation(
     title="Toys: what picking does",
     paper="A paper, Table 1",
     columns=(
-        Column("Error", "m", "mpjpe_m"),
-        Column("Within", "m", "mpjpe_m", splits=("intra",)),
-        Column("Skin", "m", missing="nobody has one"),
+        AblationColumn("Error", "m", "mpjpe_m"),
+        AblationColumn("Within", "m", "mpjpe_m", splits=("intra",)),
+        AblationColumn("Skin", "m", missing="nobody has one"),
     ),
     rows=(
-        Row("plain", {}, {"Error": "0.12", "Within": "0.1", "Skin": "0.3"}),
-        Row("slow", {"pause": 0.001}, {"Error": "0.34"}),
+        AblationRow("plain", {}, {"Error": "0.12", "Within": "0.1", "Skin": "0.3"}),
+        AblationRow("slow", {"pause": 0.001}, {"Error": "0.34"}),
     ),
     notes=("a note",),
 )
@@ -135,7 +135,7 @@ def test_many_clips_have_an_interval():
 
 
 def test_a_value_that_no_metric_has_is_said(asked):
-    odd = replace(TOY, columns=(Column("Odd", "m", "oddness"),))
+    odd = replace(TOY, columns=(AblationColumn("Odd", "m", "oddness"),))
     with pytest.raises(BenchError, match="no metric computes oddness"):
         ablating.check(odd, DATA)
 
@@ -197,7 +197,7 @@ def test_a_test_set_that_has_changed_is_run_again(bench, monkeypatch):
 
 
 def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monkeypatch, tmp_path):
-    between = replace(TOY, columns=(Column("Between", "m", "mpjpe_m", splits=("cross",)),))
+    between = replace(TOY, columns=(AblationColumn("Between", "m", "mpjpe_m", splits=("cross",)),))
     monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": between})
     status, _, err = bench("--test", "toy_walks[kind=near]")
     assert (status, err) == (

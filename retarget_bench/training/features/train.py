@@ -22,7 +22,7 @@ DROPPED = 1e-6
 
 
 @dataclass(frozen=True)
-class FeatureConfig:
+class FeatureTrainingConfig:
     """hop: frames between training windows. least: the smallest deviation that a place (heights) and any
     other channel is divided by. validation: one clip in so many is kept aside."""
 
@@ -64,7 +64,7 @@ def train(
     clips: Mapping[str, np.ndarray],
     facts: Mapping[str, Any],
     folder: Path,
-    config: FeatureConfig,
+    config: FeatureTrainingConfig,
     progress: Callable[[int, float], None],
 ) -> Network:
     """Train on clips of channels and write the network to a folder.
@@ -101,7 +101,7 @@ def train(
     return network.write(folder, tensors, card)
 
 
-def _split(clips: Mapping[str, np.ndarray], config: FeatureConfig) -> tuple[np.ndarray, np.ndarray]:
+def _split(clips: Mapping[str, np.ndarray], config: FeatureTrainingConfig) -> tuple[np.ndarray, np.ndarray]:
     """``(windows, FRAMES, channels)`` float32 to train on, and of clips that are kept aside."""
     parts: tuple[list[np.ndarray], list[np.ndarray]] = [], []
     for number, seen in enumerate(clips.values()):
@@ -110,7 +110,7 @@ def _split(clips: Mapping[str, np.ndarray], config: FeatureConfig) -> tuple[np.n
     return np.concatenate(kept), np.concatenate(aside or kept[:1])
 
 
-def _statistics(kept: np.ndarray, config: FeatureConfig) -> tuple[np.ndarray, np.ndarray]:
+def _statistics(kept: np.ndarray, config: FeatureTrainingConfig) -> tuple[np.ndarray, np.ndarray]:
     """``(channels,)`` mean, and one over the standard deviation (0 for what never varies)."""
     mean, spread = (each.astype(np.float32) for each in (kept.mean(axis=(0, 1)), kept.std(axis=(0, 1))))
     joints = (kept.shape[2] - 3) // 5
@@ -119,7 +119,10 @@ def _statistics(kept: np.ndarray, config: FeatureConfig) -> tuple[np.ndarray, np
 
 
 def _fit(
-    kept: np.ndarray, aside: np.ndarray, config: FeatureConfig, progress: Callable[[int, float], None]
+    kept: np.ndarray,
+    aside: np.ndarray,
+    config: FeatureTrainingConfig,
+    progress: Callable[[int, float], None],
 ) -> tuple[list[dict[str, float]], Autoencoder]:
     """The loss curve and the trained network."""
     with torch.random.fork_rng(devices=[]):
@@ -156,7 +159,7 @@ def _tensor(cut: np.ndarray) -> Tensor:
     return torch.from_numpy(np.ascontiguousarray(cut.transpose(0, 2, 1)))
 
 
-def _batches(count: int, config: FeatureConfig) -> Iterator[Tensor]:
+def _batches(count: int, config: FeatureTrainingConfig) -> Iterator[Tensor]:
     """Indices of the windows of each step: every window once before any comes again."""
     numbers = torch.Generator().manual_seed(config.seed + 1)
     waiting = torch.randperm(count, generator=numbers)
