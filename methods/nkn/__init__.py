@@ -13,8 +13,9 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.structures import BODY22, reduce
 from retarget_bench.training.config import TrainingConfig
 
-from .form import Lengths
-from .retargeter import Retargeter, Terms, Yaw, common_reasons
+from .features import Lengths
+from .inference import Retargeter, Yaw, common_reasons
+from .training import Losses
 
 PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
 """Of the 22 joints, as the published code has them."""
@@ -70,7 +71,7 @@ class Nkn(Retargeter):
         self,
         cell: Literal["tf", "torch"] = "tf",
         hidden: int = 512,
-        losses: Terms = "adversarial",
+        losses: Losses = "adversarial",
         same: float = 0.2,
         drift: float = 0.05,
         facing: float = 20.0,

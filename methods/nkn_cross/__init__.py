@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 from zlib import crc32
 
 from retarget_bench.api import MethodCard
@@ -14,15 +14,12 @@ from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
 
 from ..nkn import PARAMETERS, Nkn
-from ..nkn.form import Lengths
-from ..nkn.retargeter import SIGNATURE, Retargeter, Signature, Terms, Yaw, common_reasons
-
-if TYPE_CHECKING:
-    from retarget_bench.training.data import TrainingData
-
-    from ..nkn.learner import Learner
+from ..nkn.features import SIGNATURE, Lengths, Signature
+from ..nkn.inference import Retargeter, Yaw, common_reasons
+from ..nkn.training import Losses, NknTraining
 
 TWO_LEGGED, ALL = "two_legged", "all"
 
@@ -53,7 +50,7 @@ class NknCross(Retargeter):
         structures: str = TWO_LEGGED,
         cell: Literal["tf", "torch"] = "tf",
         hidden: int = 256,
-        losses: Terms = "adversarial",
+        losses: Losses = "adversarial",
         same: float = 0.2,
         drift: float = 0.05,
         facing: float = 20.0,
@@ -133,7 +130,7 @@ class NknCross(Retargeter):
     def another(self) -> NknCross:
         return NknCross(**self.choices)
 
-    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Learner:
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NknTraining:
         """Raises NotSupported where bodies of one structure have different joints."""
         known: dict[str, tuple[str, Signature]] = {}
         for name in sorted(training_data.clips):

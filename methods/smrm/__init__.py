@@ -18,10 +18,10 @@ from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .ablations import ABLATIONS
-from .form import Form, Normalisation, Root, Yaw, unfit
+from .features import Features, Normalisation, Root, Yaw, unfit
 from .inference import retargeted
-from .learner import Reference, SMRMLearner, Weighting
 from .network import Generator
+from .training import Reference, SmrmTraining, Weighting
 
 
 class SMRM(LearnedMethod):
@@ -81,7 +81,7 @@ class SMRM(LearnedMethod):
             raise BenchError("smrm needs a context of two frames or more, and at least one hidden number")
         if min(adversarial, rotation_cycle, smooth) < 0 or not 0 <= same <= 1:
             raise BenchError("weights of smrm's losses cannot be negative, and same is a share from 0 to 1")
-        self.form = Form(normalisation, root, yaw)
+        self.features = Features(normalisation, root, yaw)
         self.weighting = Weighting(adversarial, rotation_cycle, smooth, reference_rotation, same)
         self.context, self.hidden = context, hidden
         self.presets: Mapping[str, TrainingConfig] = _presets(context)
@@ -109,11 +109,11 @@ class SMRM(LearnedMethod):
     # -------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, str | int | float | bool]:
         """The parameters that weights depend on."""
-        form, weighting = self.form, self.weighting
+        features, weighting = self.features, self.weighting
         return {
-            "normalisation": form.normalisation,
-            "root": form.root,
-            "yaw": form.yaw,
+            "normalisation": features.normalisation,
+            "root": features.root,
+            "yaw": features.yaw,
             "adversarial": weighting.adversarial,
             "rotation_cycle": weighting.rotation_cycle,
             "smooth": weighting.smooth,
@@ -127,14 +127,14 @@ class SMRM(LearnedMethod):
         return unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return self.form.see(motion)
+        return self.features.see(motion)
 
-    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SMRMLearner:
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SmrmTraining:
         def trained(tensors: Mapping[str, Tensor]) -> Method:
             return type(self)(self.weights, **self.facts()).using(tensors)  # type: ignore[arg-type]
 
-        return SMRMLearner(
-            training_data, config, self.form, self.weighting, Generator(self.hidden), trained
+        return SmrmTraining(
+            training_data, config, self.features, self.weighting, Generator(self.hidden), trained
         )
 
     # ----------------------------------------------------------------------------------- retargeting
@@ -150,7 +150,7 @@ class SMRM(LearnedMethod):
         if not sources:
             return []
         device = torch.device(contexts[0].device)
-        return retargeted(self._generator.to(device), self.form, sources, targets)
+        return retargeted(self._generator.to(device), self.features, sources, targets)
 
     @cached_property
     def _generator(self) -> Generator:

@@ -69,7 +69,7 @@ def command(
     """
     del plugins
     from retarget_bench import files
-    from retarget_bench.commands.train import Voice
+    from retarget_bench.commands.train import ConsoleReporter
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins import registry
     from retarget_bench.plugins.spec import Spec
@@ -84,7 +84,7 @@ def command(
     ablating.check(ablation, tested)
     # "" for no budget of one's own: a folder that was trained under one must not pass for this
     asked = TrainingOptions(spec, data, preset, budget or "", seed, jobs=jobs, device=device)
-    reporter: Any = Voice()
+    reporter: Any = ConsoleReporter()
     try:
         trained = ablating.train_rows(ablation, asked, out, reporter)
     finally:

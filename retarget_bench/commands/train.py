@@ -94,7 +94,7 @@ def command(
         device=device,
         precision=precision,
     )
-    reporter = Voice()
+    reporter = ConsoleReporter()
     try:
         done = train(asked, reporter)
     except KeyboardInterrupt:
@@ -134,7 +134,7 @@ def _first() -> bool:
     return os.environ.get("RANK", "0") == "0"
 
 
-class Voice:
+class ConsoleReporter:
     """A bar for gathering motion and one for training, and a line for every validation."""
 
     def __init__(self) -> None:

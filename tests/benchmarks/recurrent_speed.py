@@ -25,7 +25,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from retarget_bench.evaluation.plan import dataset, method
 from retarget_bench.methods.nkn import plugin as Nkn
-from retarget_bench.methods.nkn.cells import KINDS, Layer
+from retarget_bench.methods.nkn.network.cells import KINDS, Layer
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 
 from retarget_bench.methods.smrm import SMRM
-from retarget_bench.methods.smrm.learner import SMRMLearner
+from retarget_bench.methods.smrm.training import SmrmTraining
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import ClipArrays, TrainingData
@@ -41,7 +41,7 @@ def training_data(method: SMRM, lengths: tuple[int, ...] = (40, 50)) -> Training
 
 def training_module(
     lengths: tuple[int, ...] = (40, 50), window: int = 30, **parameters: Any
-) -> SMRMLearner:
+) -> SmrmTraining:
     method = SMRM(**{"hidden": 16, **parameters})
     torch.manual_seed(0)
     return method.training_module(
@@ -49,5 +49,5 @@ def training_module(
     )
 
 
-def batch(module: SMRMLearner, rows: int = 6, seed: int = 0) -> Any:
+def batch(module: SmrmTraining, rows: int = 6, seed: int = 0) -> Any:
     return to_device(module.draw(np.random.default_rng(seed), rows), torch.device("cpu"))

@@ -13,8 +13,8 @@ from nkn_toys import CAST, apart, batch, structured, train, training_data, train
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.methods.nkn.form import answer
-from retarget_bench.methods.nkn.pose import Bodies
+from retarget_bench.methods.nkn.features import answer
+from retarget_bench.methods.nkn.network.pose import Bodies
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
@@ -232,7 +232,7 @@ def test_a_stream_keeps_no_more_of_a_long_clip_than_of_a_frame(method):
 def test_long_clips_go_through_in_chunks(method, monkeypatch):
     source = dance(CAST["one"], 100)
     whole = run(method, source, CAST["long"])
-    monkeypatch.setattr("retarget_bench.methods.nkn.retargeter.CHUNK", 13)
+    monkeypatch.setattr("retarget_bench.methods.nkn.inference.CHUNK", 13)
     assert apart(run(method, source, CAST["long"]), whole) < 1e-6
 
 

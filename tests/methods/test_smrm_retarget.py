@@ -47,7 +47,7 @@ def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root):
     module = smrm_material.training_module(root=root)
     source = smrm_material.dances("one", (90,))[0]
     whole, parts = (
-        retargeted(module.generator, module.form, [source], [BODIES["legs"]], size)[0]
+        retargeted(module.generator, module.features, [source], [BODIES["legs"]], size)[0]
         for size in (90, chunk)
     )
     assert apart(whole, parts) < 1e-6
@@ -143,7 +143,7 @@ def test_begins_where_the_source_begins_for_a_body_of_that_size(method):
 
 
 def test_where_one_stands_and_looks_changes_nothing(method):
-    from test_smrm_form import turned_about
+    from test_smrm_features import turned_about
 
     source = smrm_material.dances("one", (30,))[0]
     there = turned_about(source, 130.0, np.zeros(3))

@@ -39,7 +39,7 @@ def test_has_the_parameters_of_the_record():
     counts = {name: sum(p.numel() for p in part.parameters()) for name, part in generator.named_children()}
     assert counts["encoder"] == 2_471_424
     assert counts["decoder"] == 3_253_248
-    assert counts["optimiser_phases"] + counts["moves"] == 46_683
+    assert counts["turns"] + counts["moves"] == 46_683
 
 
 def test_the_answer_begins_near_the_t_pose():
@@ -87,12 +87,12 @@ def test_terms_of_a_step_are_those_of_its_answers():
     module = still(smrm_material.training_module(same=0.5, adversarial=0.0, rotation_cycle=1.0))
     batch = smrm_material.batch(module)
     found = {name: term.item() for name, term in module.losses("generator", batch, {}).items()}
-    source, form = batch["source"], module.form
+    source, features = batch["source"], module.features
     with torch.no_grad():
         there = _carried(module, source["positions"], source["moves"], batch["target"])
         back = _carried(module, there.positions, there.moves, batch["body"])
     assert found["joints"] == pytest.approx(_square(back.positions, source["positions"]), rel=1e-5)
-    path = [form.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
+    path = [features.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
     assert found["hips"] == pytest.approx(_square(*path), rel=1e-5)
     same = batch["same"]
     assert 0 < same.sum() < len(same)
@@ -185,7 +185,7 @@ def test_kept_directions_are_turned_at_random_and_nothing_else():
     module = smrm_material.training_module(yaw="kept", same=1.0)
     one, other = (smrm_material.batch(module, seed=seed)["source"] for seed in (0, 1))
     assert not torch.allclose(one["positions"], other["positions"])
-    path = module.form.path(one["moves"], one["turn"])
+    path = module.features.path(one["moves"], one["turn"])
     assert torch.equal(one["turn"], torch.tensor([1.0, 0.0]).expand(6, 30, 2))
     offsets = module.draw(np.random.default_rng(0), 6)["body"]["offsets"]
     from retarget_bench.motion.kinematics_torch import forward
@@ -228,7 +228,7 @@ def overfitted(module, steps: int, rate: float) -> float:
     with torch.no_grad():
         there = _carried(module, source["positions"], source["moves"], batch["target"])
         back = _carried(module, there.positions, there.moves, batch["body"])
-        paths = [module.form.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
+        paths = [module.features.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
     apart = back.positions - source["positions"] + (paths[0] - paths[1]).unsqueeze(2)
     return float(apart.norm(dim=-1).mean())
 

@@ -1,4 +1,4 @@
-"""NKN while it is trained: one encoder-decoder and one discriminator per structure."""
+"""Training of NKN: one encoder-decoder and one discriminator per structure."""
 
 from __future__ import annotations
 
@@ -21,11 +21,10 @@ from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
 from . import losses
-from .cells import Kind
-from .form import begin
-from .generator import Generator
-from .pose import MOVES, Bodies, Scale, quaternions
-from .retargeter import SIGNATURE, Signature
+from .features import SIGNATURE, Signature, begin
+from .network import Generator
+from .network.cells import Kind
+from .network.pose import MOVES, Bodies, Scale, quaternions
 
 Losses = Literal["autoencoder", "cycle", "adversarial"]
 SMALL = 1e-3
@@ -63,10 +62,10 @@ class Fake:
     logits: Tensor
 
 
-class Learner:
+class NknTraining:
     """Rows go in groups of one source and one target structure; NKN itself knows one structure only.
 
-    material: the clips, with ``poses`` as ``form.see`` gives them. casts: structure -> its characters.
+    material: the clips, with ``poses`` as ``features.see`` gives them. casts: structure -> its characters.
     skeletons: of each structure. bones: character -> ``(joints, 3)``. build: a method with the tensors that
     it is given. ``signatures``: structure -> its joints, where exported tensors are to tell.
     """
