@@ -115,10 +115,10 @@ def test_gradients_reach_every_parameter(variant, names):
         for phase in module.phases:
             module.modules.zero_grad(set_to_none=True)
             sum(module.losses(phase.name, batch, memory).values()).backward()
-            for module in phase.modules:
-                for name, each in module.modules[module].named_parameters():
+            for part in phase.modules:
+                for name, each in module.modules[part].named_parameters():
                     moved = each.grad is not None and bool(each.grad.abs().max() > 0)
-                    key = f"{module}.{name}"
+                    key = f"{part}.{name}"
                     reached[key] = reached.get(key, False) or moved
     assert [name for name, there in reached.items() if not there] == []
 
