@@ -137,7 +137,7 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
     data = registry.create("datasets", "toy_cases")
     if where == "retarget":
         monkeypatch.setattr(method, "retarget_batch", None, raising=False)
-    judge = validate.Judge(data, method, 2, torch.device("cpu"), lambda done, total: None)
+    judge = validate.Validator(data, method, 2, torch.device("cpu"), lambda done, total: None)
     usual = getattr(method, where)
     monkeypatch.setattr(method, where, interrupted)
     with pytest.raises(KeyboardInterrupt):
