@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from conftest import Inline
 
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, clips, log, weights
 from retarget_bench.training.data import gather
+from tests.in_process import InThisProcess
 
 TOYS = Path(__file__).parent / "toys"
 TRAIN = [
@@ -115,7 +115,7 @@ def test_every_process_has_the_same_parameters_in_every_step(pair, name):
 
 def test_the_gradient_is_the_mean_over_the_batches_of_all_processes(pair, toy_plugins, monkeypatch):
     """The first step by hand: Adam's first step is the sign of the mean gradient, nearly."""
-    monkeypatch.setattr(clips, "LocalPool", Inline)
+    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
     built = registry.create("methods", "toy_trainee")
     recipe = built.presets["default"]
     material = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
