@@ -23,7 +23,7 @@ test: $(VENV)/installed-test
 	$(MAKE) --jobs=3 pytest lint check
 
 pytest: $(VENV)/installed-test
-	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile $(ARGS)
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(ARGS)
 
 check: $(VENV)/installed-test
 	$(BIN)/bench check

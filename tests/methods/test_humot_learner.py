@@ -126,7 +126,7 @@ def test_one_batch_is_learnt_by_heart():
     learner = humot_material.learner(lengths=(WINDOW,), thin=True, **humot_material.PLAIN)
     batch = humot_material.batch(learner)
     before = losses(learner, batch)["reconstruction"].item()
-    steps(learner, 150, batch=batch)
+    steps(learner, 100, batch=batch)
     assert losses(learner, batch)["reconstruction"].item() < 0.02 * before
 
 

@@ -190,7 +190,7 @@ def test_overfits_one_batch():
     learner = pan_material.learner(TWO[:2], (20,), small=True, adversarial=0.0, ends=0.0, cycle=0.0)
     batch = pan_material.batch(learner, 2)
     before = _wrong(learner, batch)
-    steps(learner, 120, 1e-3, batch=batch)
+    steps(learner, 100, 1e-3, batch=batch)
     assert before > 0.05
     assert _wrong(learner, batch) < 0.01
 

@@ -57,10 +57,10 @@ def rows(folder):
 def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path):
     toy_run("whole")
     cut = tmp_path / "cut"
-    process = bench("toy_trainee[pause=0.1]", "-d", "toy_walks", "--out", str(cut))
+    process = bench("toy_trainee[pause=0.04]", "-d", "toy_walks", "--out", str(cut))
     until = time.monotonic() + PATIENCE
     while not (cut / checkpoint.NAME).exists() and process.poll() is None and time.monotonic() < until:
-        time.sleep(0.05)
+        time.sleep(0.01)
     process.send_signal(signal.SIGKILL)
     process.communicate()
     assert process.returncode == -signal.SIGKILL
@@ -69,7 +69,7 @@ def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path):
     assert status == 0, err
     assert rows(cut) == rows(tmp_path / "whole")
     assert weights.read(cut).hash == weights.read(tmp_path / "whole").hash
-    assert f"toy_trainee[pause=0.1,weights={cut}]" in out
+    assert f"toy_trainee[pause=0.04,weights={cut}]" in out
     assert (cut / "loss.png").exists()
 
 
