@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -28,6 +28,7 @@ from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.solver import limbs
 from retarget_bench.datasets.puppets.solver.limbs import arm_limb
 from retarget_bench.datasets.puppets.solver.people import Manner, solve
+from tests.examples import examples
 
 number = st.floats(-1.0, 1.0)
 vector = st.tuples(number, number, number).map(np.array)
@@ -60,7 +61,7 @@ def test_carry_is_the_shortest_turn(a: np.ndarray, b: np.ndarray, v: np.ndarray)
     np.testing.assert_allclose(np.linalg.norm(matrices.carry(a, b, v)), np.linalg.norm(v), atol=1e-9)
 
 
-@settings(max_examples=200)
+@examples(80)
 @given(
     direction=vector, share=st.floats(0.35, 0.98), swivel=st.floats(-1.5, 1.5), side=st.sampled_from(SIDES)
 )

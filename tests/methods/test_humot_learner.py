@@ -129,7 +129,7 @@ def test_one_batch_is_learnt_by_heart():
     module = humot_material.training_module(lengths=(WINDOW,), thin=True, **humot_material.PLAIN)
     batch = humot_material.batch(module)
     before = losses(module, batch)["reconstruction"].item()
-    steps(module, 150, batch=batch)
+    steps(module, 100, batch=batch)
     assert losses(module, batch)["reconstruction"].item() < 0.02 * before
 
 

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from method_bodies import body, dance
 from nkn_toys import CAST, apart
@@ -16,6 +16,7 @@ from retarget_bench.methods.nkn import plugin
 from retarget_bench.methods.nkn.features import Path, Sight, answer, begin, cleaned, see
 from retarget_bench.motion import facing, rotation
 from retarget_bench.motion.motion import Motion
+from tests.examples import examples
 
 NKN = plugin(facing=5.0, lengths="world")
 
@@ -74,7 +75,7 @@ def test_places_are_those_of_the_joints_seen_from_where_the_body_faces():
     np.testing.assert_array_equal(sight.poses[0, 66:], sight.poses[1, 66:])
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(
     st.floats(-180, 180),
     st.tuples(st.floats(-5, 5), st.floats(-1, 1), st.floats(-5, 5)),

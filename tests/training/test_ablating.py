@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import TOYS, Inline, Silent
 
 from retarget_bench import cli
 from retarget_bench.api import CaseInfo
@@ -18,6 +17,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import ablating, train
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
+from tests.in_process import InThisProcess
+from tests.training.conftest import TOYS, Silent
 
 TOY = Ablation(
     title="Toys: what picking does",
@@ -47,7 +48,7 @@ def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.TrainingO
     from retarget_bench.training import clips
 
     for each in (clips, runner):
-        monkeypatch.setattr(each, "LocalPool", Inline)
+        monkeypatch.setattr(each, "LocalPool", InThisProcess)
     monkeypatch.setattr(train.curve, "draw", lambda *_: None)  # takes longer than all the rest
     monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": TOY}, raising=False)
     return train.TrainingOptions(SPEC, DATA, "quick", "4it", 0, device="cpu")

@@ -6,7 +6,6 @@ import re
 from types import SimpleNamespace
 
 import pytest
-from conftest import Inline
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -18,6 +17,7 @@ from retarget_bench.training import clips, joint_datasets, request
 from retarget_bench.training.card import manifest
 from retarget_bench.training.data import clips_of, gather
 from retarget_bench.training.joint_datasets import JointDataset, canonical, joint_spec
+from tests.in_process import InThisProcess
 
 ONE, TWO = Spec("toy_walks"), Spec("toy_walks", {"content": "two"})
 BOTH = joint_spec([ONE, TWO])
@@ -30,7 +30,7 @@ def both(toy_plugins):
 
 @pytest.fixture
 def gathered(toy_plugins, monkeypatch):
-    monkeypatch.setattr(clips, "LocalPool", Inline)
+    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
 
     def gather_(data, method="toy_trainee"):
         return gather(Spec.parse(data), Spec.parse(method), 30.0, 1, lambda done, total: None)

@@ -4,10 +4,10 @@ import json
 import re
 
 import pytest
-from conftest import TOYS
 
 from retarget_bench import cli
 from retarget_bench.training import checkpoint, train
+from tests.training.conftest import TOYS
 
 PLUGINS = ("--plugin", str(TOYS / "toy_walks.py"), "--plugin", str(TOYS / "toy_trainee.py"))
 
