@@ -120,7 +120,7 @@ def method_code() -> str:
 
 def test_a_method_is_known_by_its_statements_and_by_those_of_the_motion_room(own, monkeypatch):
     first = method_code()
-    changed(own / "own_method.py", 'One line', 'A line')
+    changed(own / "own_method.py", "One line", "A line")
     assert method_code() == first
     changed(own / "own_method.py", "version=", "licence='mine', version=")
     second = method_code()
@@ -145,7 +145,7 @@ def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own,
         return plan.metric_versions(("own_metric",))["position"]
 
     first = version()
-    changed(own / "own_metric.py", 'One line', 'A line')
+    changed(own / "own_metric.py", "One line", "A line")
     assert version() == first
     changed(own / "own_metric.py", "100 *", "99 *")
     second = version()

@@ -186,7 +186,7 @@ def test_the_code_of_a_post_process_counts(tmp_path, monkeypatch):
     spec = Spec.parse("toy_method+then")
     plans.method_code.cache_clear()
     before, alone = plans.method_code(spec), plans.method_code(spec.alone)
-    post.write_text(post.read_text() + "\n")
+    post.write_text(post.read_text() + "\nMORE = 1\n")
     plans.method_code.cache_clear()
     assert plans.method_code(spec) != before
     assert plans.method_code(spec.alone) == alone
