@@ -6,10 +6,13 @@ import hashlib
 import os
 import re
 import secrets
+import sys
 from collections.abc import Container, Iterator
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
+
+from platformdirs import user_cache_path
 
 from retarget_bench.errors import FileError
 
@@ -46,12 +49,14 @@ def write_text(path: str | Path, text: str) -> None:
 def cache_folder() -> Path:
     """Where parsed motions and generated data are kept between runs.
 
-    ``RETARGET_BENCH_CACHE``, else ``retarget-bench`` in the user's cache folder.
+    ``RETARGET_BENCH_CACHE``, else ``retarget-bench`` in the user's cache folder; on macOS and Windows
+    the one in ``~/.cache`` where an earlier version made it.
     """
     if chosen := os.environ.get("RETARGET_BENCH_CACHE"):
         return Path(chosen)
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "retarget-bench"
+    earlier = Path.home() / ".cache" / "retarget-bench"
+    usual = user_cache_path("retarget-bench", appauthor=False)
+    return earlier if sys.platform != "linux" and earlier.exists() else usual
 
 
 def slug(name: str) -> str:

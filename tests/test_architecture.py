@@ -46,13 +46,6 @@ def imports(file: Path) -> Iterator[str]:
             yield from (f"{module}.{alias.name}" if module.strip(".") else module for alias in node.names)
 
 
-def test_the_engine_imports_no_plug_in():
-    forbidden = (*ROOMS, *(f"retarget_bench.{room}" for room in ROOMS))
-    files = python_files(ENGINE)
-    assert len(files) > 100
-    assert [f"{p}: {name}" for p in files for name in imports(p) if name.startswith(forbidden)] == []
-
-
 def foreign(room: str, file: Path) -> Iterator[str]:
     """What a plug-in imports of the repository but the engine and its own siblings, each with a reason."""
     depth = len(file.relative_to(ROOT / room).parts)
@@ -76,9 +69,18 @@ def test_a_plug_in_imports_only_the_engine_its_own_siblings_and_third_parties(ro
     assert [found for file in files for found in foreign(room, file)] == []
 
 
-@pytest.mark.parametrize("room", ROOMS)
-def test_no_init_lies_directly_in_a_room(room):
-    assert not (ROOT / room / "__init__.py").exists()
+def relative_imports(file: Path) -> Iterator[str]:
+    """The modules and names of the engine that a file imports, for types too: ``plugins.spec.Spec``."""
+    for name in imports(file):
+        assert not name.startswith("."), f"{file}: {name}: the engine writes its imports out in full"
+        if name.startswith("retarget_bench."):
+            yield name.removeprefix("retarget_bench.")
+
+
+def module_of(file: Path) -> str:
+    """``plugins.spec``; a package goes by its own name."""
+    parts = file.relative_to(ENGINE).with_suffix("").parts
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
 def test_every_module_says_what_it_is_and_is_short():
@@ -90,6 +92,121 @@ def test_every_module_says_what_it_is_and_is_short():
             long.append(str(file))
     assert not silent, "modules without a docstring"
     assert not long, "modules of more than 400 lines"
+
+
+ORDER = (
+    *("errors", "files", "defaults", "motion", "api", "plugins", "results", "evaluation", "analysis"),
+    *("tables", "figures", "viewer", "report", "exchange", "training", "verification", "commands", "cli"),
+)
+"""Each may import those before it; written down in ARCHITECTURE.md as well."""
+
+
+def engine_files() -> list[Path]:
+    """The engine without its templates, which are plug-ins."""
+    return [file for file in python_files(ENGINE) if "templates" not in file.parts]
+
+
+def test_the_engine_imports_no_plug_in():
+    forbidden = tuple(f"{room}." for room in ROOMS)
+    assert not [
+        f"{module_of(file)} imports {name}"
+        for file in engine_files()
+        for name in relative_imports(file)
+        if name.startswith(forbidden) or name in ROOMS
+    ]
+
+
+def test_packages_import_in_one_direction():
+    rank = {name: number for number, name in enumerate(ORDER)}
+    offences = []
+    for file in engine_files():
+        mine = module_of(file).split(".")[0]
+        for name in relative_imports(file):
+            theirs = name.split(".")[0]
+            if mine not in ("", "__main__", theirs) and theirs in rank and rank[theirs] > rank[mine]:
+                offences.append(f"{module_of(file)} imports {name}")
+    assert not offences
+    packages = {module_of(file).split(".")[0] for file in engine_files()} - {"", "__main__"}
+    assert packages == set(ORDER)
+
+
+def test_modules_do_not_import_each_other_in_a_circle():
+    modules = {module_of(file) for file in engine_files()}
+    needs = {
+        module_of(file): {
+            next(each for each in (name, name.rpartition(".")[0], "") if each in modules)
+            for name in relative_imports(file)
+        }
+        - {"", module_of(file)}
+        for file in engine_files()
+    }
+    while free := {module for module, theirs in needs.items() if not theirs}:
+        needs = {module: theirs - free for module, theirs in needs.items() if module not in free}
+    left = {module for module in needs if not module.startswith("report.")}
+    while free := {m for m in left if not any(m in needs[other] for other in needs if other != m)}:
+        left -= free  # imported by none of the rest: it waits for a circle and is in none
+        needs = {module: theirs for module, theirs in needs.items() if module not in free}
+    assert not left
+
+
+def test_the_order_of_imports_is_written_down():
+    text = (ROOT / "ARCHITECTURE.md").read_text(encoding="utf-8")
+    (listed,) = re.findall(r"```text imports\n(.*?)```", text, re.DOTALL)
+    assert tuple(re.findall(r"\w+", listed)) == ORDER
+
+
+WORDS = {
+    *("contact", "fit", "folder", "ground", "growth", "identity", "papers", "plant", "position"),
+    *("reference", "rotation", "slide", "smoothness", "touch", "restoration"),
+}
+"""Names of plug-ins that are words of the field as well."""
+
+
+def test_the_engine_names_plug_ins_in_defaults_alone():
+    named = {path.stem for room in (*ROOMS, "methods/posts") for path in (ROOT / room).iterdir()}
+    named -= WORDS | {"posts", "__pycache__", "__init__"}
+    written = re.compile(rf"({'|'.join(sorted(named))})(\[.*)?")
+    offences = []
+    for file in engine_files():
+        whole = tree(file)
+        docs = {id(n.value) for n in ast.walk(whole) if isinstance(n, ast.Expr)}
+        offences += [
+            f"{module_of(file)}, line {node.lineno}: {node.value!r}"
+            for node in ast.walk(whole)
+            if isinstance(node, ast.Constant)
+            and isinstance(node.value, str)
+            and id(node) not in docs
+            and written.fullmatch(node.value)
+            and module_of(file) != "defaults"
+        ]
+    assert not offences
+
+
+def test_plug_ins_import_only_the_engine_their_own_siblings_and_third_parties():
+    offences = []
+    for room in (ROOT / room for room in ROOMS):
+        for file in python_files(room):
+            depth = len(file.relative_to(room).parts)
+            for name in imports(file):
+                second = name.split(".")[1] if name.startswith("retarget_bench.") else ""
+                out = len(name) - len(name.lstrip(".")) > depth
+                other = name.startswith((*(f"{each}." for each in ROOMS), "tests."))
+                unknown = second and second not in ORDER
+                if out or other or unknown or second in ("commands", "cli"):
+                    offences.append(f"{file.relative_to(ROOT).as_posix()} imports {name}")
+    assert not offences
+
+
+def test_no_init_lies_directly_in_a_room():
+    assert not [room for room in ROOMS if (ROOT / room / "__init__.py").exists()]
+
+
+def test_every_package_says_what_it_may_import_and_what_it_offers():
+    for name in ORDER:
+        if (ENGINE / name).is_dir():
+            doc = ast.get_docstring(ast.parse((ENGINE / name / "__init__.py").read_bytes())) or ""
+            assert re.search(r"^Imports ", doc, re.MULTILINE), f"{name} does not say what it imports"
+            assert re.search(r"^Offers ", doc, re.MULTILINE), f"{name} does not say what it offers"
 
 
 # ------------------------------------------------------------------------------------- cost of imports

@@ -50,6 +50,7 @@ class Folder:
             "part": "of protocol=split: test, or validation",
             "roles": 'a TOML file of "joint" = "role" for joints that are not recognised',
         },
+        locations=("root", "target"),
     )
 
     def __init__(

@@ -58,6 +58,7 @@ class LafanDog:
             ),
             "part": "test, or validation: other takes, neither tested nor trained on",
         },
+        locations=("root", "people", "dogs"),
     )
 
     def __init__(

@@ -1,12 +1,16 @@
 """The contracts between the engine and its plug-ins. Read this first.
 
 Every contract is structural: a plug-in needs no base class and may import nothing from here. It is
-enough that its objects have the attributes and methods named below. A plug-in is a callable, mostly a
-class, that takes its parameters as keywords and returns such an object; in a file it is the module's
-attribute ``plugin``.
+enough that its objects have the attributes and methods named in these modules. A plug-in is a callable,
+mostly a class, that takes its parameters as keywords and returns such an object; in a file it is the
+module's attribute ``plugin``.
 
 The one path: a Dataset gives Cases; a Method turns a case's source motion into a motion of the target;
 a Metric compares that prediction with the case and returns named numbers.
+
+Imports motion.
+Offers ``cases``, ``datasets``, ``methods``, ``metrics``, what metrics see (``comparison``) and what
+plug-ins may offer beyond their contract (``offers``).
 """
 
 from retarget_bench.api.cases import SPLITS as SPLITS

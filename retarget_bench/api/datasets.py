@@ -13,7 +13,10 @@ from retarget_bench.motion.motion import Motion
 
 @dataclass(frozen=True)
 class DatasetCard:
-    """What a data set is, under which terms, and how to get it."""
+    """What a data set is, under which terms, and how to get it.
+
+    locations: parameters that say where files lie: no part of what results are known by; the content is.
+    """
 
     name: str
     summary: str
@@ -24,6 +27,7 @@ class DatasetCard:
     splits: tuple[str, ...] = SPLITS
     parameters: Mapping[str, str] = field(default_factory=dict)
     """Parameter name -> one line that says what it does."""
+    locations: tuple[str, ...] = ("root",)
 
 
 class Dataset(Protocol):

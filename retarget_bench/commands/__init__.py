@@ -1,1 +1,5 @@
-"""The commands of ``bench``, one module each; every module has a ``command``."""
+"""The commands of ``bench``, one module each; every module has a ``command``.
+
+Imports everything, but only inside the functions that need it, so that help stays fast.
+Offers nothing to other packages.
+"""

@@ -52,8 +52,8 @@ def _file(module: ModuleType) -> Path:
 def statements(source: bytes) -> str:
     """A module's text without comments, docstrings, blank lines and trailing space.
 
-    An import from the engine keeps the names that it imports and loses the module that they come from,
-    so that modules of the engine can move. The text depends on no version of Python.
+    What is imported from the engine is listed once, by name and without the modules that it comes from, so
+    that these can move. The text depends on no version of Python.
     """
     try:
         tree = ast.parse(source)
@@ -62,13 +62,15 @@ def statements(source: bytes) -> str:
         return source.decode("latin-1")
     lines = text.splitlines()
     _cut_comments(lines, text)
+    imported: set[str] = set()
     for node in ast.walk(tree):
         if isinstance(node, ast.ImportFrom) and not node.level and _of_engine(node.module or ""):
-            names = ", ".join(f"{a.name} as {a.asname or a.name}" for a in node.names)
-            _replace(lines, node, f"from {ENGINE} import {names}")
+            imported |= {f"{each.name} as {each.asname or each.name}" for each in node.names}
+            _blank(lines, node)
         elif isinstance(node, ast.Expr) and _is_text(node.value):
-            _replace(lines, node, "")
-    return "\n".join(line.rstrip() for line in lines if line.strip())
+            _blank(lines, node)
+    said = [line.rstrip() for line in lines if line.strip()]
+    return "\n".join([f"from {ENGINE} import {', '.join(sorted(imported))}"] * bool(imported) + said)
 
 
 def _of_engine(module: str) -> bool:
@@ -88,11 +90,11 @@ def _cut_comments(lines: list[str], text: str) -> None:
             lines[row - 1] = lines[row - 1][:column]
 
 
-def _replace(lines: list[str], node: ast.stmt, with_text: str) -> None:
-    """Put a text in the place of a statement; the number of lines stays."""
+def _blank(lines: list[str], node: ast.stmt) -> None:
+    """Take a statement out; the number of lines stays."""
     first, last = node.lineno - 1, (node.end_lineno or node.lineno) - 1
     before = lines[first].encode()[: node.col_offset].decode()
     after = lines[last].encode()[node.end_col_offset :].decode() if node.end_col_offset else ""
-    lines[first] = before + with_text + (after if last == first else "")
+    lines[first] = before + (after if last == first else "")
     for row in range(first + 1, last + 1):
         lines[row] = after if row == last else ""

@@ -10,7 +10,17 @@ from pathlib import Path
 from typing import Any, Literal
 
 from retarget_bench import motion
-from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, comparison, offers
+from retarget_bench.api import (
+    SPLITS,
+    CaseInfo,
+    Dataset,
+    DatasetCard,
+    Method,
+    Metric,
+    SetMetric,
+    comparison,
+    offers,
+)
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.batches import RULE, batches
 from retarget_bench.evaluation.code_hash import code_hash, module_code, package_code, relative_to
@@ -27,8 +37,6 @@ Stage = Literal["run", "predict", "score"]
 
 OWN_CASES = (RETARGET, "probe")
 """Tasks whose cases are the data set's own."""
-LOCATIONS = ("root", "target", "people", "dogs")
-"""Data set parameters that say where files lie: no part of what a result is known by; its content is."""
 
 
 @dataclass(frozen=True)
@@ -232,8 +240,17 @@ def _network(metric: SetMetric, target: Character) -> str:
         return ""
 
 
+@cache
+def locations(name: str) -> tuple[str, ...]:
+    """The parameters of a data set that say where its files lie, as its card tells."""
+    factory = registry.load("datasets", name)
+    card = getattr(factory, "card", None) or dataset(Spec(name)).card
+    return tuple(getattr(card, "locations", DatasetCard.locations))
+
+
 def without_location(spec: Spec) -> dict[str, Any]:
-    return {name: value for name, value in spec.parameters.items() if name not in LOCATIONS}
+    """The parameters of a data set without those that say where its files lie."""
+    return {name: value for name, value in spec.parameters.items() if name not in locations(spec.name)}
 
 
 def dataset_slug(spec: Spec) -> str:
@@ -241,7 +258,7 @@ def dataset_slug(spec: Spec) -> str:
     if not spec.parameters:
         return slug(spec.name)
     facts = {"parameters": without_location(spec)}
-    if any(name in spec.parameters for name in LOCATIONS):
+    if any(name in spec.parameters for name in locations(spec.name)):
         facts["content"] = {"hash": dataset(spec).content}
     return f"{slug(spec.name)}-{store.key(facts)[:8]}"
 

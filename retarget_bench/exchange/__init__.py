@@ -1,5 +1,5 @@
 """Files that leave the benchmark or come into it.
 
-Imports everything but the viewer and the report.
+Imports evaluation, analysis and tables.
 Offers the export of data sets and of cases, and submissions with their leaderboard.
 """

@@ -227,8 +227,14 @@ def _part(kind: type[PartOf], facts: object, where: str) -> PartOf:
     required = [n for n, each in known.items() if each.default is each.default_factory is MISSING]
     if lacking := [name for name in required if name not in given]:
         raise ValueError(f"{where} lacks {', '.join(lacking)}")
-    said = {name: tuple(v) if isinstance(v, list) else v for name, v in given.items() if name in known}
+    said = {name: _without_lists(value) for name, value in given.items() if name in known}
     return kind(**said, extra={name: value for name, value in given.items() if name not in known})
+
+
+def _without_lists(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _without_lists(each) for key, each in value.items()}
+    return tuple(value) if isinstance(value, list) else value
 
 
 def _object(facts: object, where: str) -> Mapping[str, Any]:

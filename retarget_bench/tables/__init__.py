@@ -1,5 +1,5 @@
 """Tables of results: one model, built from summaries, drawn by several renderers.
 
-Imports analysis and results.
+Imports evaluation, for tasks and values of sets, results and analysis.
 Offers the table model, its builder, published tables with our rows, and renderers.
 """

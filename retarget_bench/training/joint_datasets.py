@@ -10,7 +10,7 @@ from pathlib import Path
 from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips, offers
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.plan import LOCATIONS
+from retarget_bench.evaluation.plan import locations
 from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.files import free_name
 from retarget_bench.motion.character import Character
@@ -64,11 +64,10 @@ def tested(spec: Spec) -> Spec | None:
     return None
 
 
-def _place(spec: Spec) -> tuple[str, ...]:
-    """Where its files lie; nothing where it does not say."""
-    given = (spec.parameters.get(name) for name in LOCATIONS)
-    found = tuple("" if each is None else str(Path(str(each)).expanduser().resolve()) for each in given)
-    return found if any(found) else ()
+def _place(spec: Spec) -> dict[str, str]:
+    """Where its files lie: location parameter -> absolute path, of those that are given."""
+    given = {name: spec.parameters.get(name) for name in locations(spec.name)}
+    return {name: str(Path(str(at)).expanduser().resolve()) for name, at in given.items() if at}
 
 
 # ---------------------------------------------------------------------------------------- as a data set

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 
-from retarget_bench.errors import BenchError, FileError
+from filelock import FileLock, Timeout
 
-try:
-    import fcntl
-except ImportError:  # Windows: nothing is locked there
-    fcntl = None  # type: ignore[assignment]
+from retarget_bench.errors import BenchError, FileError
 
 NAME = ".lock"
 
@@ -24,41 +20,24 @@ def locked(folder: Path) -> Iterator[None]:
     The system lets go of the lock when the process ends, however it ends. Raises BenchError where another
     process has it, FileError where the folder cannot be written.
     """
-    if fcntl is None:
-        yield
-        return
     made = [each for each in (folder, *folder.parents) if not each.exists()]
+    lock = FileLock(folder / NAME)
     try:
-        file = _taken(folder)
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            lock.acquire(timeout=0)
+        except Timeout as error:
+            raise BenchError(f"another process is training in {folder}") from error
+        except OSError as error:
+            raise FileError(folder / NAME, f"cannot be written ({error.strerror or error})") from error
         try:
             yield
         finally:
             # while it is still locked, or the next process's lock would be removed
-            (folder / NAME).unlink(missing_ok=True)
-            os.close(file)
+            with suppress(OSError):  # Windows removes no open file
+                (folder / NAME).unlink(missing_ok=True)
+            lock.release()
     finally:
         with suppress(OSError):  # not empty
             for each in made:
                 each.rmdir()
-
-
-def _taken(folder: Path) -> int:
-    """The lock's file, open. It is tried again where whoever had it removed it just now."""
-    path = folder / NAME
-    while True:
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            file = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
-        except OSError as error:
-            raise FileError(path, f"cannot be written ({error.strerror or error})") from error
-        try:
-            fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError as error:
-            os.close(file)
-            raise BenchError(f"another process is training in {folder}") from error
-        except OSError:  # a file system that has no locks
-            return file
-        with suppress(FileNotFoundError):
-            if os.path.samestat(os.fstat(file), path.stat()):
-                return file
-        os.close(file)

@@ -137,7 +137,7 @@ def test_a_changed_metric_list_rescores_without_predicting(tmp_path):
         replace(asked(tmp_path, "toy_method"), metrics=("position", "ground")), lambda d, t: None
     )[0]
     assert [file.stat().st_mtime_ns for file in files] == before
-    assert set(store.read_results(place).header["metrics"]) == {"position", "ground"}
+    assert set(store.read_results(place).header.metrics) == {"position", "ground"}
 
 
 def test_predict_then_score_is_run(tmp_path):

@@ -28,8 +28,8 @@ OWN_RATES = {"Dog_example": 30, "pfnn_hierarchy": 30}
 
 @pytest.fixture(scope="module")
 def files(real_data: Path) -> list[Path]:
-    """All files, of each Mixamo character's 53 clips every sixth."""
-    found = sorted(real_data.rglob("*.bvh"))
+    """All files of the folders named above, of each Mixamo character's 53 clips every sixth."""
+    found = sorted(path for folder in RATES for path in (real_data / folder).rglob("*.bvh"))
     few = [path for path in found if path.parent.parent.name != "mixamo_san"]
     return few + [path for path in found if path.parent.parent.name == "mixamo_san"][::6]
 

@@ -73,11 +73,6 @@ def test_a_run_keeps_its_folder_as_long_as_it_trains(toy_run, tmp_path, monkeypa
     assert said == [f"another process is training in {tmp_path / 'run'}"]
 
 
-def test_without_locks_of_the_system_it_trains_all_the_same(toy_run, monkeypatch):
-    monkeypatch.setattr(lock, "fcntl", None)
-    assert toy_run(preset="quick")[0].at.step == 10
-
-
 def test_other_training_motion_than_it_began_with_is_refused(toy_run, monkeypatch):
     toy_run(preset="quick", stop=6)
     method = type(plan.method(Spec("toy_trainee")))

@@ -18,16 +18,13 @@ from pathlib import Path
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
+from retarget_bench import defaults
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.results import case_metadata, columns, compatibility, store
 from retarget_bench.results.columns import Columns
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.store import ResultPaths
-
-DATASET = "mixamo"
-"""Where the pairs of the papers' test set come from."""
-
 
 OUR_STRUCTURES = "structures of the data at hand"
 UNTRAINED = "the method is not trained, so no structure is known or new to it"
@@ -182,7 +179,7 @@ def own_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[OwnRo
 def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Columns]) -> OwnRow:
     header = found[0].header
     numbers = _numbers(found)
-    theirs = header.dataset.name == DATASET
+    theirs = header.dataset.name == defaults.PAPERS_DATASET
     structures = case_metadata.read_structures(found[0].place) or {}
     trained = header.method.trained_on
     asked = {

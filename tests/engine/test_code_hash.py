@@ -1,0 +1,156 @@
+"""Hashes of code move with what code says, and with nothing else."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from retarget_bench.evaluation import plan
+from retarget_bench.evaluation.code_hash import code_hash, package_code, relative_to, statements
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+
+SOURCE = '''"""A method."""
+
+from __future__ import annotations
+
+from retarget_bench.api import Method, MethodCard
+from retarget_bench.motion.rotation import slerp as between
+
+STEP = 3  # frames
+"""How far apart."""
+
+
+class Mine:
+    """What it does."""
+
+    def retarget(self, source):
+        """Its answer."""
+        text = "# no comment"
+        return between(source, STEP), text
+'''
+
+SAME = {
+    "comment": ("# frames", "# of the source"),
+    "docstring": ("What it does.", "What it does, in other words,\n    on two lines."),
+    "text below a name": ("How far apart.", "Steps."),
+    "blank lines": ("class Mine:", "\n\nclass Mine:"),
+    "trailing space": ("STEP = 3  # frames", "STEP = 3   "),
+    "moved module": ("retarget_bench.motion.rotation", "retarget_bench.motion.turning"),
+    "split import": (
+        "import Method, MethodCard",
+        "import MethodCard\nfrom retarget_bench.api.methods import Method",
+    ),
+}
+OTHER = {
+    "number": ("STEP = 3", "STEP = 4"),
+    "text that looks like a comment": ("# no comment", "# a comment"),
+    "imported name": ("slerp as between", "lerp as between"),
+    "name that it gets": ("slerp as between", "slerp"),
+    "import of somebody else": ("from __future__ import annotations", "import math"),
+    "statement": ("return between", "yield between"),
+    "indentation": ("        return between", "    return between"),
+}
+
+
+@pytest.mark.parametrize("name", SAME)
+def test_what_says_nothing_changes_nothing(name):
+    before, after = SAME[name]
+    assert before in SOURCE
+    assert statements(SOURCE.replace(before, after).encode()) == statements(SOURCE.encode())
+
+
+@pytest.mark.parametrize("name", OTHER)
+def test_what_says_something_else_changes_the_text(name):
+    before, after = OTHER[name]
+    assert before in SOURCE
+    assert statements(SOURCE.replace(before, after).encode()) != statements(SOURCE.encode())
+
+
+def test_what_is_no_python_counts_byte_by_byte():
+    assert statements(b"a b # c") != statements(b"a b # d")
+    assert statements(b"x = 1 \xff") != statements(b"x = 1 \xfe")
+
+
+def test_names_of_files_count_and_their_order_does_not(tmp_path):
+    paths = [tmp_path / "a.py", tmp_path / "sub" / "b.py"]
+    for path in paths:
+        path.parent.mkdir(exist_ok=True)
+        path.write_text(SOURCE)
+    files = list(relative_to(tmp_path, paths))
+    assert [name for name, _ in files] == ["a.py", "sub/b.py"]
+    assert code_hash(files) == code_hash(reversed(files))
+    assert code_hash(files) != code_hash([("c.py", paths[0]), files[1]])
+    assert code_hash(files) != code_hash(files[:1])
+
+
+# ------------------------------------------------------------------------------------- keys of results
+@pytest.fixture
+def own(tmp_path, monkeypatch):
+    """A method and a metric of our own in a folder, with hashes that nobody remembers."""
+    for kind, name in (("methods", "method"), ("metrics", "metric")):
+        template = Path(registry.__file__).parent / "templates" / f"{name}.py"
+        text = template.read_text(encoding="utf-8").replace(f"my_{name}", f"own_{name}")
+        path = tmp_path / f"own_{name}.py"
+        path.write_text(text, encoding="utf-8")
+        monkeypatch.setattr(registry, "code_files", _files(registry.code_files, kind, f"own_{name}", path))
+        monkeypatch.setattr(registry, "home", _home(registry.home, f"own_{name}", tmp_path))
+    return tmp_path
+
+
+def _files(usual, kind, name, path):
+    return lambda k, n: [path] if (k, n) == (kind, name) else usual(k, n)
+
+
+def _home(usual, name, folder):
+    return lambda k, n: folder if n == name else usual(k, n)
+
+
+def changed(path: Path, before: str, after: str) -> None:
+    text = path.read_text(encoding="utf-8")
+    assert before in text
+    path.write_text(text.replace(before, after), encoding="utf-8")
+
+
+def method_code() -> str:
+    plan.method_code.cache_clear()
+    return plan.method_code(Spec("own_method"))
+
+
+def test_a_method_is_known_by_its_statements_and_by_those_of_the_motion_room(own, monkeypatch):
+    first = method_code()
+    changed(own / "own_method.py", "One line", "A line")
+    assert method_code() == first
+    changed(own / "own_method.py", "version=", "licence='mine', version=")
+    second = method_code()
+    assert second != first
+    some = list(package_code(plan.motion))
+    monkeypatch.setattr(plan, "package_code", lambda _: some[1:])
+    assert method_code() not in (first, second)
+
+
+def test_names_of_the_motion_room_are_relative_to_it():
+    names = [name for name, _ in package_code(plan.motion)]
+    assert len(set(names)) == len(names)
+    assert {"motion/rotation.py", "motion/bvh/__init__.py", "motion/fitting/fit.py"} <= set(names)
+
+
+def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own, monkeypatch):
+    built = plan._built(("position",))
+    monkeypatch.setattr(plan, "_built", lambda names: built)
+
+    def version() -> str:
+        plan.metric_versions.cache_clear()
+        return plan.metric_versions(("own_metric",))["position"]
+
+    first = version()
+    changed(own / "own_metric.py", "One line", "A line")
+    assert version() == first
+    changed(own / "own_metric.py", "100 *", "99 *")
+    second = version()
+    assert second != first
+    monkeypatch.setattr(plan, "module_code", lambda _: [])
+    assert version() not in (first, second)
+    monkeypatch.undo()
+    plan.metric_versions.cache_clear()
