@@ -131,7 +131,7 @@ def _picture(kind: str, found: Sequence[Figure], drawing: Drawing) -> Picture:
                 scale = f"{chart.scale.high:.3g} and more, {chart.scale.label}"
                 size = "middle" if isinstance(chart, HeatMap) else "small"
             if isinstance(chart, HeatMap) and chart.together:
-                reading = f"{reading} {TOGETHER}"
+                reading = f"{READINGS[kind][1]} {TOGETHER}"
             panels.setdefault(heading, []).append(drawing.chart(chart))
     return Picture(
         kind, READINGS[kind][0], reading, tuple((h, tuple(each)) for h, each in panels.items()), size, scale

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from stored import header
 
 from retarget_bench import cli
 from retarget_bench.analysis import summary, tie_groups
@@ -28,6 +27,7 @@ from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.results import result_matrix as panel
 from retarget_bench.results import store
 from retarget_bench.results.store import CaseResult, ResultPaths
+from tests.engine.stored import header
 
 HOSTILE = ("$\\frac{1}", "_hidden & 50% #1", "<script>alert('x')</script>\n\x07")
 BODIES = ("ann", "bob", "$\\cat_^")
