@@ -68,8 +68,7 @@ def svg(width: float, height: float, label: str, *children: Any) -> Markup:
 def pick(label: str, *children: Any, **data: Any) -> Markup:
     """A mark that leads to its cases. label: what it says, in words; data: what it stands for."""
     told = {f"data_{key}": value for key, value in data.items()}
-    title = tag("title", label)
-    return tag("g", title, *children, class_="pick", role="button", tabindex="-1", aria_label=label, **told)
+    return tag("g", *children, class_="pick", role="button", tabindex="-1", aria_label=label, **told)
 
 
 def words(x: float, y: float, text: Any, anchor: str = "middle", **more: Any) -> Markup:
