@@ -271,6 +271,6 @@ def _cells(group: Group) -> list[tuple[str, Cell]]:
 
 
 def _ordered(whole: ResultMatrix, order: Sequence[str]) -> ResultMatrix:
-    """A panel of its own cases, with its methods in this order."""
+    """A matrix of its own cases, with its methods in this order."""
     own = whole.restricted(whole.own, "")
     return replace(own, rows=tuple(sorted(own.rows, key=lambda row: order.index(row.label))))
