@@ -13,8 +13,11 @@ from retarget_bench import cli
 from retarget_bench.analysis import summary
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
-from retarget_bench.figures.plotting import canvas
-from retarget_bench.figures.plotting import recall as picture
+from retarget_bench.errors import BenchError
+from retarget_bench.figures.data import lines
+from retarget_bench.figures.data import model as data
+from retarget_bench.figures.plotting import canvas, drawing
+from retarget_bench.results import result_matrix
 
 EPSILONS = ("0.05", "0.1", "1", "4")
 
@@ -46,6 +49,30 @@ def sections() -> list[SplitSummary]:
     return [SplitSummary("bows", split, [], scores, 4, 12, 900) for split in ("intra", "cross")]
 
 
+def drawn(path: Path, sections: list[SplitSummary]) -> None:
+    """The curves of these summaries as a file."""
+    charts = [
+        data.LineChart(
+            section.split, f"{section.split}: {section.clips} clips",
+            data.Axis("step", 0.04, 5, log=True), data.Axis(f"{name} of foot contacts", -0.02, 1.02),
+            tuple(
+                data.Line(
+                    each.label, each.label,
+                    tuple(
+                        data.Mark(each.label, float(e), mean, data.Cases(section.split))
+                        for e, mean in each.curves[value].items()
+                    ),
+                )
+                for each in section.scores
+            ),
+        )
+        for value, name in lines.CONTACTS.items()
+        for section in sections
+    ]  # fmt: skip
+    methods = {each.label: each.header for each in sections[0].scores}
+    drawing.draw(path, data.Figure("recall", "bows", "contacts", methods, tuple(charts)))
+
+
 @pytest.fixture
 def figures(monkeypatch) -> list[Figure]:
     """The figures that are drawn from here on."""
@@ -56,7 +83,7 @@ def figures(monkeypatch) -> list[Figure]:
 
 
 def test_every_split_shows_recall_above_precision(tmp_path, sections, figures):
-    picture.draw(tmp_path / "out.png", sections, by_height=False)
+    drawn(tmp_path / "out.png", sections)
     (figure,) = figures
     assert [panel.get_ylabel() for panel in figure.axes] == [
         "recall of foot contacts", "", "precision of foot contacts", "",
@@ -72,7 +99,7 @@ def test_every_split_shows_recall_above_precision(tmp_path, sections, figures):
 
 
 def test_controls_are_dashed_and_methods_that_see_more_dotted(tmp_path, sections, figures):
-    picture.draw(tmp_path / "out.png", sections, by_height=False)
+    drawn(tmp_path / "out.png", sections)
     styles = {line.get_label(): line.get_linestyle() for line in figures[0].axes[0].lines}
     assert styles == {"frozen": "--", "pan+footfix": "-", "told": ":"}
     (legend,) = figures[0].legends
@@ -82,7 +109,7 @@ def test_controls_are_dashed_and_methods_that_see_more_dotted(tmp_path, sections
 def test_bands_are_left_out_where_intervals_are_withheld(tmp_path, sections, figures):
     bare = sections[0].scores[1].curves["pan_recall"]
     bare["1"] = Mean(bare["1"].value, 3, 2)
-    picture.draw(tmp_path / "out.png", sections[:1], by_height=False)
+    drawn(tmp_path / "out.png", sections[:1])
     assert [len(panel.collections) for panel in figures[0].axes] == [2, 3]
 
 
@@ -90,22 +117,22 @@ def test_bands_are_left_out_where_intervals_are_withheld(tmp_path, sections, fig
 def test_the_same_picture_is_the_same_file(tmp_path, sections, form):
     first, second = (tmp_path / f"{name}{form}" for name in "ab")
     for path in (first, second):
-        picture.draw(path, sections, by_height=False)
+        drawn(path, sections)
     magic = {".png": b"\x89PNG", ".pdf": b"%PDF", ".svg": b"<?xml"}[form]
     assert first.read_bytes().startswith(magic)
     assert first.read_bytes() == second.read_bytes()
     assert sorted(path.name for path in tmp_path.iterdir()) == [f"a{form}", f"b{form}"]
 
 
-def test_results_without_the_curves_are_told(tmp_path, sections):
-    with pytest.raises(Exception, match="no pan_recall_h, which the metric pan_contact gives"):
-        picture.draw(tmp_path / "out.png", sections, by_height=True)
-    assert not list(tmp_path.iterdir())
+def test_results_without_the_curves_are_told(runs):
+    (one,) = result_matrix.result_matrices(summary_places(runs))
+    with pytest.raises(BenchError, match="no pan_recall_h, which the metric pan_contact gives"):
+        lines.recall([one.narrowed("pan_recall")], by_height=True)
 
 
 def test_nothing_of_how_others_draw_is_changed(tmp_path, sections):
     before = dict(mpl.rcParams)
-    picture.draw(tmp_path / "out.png", sections, by_height=False)
+    drawn(tmp_path / "out.png", sections)
     assert dict(mpl.rcParams) == before
 
 

@@ -175,7 +175,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
         common, left_out = common_cases(numbers, ranked)
         among = ranked & ~np.isin(np.arange(len(scores)), list(left_out)) & common.any()
         numbers[among] = np.where(common, numbers[among], np.nan)
-        for score, mean in zip(scores, _means(numbers, matrix.clips), strict=True):
+        for score, mean in zip(scores, means_over_clips(numbers, matrix.clips), strict=True):
             if mean is not None and index:
                 score.curves.setdefault(value, {})[index] = mean
             elif mean is not None:
@@ -202,7 +202,7 @@ def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, d
     return any_of & there[ranked & ~few].all(axis=0), left_out
 
 
-def _means(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
+def means_over_clips(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
     """The mean over clips of every row of ``(methods, cases)``; None where a row has no number."""
     per_clip = statistics.per_clip(numbers, clips)
     counts, filled = (~np.isnan(numbers)).sum(axis=1), (~np.isnan(per_clip)).sum(axis=1)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from retarget_bench.commands.showing import scene_of, source_options
+from retarget_bench.commands.scene_options import scene_of, source_options
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:

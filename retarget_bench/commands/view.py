@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from retarget_bench.commands.options import plugin_option, root_option
-from retarget_bench.commands.showing import methods_option, task_option
+from retarget_bench.commands.scene_options import methods_option, task_option
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
-    from retarget_bench.viewer.shelf import Shelf
+    from retarget_bench.viewer.case_list import CaseList
 
 PORT = 8080
 
@@ -66,9 +66,9 @@ def command(
     from retarget_bench.viewer import live
 
     live.viser()
-    shelf, case = _shelf(sources, results, methods, dataset, data, task, root)
+    case_list, case = _case_list(sources, results, methods, dataset, data, task, root)
     _free(port)
-    window = live.Window(shelf, port, case)
+    window = live.Window(case_list, port, case)
     click.echo(f"{window.url} shows it; Ctrl-C stops")
     if not no_open:
         _open(window.url)
@@ -80,7 +80,7 @@ def command(
         window.stop()
 
 
-def _shelf(
+def _case_list(
     sources: Sequence[str],
     results: Sequence[Path],
     methods: Sequence[str],
@@ -88,39 +88,39 @@ def _shelf(
     data: str | None,
     task: str,
     root: str | None = None,
-) -> tuple[Shelf, str | None]:
+) -> tuple[CaseList, str | None]:
     """What the words describe, and the case to begin with. Raises BenchError where there is nothing."""
     from retarget_bench.plugins.spec import Spec
-    from retarget_bench.viewer import finding
-    from retarget_bench.viewer.shelf import Shelf
+    from retarget_bench.viewer import results_library
+    from retarget_bench.viewer.case_list import CaseList
 
     folders = [Path(source) for source in sources if Path(source).is_dir()]
-    if sources and not folders and finding.are_files(sources):
+    if sources and not folders and results_library.are_files(sources):
         return _of_files([Path(source) for source in sources], root)
     names = [source for source in sources if not Path(source).is_dir()]
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
     roots = folders or list(results) or [Path("runs")]
-    shelf = Shelf(roots, task, dataset, methods, None if data is None else Spec.parse(data), root)
-    there = shelf.look()
-    if shelf.problem and not there:
-        raise BenchError(shelf.problem)
+    case_list = CaseList(roots, task, dataset, methods, None if data is None else Spec.parse(data), root)
+    there = case_list.refresh()
+    if case_list.problem and not there:
+        raise BenchError(case_list.problem)
     if not there and not any(folder.is_dir() for folder in roots):
         raise BenchError(f"there is no folder {', '.join(map(str, roots))}; bench run makes one")
-    return shelf, finding.matching(there, names[0]) if names else None
+    return case_list, results_library.matching(there, names[0]) if names else None
 
 
-def _of_files(files: Sequence[Path], root: str | None) -> tuple[Shelf, str | None]:
+def _of_files(files: Sequence[Path], root: str | None) -> tuple[CaseList, str | None]:
     """Files as they are; a stored prediction with its case."""
-    from retarget_bench.viewer import finding
-    from retarget_bench.viewer.shelf import Shelf
+    from retarget_bench.viewer import results_library
+    from retarget_bench.viewer.case_list import CaseList
 
-    if len(files) == 1 and (stored := finding.place_of(files[0])) is not None:
+    if len(files) == 1 and (stored := results_library.place_of(files[0])) is not None:
         place, case = stored
-        return Shelf([place.root], place.task, place.dataset, root=root), case
-    shelf = Shelf(files=files)
-    shelf.scene("")  # says now what is wrong with them
-    return shelf, None
+        return CaseList([place.root], place.task, place.dataset, root=root), case
+    case_list = CaseList(files=files)
+    case_list.scene("")  # says now what is wrong with them
+    return case_list, None
 
 
 def _free(port: int) -> None:

@@ -1,5 +1,5 @@
-"""Charts of results: what they share (colours, order of methods, axis limits) and the drawing of files.
+"""Charts of results: data computed once (``data``), drawn as files (``plotting``) and in pages (``svg``).
 
-Imports tables and analysis.
-Offers the palette, the method order, axis limits and charts by matplotlib (``plotting``).
+Imports analysis, results, tables, motion and evaluation.
+Offers the palette, method order, axis limits, and a function per kind of chart.
 """

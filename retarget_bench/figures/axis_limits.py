@@ -1,13 +1,24 @@
-"""Where the axes of charts end: those of reports and of pictures leave out what is far worse."""
+"""Where the axes and colour scales of charts end: what is far worse than most is left out."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from retarget_bench.results.header import DeclaredValue, ResultHeader
+
+if TYPE_CHECKING:
+    from retarget_bench.analysis.summary import Mean
+
 ROOM = 2.5
 """A chart's axis ends at so many times the median method's number where some method is farther off."""
+CUT = ("lower", "target")
+"""Values of which what is far above most is worse; all other axes show everything."""
+MARGIN = 0.03
+"""Of an axis, what is left free beyond the last mark."""
 
 
 def top(highest: Sequence[float], decimals: int = 2, others: Sequence[float] = ()) -> float:
@@ -21,3 +32,63 @@ def top(highest: Sequence[float], decimals: int = 2, others: Sequence[float] = (
         return 10.0**-decimals
     longest = max([*known, *(each for each in others if np.isfinite(each))])
     return float(min(longest, ROOM * float(np.median(known))))
+
+
+def limits(
+    means: Mapping[str, Iterable[Mean]],
+    headers: Mapping[str, ResultHeader],
+    declared: DeclaredValue,
+    *,
+    bands: bool = False,
+    from_zero: bool = True,
+) -> tuple[float, float, bool]:
+    """The least and the highest number of an axis, and whether something lies beyond it.
+
+    Controls lengthen the axis as far as the methods allow; what is far worse than the median method lies
+    beyond. The axis is up to twice as long where intervals of what lies within need it, but not for bands,
+    which may run out.
+
+    means: label -> all that is drawn of it. headers: label -> the header of its results. declared: the
+    value, as results declare it. from_zero: whether the axis reaches down to 0.
+    """
+    shown = {label: found for label, each in means.items() if (found := list(each))}
+    every = [mean for each in shown.values() for mean in each]
+    highs = [mean.value if mean.interval is None else max(mean.value, mean.interval.high) for mean in every]
+    lows = [mean.value if mean.interval is None else min(mean.value, mean.interval.low) for mean in every]
+    highest, least = max(highs, default=1.0), min(lows, default=0.0)
+    end = _end(shown, headers, declared, bands=bands) if declared.better in CUT and shown else math.inf
+    cut = highest > end
+    first = min(0.0, least) if from_zero else least
+    room = MARGIN * ((end if cut else highest) - first) or MARGIN * max(abs(first), 1.0)
+    return first - room, end if cut else highest + room, cut
+
+
+def _end(
+    shown: Mapping[str, Sequence[Mean]],
+    headers: Mapping[str, ResultHeader],
+    declared: DeclaredValue,
+    *,
+    bands: bool,
+) -> float:
+    highest = {label: max(mean.value for mean in each) for label, each in shown.items()}
+    own = [number for label, number in highest.items() if not headers[label].method.control]
+    counted = own or list(highest.values())
+    size = max(counted)
+    end = top(counted, 3 - math.floor(math.log10(size)) if size > 0 else 2, list(highest.values()))
+    if declared.better == "target":
+        end = max(end, float(declared.goal))
+    within = [
+        mean.interval.high
+        for each in shown.values()
+        for mean in each
+        if mean.interval is not None and mean.value <= end
+    ]
+    return end if bands else max(end, min(2.0 * end, max(within, default=end)))
+
+
+def colour_end(numbers: Mapping[str, Sequence[float]], ranked: Iterable[str], share: float) -> float:
+    """Where a colour scale ends: this share of the numbers of ranked methods is below (of all methods where
+    none is ranked). numbers: label -> what is drawn of it."""
+    among = [number for label in ranked for number in numbers.get(label, ())]
+    known = sorted(among or [number for each in numbers.values() for number in each])
+    return max(known[int(share * (len(known) - 1))], 1e-9) if known else 1.0

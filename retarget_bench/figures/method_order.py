@@ -40,26 +40,23 @@ def everything(roots: Iterable[Path]) -> list[ResultPaths]:
     return [place for root in roots for task in TASKS for place in store.find_results(root, task)]
 
 
-def seats(ranked: Mapping[str, ResultHeader]) -> dict[str, tuple[int, bool]]:
-    """Label -> its place among the methods or among the controls, from 0, and whether it is a control.
+def styles(ranked: Mapping[str, ResultHeader]) -> dict[str, palette.MethodStyle]:
+    """Label -> its style, the same in reports and files: methods and controls are counted apart.
 
     ranked: label -> a header of its results, in the order of ``ranked``.
     """
-    found: dict[str, tuple[int, bool]] = {}
+    found: dict[str, palette.MethodStyle] = {}
     counts = {False: 0, True: 0}
     for label, header in ranked.items():
         control = header.method.control
-        found[label] = counts[control], control
+        found[label] = palette.method_style(counts[control], header.method)
         counts[control] += 1
     return found
 
 
 def colours(ranked: Mapping[str, ResultHeader]) -> dict[str, str]:
-    """Label -> ``#rrggbb``, the same in reports, plots, clips and live: controls are grey."""
-    return {
-        label: palette.control(place) if control else palette.colour(place)
-        for label, (place, control) in seats(ranked).items()
-    }
+    """Label -> ``#rrggbb``, the same in reports, plots, clips and live."""
+    return {label: style.colour for label, style in styles(ranked).items()}
 
 
 def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:

@@ -1,11 +1,17 @@
-"""Colours of methods and of motions, the same in pictures, pages and clips.
+"""Colours and line styles of methods, colours of motions and the colour scale of errors, everywhere the
+same.
 
 Eight colours that stay apart for people who are colour-blind, of which any two that follow each other
 differ in grey too, each dark enough for a thin line on white (a contrast of 3). Beyond eight they start
-again: marks and names tell methods apart then. What a colour says is always said by something else as well.
+again: marks and dashes tell methods apart then. What a colour says is always said by something else as
+well.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass
+
+from retarget_bench.results.header import MethodInfo
 
 COLOURS = ("#0a4d9b", "#c85800", "#01a875", "#7a2a56", "#c870a4", "#5b4301", "#3f79f4", "#555d3e")
 """Of methods, by their rank in the table."""
@@ -13,6 +19,16 @@ CONTROLS = ("#444444", "#757575", "#949494")
 """Of rows that bound the scale."""
 SOURCE = "#808080"
 REFERENCE = "#1a1a1a"
+SHAPES = 8
+"""Shapes of marks that every backend has: circle, square, diamond, two triangles, plus, cross, star."""
+DASHES = ("full", "dash-dot", "long")
+"""Lines of methods; every eight methods the next. Those of controls are dashed, of methods that see more
+than others dotted."""
+
+SHADES = 12
+"""Steps of the colour scale of errors, from pale to dark."""
+LIGHTEST, MIDDLE, DARKEST = (0.953, 0.925, 0.835), (0.871, 0.510, 0.255), (0.290, 0.043, 0.122)
+"""Sand, orange and wine; between them lightness falls evenly, so that the scale says the same in grey."""
 
 
 def colour(index: int) -> str:
@@ -23,3 +39,57 @@ def colour(index: int) -> str:
 def control(index: int) -> str:
     """``#rrggbb``, a grey: of the control at this place among the controls."""
     return CONTROLS[index % len(CONTROLS)]
+
+
+@dataclass(frozen=True)
+class MethodStyle:
+    """How a method is drawn.
+
+    name: ``m3``, ``c0`` of a control: its place, and the class of its marks on a page. shape: of its marks,
+    below ``SHAPES``. dash: of its lines: full, dashed, dotted, dash-dot or long.
+    """
+
+    name: str
+    colour: str
+    shape: int
+    dash: str
+
+
+def method_style(place: int, method: MethodInfo | None = None) -> MethodStyle:
+    """The style of the method at a place among the methods, or of the control among the controls.
+
+    method: as its results name it. Colours, marks and dashes turn at different paces, so that no two of the
+    first 24 methods are alike.
+    """
+    if method is not None and method.control:
+        return MethodStyle(f"c{place}", control(place), place % SHAPES, "dashed")
+    dash = (
+        "dotted"
+        if method is not None and method.privileged
+        else DASHES[place // len(COLOURS) % len(DASHES)]
+    )
+    return MethodStyle(f"m{place}", colour(place), place % SHAPES, dash)
+
+
+# ------------------------------------------------------------------------------------------ colour scale
+def shade(share: float) -> int:
+    """The step of the scale of errors, for a share from 0 (none) to 1 (as bad as it is drawn)."""
+    return int(min(1.0, max(0.0, share)) * (SHADES - 1e-9))
+
+
+def shades() -> list[tuple[float, float, float]]:
+    """Red, green and blue of every step, from 0 to 1."""
+    return [_between(k / (SHADES - 1)) for k in range(SHADES)]
+
+
+def ink(rgb: tuple[float, float, float]) -> str:
+    """Black or white, whichever can be read on a colour."""
+    linear = [c / 12.92 if c <= 0.04045 else ((c + 0.055) / 1.055) ** 2.4 for c in rgb]
+    luminance = sum(k * c for k, c in zip((0.2126, 0.7152, 0.0722), linear, strict=True))
+    return "#000" if luminance > 0.179 else "#fff"
+
+
+def _between(share: float) -> tuple[float, float, float]:
+    low, high, part = (LIGHTEST, MIDDLE, 2 * share) if share < 0.5 else (MIDDLE, DARKEST, 2 * share - 1)
+    red, green, blue = (a + part * (b - a) for a, b in zip(low, high, strict=True))
+    return red, green, blue

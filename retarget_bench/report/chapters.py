@@ -18,12 +18,12 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.tasks import levels
 from retarget_bench.figures import method_order
+from retarget_bench.figures.data import values
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.report import layout
-from retarget_bench.results import case_metadata, store
-from retarget_bench.results import result_matrix as panel
+from retarget_bench.results import case_metadata, result_matrix, store
 from retarget_bench.results.header import ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
@@ -35,12 +35,12 @@ from retarget_bench.tables.model import Cell, Column, Group, Table
 class Split:
     """One split of a chapter.
 
-    panel:    its own cases; methods in the order of the chapter.
+    matrix:   its own cases; methods in the order of the chapter.
     main:     the value that its cases are ordered by. values: those that have a number per case in the
               tables, the main one first. decimals: value id -> with how many its column is written.
     """
 
-    panel: ResultMatrix
+    matrix: ResultMatrix
     section: SplitSummary
     main: Column
     values: tuple[Column, ...]
@@ -48,11 +48,11 @@ class Split:
 
     @property
     def name(self) -> str:
-        return self.panel.split
+        return self.matrix.split
 
     @property
     def labels(self) -> list[str]:
-        return [row.label for row in self.panel.rows]
+        return [row.label for row in self.matrix.rows]
 
     @property
     def digits(self) -> int:
@@ -62,38 +62,28 @@ class Split:
     @cached_property
     def ranked(self) -> np.ndarray:
         """``(methods,)`` bool."""
-        return np.array([not summary.unranked(row.header) for row in self.panel.rows])
+        return np.array([not summary.unranked(row.header) for row in self.matrix.rows])
 
     @cached_property
     def numbers(self) -> np.ndarray:
         """``(methods, cases)`` of the main value, as in the tables: of ranked methods on common cases."""
-        numbers = self.panel.numbers((self.main.id, ""))
-        common, among = self.common(self.main.id)
-        numbers[among] = np.where(common, numbers[among], np.nan)
-        return numbers
-
-    def common(self, value: str) -> tuple[np.ndarray, np.ndarray]:
-        """``(cases,)`` bool: those that all ranked methods have this value of; and ``(methods,)`` bool:
-        whose means are over those alone."""
-        numbers = self.panel.numbers((value, ""))
-        common, left_out = summary.common_cases(numbers, self.ranked)
-        return common, self.ranked & ~np.isin(np.arange(len(numbers)), list(left_out)) & common.any()
+        return values.common_numbers(self.matrix, self.main.id)
 
     @property
     def paired(self) -> bool:
         """Whether values of sets compare answers with the right answers to the same cases."""
-        return all(row.header.four_legged is None for row in self.panel.rows)
+        return all(row.header.four_legged is None for row in self.matrix.rows)
 
     @cached_property
     def losses(self) -> np.ndarray:
         """``(methods, cases)``: how bad the main value is, as far as it is known at all."""
-        numbers = self.panel.numbers((self.main.id, ""))
+        numbers = self.matrix.numbers((self.main.id, ""))
         return statistics.losses(numbers, self.main.better, self.main.goal)
 
     @cached_property
     def groups(self) -> dict[str, list[str]]:
         """What the cases can be told apart by -> the group of every case."""
-        cases = self.panel.cases
+        cases = self.matrix.cases
         found = {
             "kind": [info.kind or UNKNOWN for info in cases],
             "pair": [info.pair for info in cases],
@@ -101,7 +91,7 @@ class Split:
         }
         structures: dict[str, str] = {}
         conditions: dict[str, dict[str, float]] = {}
-        for row in self.panel.rows:
+        for row in self.matrix.rows:
             structures |= case_metadata.read_structures(row.place) or {}
             conditions |= case_metadata.read_conditions(row.place)
         found["structure"] = [structures.get(info.target, UNKNOWN) for info in cases]
@@ -203,7 +193,7 @@ def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[Res
     for name in names:
         label = pairwise.label_of(name, set(labels.values()))
         if label is None:
-            raise pairwise.unknown(panel.result_matrices(places), name)
+            raise pairwise.unknown(result_matrix.result_matrices(places), name)
         wanted.add(label)
     return [place for place in places if labels[place] in wanted]
 
@@ -213,10 +203,10 @@ def _chapter(places: Sequence[ResultPaths], data: str | None, columns: Sequence[
     sections = summary.split_summaries(places)
     made = layout.tables(places, sections, columns)
     found = {section.split: section for section in sections}
-    panels = panel.result_matrices(places)
-    shown = {each.split: known for each in panels if (known := _columns(made, each))}
+    matrices = result_matrix.result_matrices(places)
+    shown = {each.split: known for each in matrices if (known := _columns(made, each))}
     if usual := _usual(made, shown):
-        shown |= {each.split: [usual] for each in panels if each.split not in shown and each.own.any()}
+        shown |= {each.split: [usual] for each in matrices if each.split not in shown and each.own.any()}
     order = method_order.order(sections, {split: columns[0].id for split, columns in shown.items()})
     splits = tuple(
         Split(
@@ -226,12 +216,12 @@ def _chapter(places: Sequence[ResultPaths], data: str | None, columns: Sequence[
             tuple(shown[each.split]),
             _decimals(made),
         )
-        for each in panels
+        for each in matrices
         if each.split in shown
     )
     if not splits:
         return None
-    asked = _asked(splits[0].panel.rows[0].header, data)
+    asked = _asked(splits[0].matrix.rows[0].header, data)
     return Chapter(places[0].task, sections[0].dataset, asked, tuple(places), tuple(made), splits)
 
 
@@ -278,6 +268,6 @@ def _cells(group: Group) -> list[tuple[str, Cell]]:
 
 
 def _ordered(whole: ResultMatrix, order: Sequence[str]) -> ResultMatrix:
-    """A panel of its own cases, with its methods in this order."""
+    """A matrix of its own cases, with its methods in this order."""
     own = whole.restricted(whole.own, "")
     return replace(own, rows=tuple(sorted(own.rows, key=lambda row: order.index(row.label))))

@@ -34,14 +34,14 @@ def chosen(chapters: Sequence[Chapter], most: int, asked: Sequence[str] = ()) ->
         for c, chapter in enumerate(chapters)
         for s, split in reversed([*enumerate(chapter.splits)])
     ]
-    known = {info.id for _, _, split in splits for info in split.panel.cases}
+    known = {info.id for _, _, split in splits for info in split.matrix.cases}
     if unknown := [case for case in asked if case not in known]:
         near = difflib.get_close_matches(unknown[0], known, 3, 0.5) or sorted(known)[:3]
         raise BenchError(f"no case {unknown[0]!r} in these results; near it: {', '.join(near)}")
     found = [
         (c, s, case)
         for c, s, split in splits
-        for case, info in enumerate(split.panel.cases)
+        for case, info in enumerate(split.matrix.cases)
         if info.id in asked
     ]
     queues = [[(c, s, case) for case in order(split, most)] for c, s, split in splits]
@@ -79,7 +79,7 @@ def _cost(split: Split, case: int, away: float, shown: Counter[str]) -> tuple[bo
 
 
 def _traits(split: Split, case: int) -> list[str]:
-    info = split.panel.cases[case]
+    info = split.matrix.cases[case]
     level = split.groups.get("level")
     told = [f"kind {info.kind}", f"pair {info.pair}", f"source {info.source}", f"target {info.target}"]
     return told if level is None else [*told, f"level {level[case]}"]

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.analysis import statistics
+from retarget_bench.figures.data import values
+from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.charts import ChartStyle
-from retarget_bench.report.looks import colours
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import case_file
 from retarget_bench.tables.model import Column
@@ -55,7 +55,7 @@ class Listed:
     thinned: str = ""
 
 
-def index(chapters: Sequence[Chapter], looks: Mapping[str, ChartStyle], shown: PackedScenes) -> Listed:
+def index(chapters: Sequence[Chapter], styles: Mapping[str, MethodStyle], shown: PackedScenes) -> Listed:
     """The cases with their names and numbers, as many as leave the page smaller than ``PAGE``.
 
     Names are as they are printed, and cases and methods known by number.
@@ -63,7 +63,7 @@ def index(chapters: Sequence[Chapter], looks: Mapping[str, ChartStyle], shown: P
     room = max(LEAST, PAGE - REST - sum(len(text.encode()) for text in shown.scenes))
     made = Listed({})
     for step in STEPS:
-        made = Listed(_data(chapters, looks, shown, step), _thinned(chapters, step))
+        made = Listed(_data(chapters, styles, shown, step), _thinned(chapters, step))
         if len(player.data(made.data).encode()) <= room:
             break
     return made
@@ -87,7 +87,7 @@ def _worst(few: int) -> str:
 
 
 def _data(
-    chapters: Sequence[Chapter], looks: Mapping[str, ChartStyle], shown: PackedScenes, step: Thinning
+    chapters: Sequence[Chapter], styles: Mapping[str, MethodStyle], shown: PackedScenes, step: Thinning
 ) -> dict[str, Any]:
     return {
         "chapters": [
@@ -97,7 +97,7 @@ def _data(
             }
             for c, chapter in enumerate(chapters)
         ],
-        "colours": colours(looks),
+        "colours": {label: style.colour for label, style in styles.items()},
         "first": next(([*place] for place in shown.places), None),
     }
 
@@ -112,7 +112,7 @@ def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinnin
         "methods": [printable(label) for label in split.labels],
         "values": [_value(split, value, kept) for value in split.values],
         "cases": [_case(split, case, (*at, case), shown) for case in kept],
-        "numbers": {value.id: _numbers(split.panel.numbers((value.id, ""))[:, kept]) for value in whole},
+        "numbers": {value.id: _numbers(split.matrix.numbers((value.id, ""))[:, kept]) for value in whole},
         "lost": _lost(split, at, shown, kept),
         "paired": split.paired,
     }
@@ -122,7 +122,7 @@ def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinnin
 
 def _value(split: Split, value: Column, kept: Sequence[int]) -> dict[str, Any]:
     """``among``: methods whose means are over common cases alone; ``alone``: cases that are not common."""
-    common, among = split.common(value.id)
+    common, among = values.common_cases(split.matrix, value.id)
     return {
         "id": value.id,
         "label": value.label,
@@ -137,7 +137,7 @@ def _value(split: Split, value: Column, kept: Sequence[int]) -> dict[str, Any]:
 
 def _few(split: Split, value: Column, most: int | None) -> list[dict[int, float]]:
     """By method: the worst cases and their numbers."""
-    numbers = split.panel.numbers((value.id, ""))
+    numbers = split.matrix.numbers((value.id, ""))
     losses = statistics.losses(numbers, value.better, value.goal)
     return [
         {case: _four(row[case]) for case in _worst_of(loss, most)}
@@ -161,7 +161,7 @@ def _kept(
     """Numbers of the cases that are listed: all, or the worst of every method, those in motion, those
     that other values are worst on, and one of every kind, level and structure."""
     if worst is None:
-        return list(range(len(split.panel.cases)))
+        return list(range(len(split.matrix.cases)))
     found = {case for c, s, case in (*shown.places, *shown.reasons) if (c, s) == at}
     found.update(case for rows in few.values() for row in rows for case in row)
     for loss in split.losses:
@@ -173,7 +173,7 @@ def _kept(
 
 
 def _case(split: Split, case: int, key: tuple[int, int, int], shown: PackedScenes) -> dict[str, Any]:
-    info = split.panel.cases[case]
+    info = split.matrix.cases[case]
     told: dict[str, Any] = {
         "id": printable(info.id),
         "source": printable(info.source),
@@ -198,9 +198,9 @@ def _lost(
     split: Split, at: tuple[int, int], shown: PackedScenes, kept: Sequence[int]
 ) -> list[dict[str, str]]:
     """By method: number of a case -> why its answer has no number, or cannot be seen."""
-    position = {split.panel.cases[number].id: number for number in kept}
+    position = {split.matrix.cases[number].id: number for number in kept}
     found: list[dict[str, str]] = []
-    for row in split.panel.rows:
+    for row in split.matrix.rows:
         mine: dict[str, str] = {}
         for problem in row.header.problems:
             why = printable(f"{problem.status}: {problem.message}")

@@ -49,12 +49,12 @@ def motions(
     ):
         chapter = chapters[each[0]]
         split = chapter.splits[each[1]]
-        case = split.panel.cases[each[2]].id
+        case = split.matrix.cases[each[2]].id
         if chapter.absent:
             found.reasons[each] = chapter.absent
             continue
         try:
-            places = [row.place for row in split.panel.rows]
+            places = [row.place for row in split.matrix.rows]
             scene = scenes.of_case(places, case, dataset=chapter.data)
             text = player.data(packed(scene, skins))
         except BenchError as error:

@@ -11,11 +11,12 @@ from typing import TYPE_CHECKING, Any
 from markupsafe import Markup
 
 import retarget_bench
-from retarget_bench.report import charts
+from retarget_bench.figures import method_order, palette
+from retarget_bench.figures.palette import MethodStyle
+from retarget_bench.figures.svg import elements
+from retarget_bench.figures.svg.style import rules
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.charts import ChartStyle
 from retarget_bench.report.index import index
-from retarget_bench.report.looks import looks, style
 from retarget_bench.report.motions import PackedScenes
 from retarget_bench.report.pictures import pictures
 from retarget_bench.results.header import ResultHeader
@@ -37,23 +38,26 @@ def page(
     ranked: Mapping[str, ResultHeader],
     title: str | None = None,
 ) -> str:
-    """The whole document. ranked: of ``placing``, for colours. title: its heading, where the usual one
+    """The whole document. ranked: of ``method_order``, for colours. title: its heading, where the usual one
     does not do."""
-    looked = looks(chapters, ranked)
-    listed = index(chapters, looked, shown)
+    labels = {label for chapter in chapters for label in chapter.labels}
+    styles = {label: each for label, each in method_order.styles(ranked).items() if label in labels}
+    listed = index(chapters, styles, shown)
     tables = [table for chapter in chapters for table in chapter.tables]
     told = as_html.context(tables) | {
         "title": title or "Results of motion retargeting",
-        "chapters": [_chapter(chapter, looked) for chapter in chapters],
+        "chapters": [_chapter(chapter, styles) for chapter in chapters],
         "facts": _facts(chapters, shown),
         "shown": shown,
         "scenes": [Markup(text) for text in shown.scenes],
         "data": Markup(player.data(listed.data)),
         "thinned": listed.thinned,
-        "style": Markup(_file("report.css") + style(looked) + (player.style() if shown.scenes else "")),
+        "style": Markup(
+            _file("report.css") + rules(styles.values()) + (player.style() if shown.scenes else "")
+        ),
         "script": Markup(_script()),
         "player": Markup(player.script()) if shown.scenes else "",
-        "shades": range(charts.SHADES),
+        "shades": range(palette.SHADES),
     }
     return environment().get_template("report.html").render(told)
 
@@ -85,21 +89,21 @@ ASKS = {
 """What derived tasks ask for, since the page begins with what retargeting does."""
 
 
-def _chapter(chapter: Chapter, looked: dict[str, ChartStyle]) -> dict[str, Any]:
+def _chapter(chapter: Chapter, styles: dict[str, MethodStyle]) -> dict[str, Any]:
     return {
         "title": chapter.title,
         "asks": ASKS.get(chapter.kind, ""),
         "tables": chapter.tables,
-        "pictures": pictures(chapter, looked),
-        "legend": [(label, _sample(looked[label])) for label in chapter.labels],
+        "pictures": pictures(chapter, styles),
+        "legend": [(label, _sample(each)) for label, each in styles.items() if label in chapter.labels],
         "short": [sentence for split in chapter.splits if (sentence := _short(split))],
     }
 
 
-def _sample(shown: ChartStyle) -> Markup:
+def _sample(style: MethodStyle) -> Markup:
     """A method's line and mark, for the legend."""
-    parts = charts.line([(2, 8), (30, 8)], shown), charts.mark(16, 8, shown)
-    return charts.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
+    parts = elements.line([(2, 8), (30, 8)], style), elements.mark(16, 8, style)
+    return elements.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
 
 
 def _short(split: Split) -> str:
@@ -125,14 +129,14 @@ def _short(split: Split) -> str:
 
 def _facts(chapters: Sequence[Chapter], shown: PackedScenes) -> list[tuple[str, str]]:
     """What ran, on what, when, and with what; the rest is below the tables."""
-    headers = [row.header for each in chapters for split in each.splits for row in split.panel.rows]
+    headers = [row.header for each in chapters for split in each.splits for row in split.matrix.rows]
     dates = sorted(header.date[:10] for header in headers if header.date)
     seeds = sorted({seed for header in headers for seed in header.seeds})
     versions = dict.fromkeys(
         ", ".join(f"{name} {which}" for name, which in header.versions.items()) for header in headers
     )
     methods = list(dict.fromkeys(label for chapter in chapters for label in chapter.labels))
-    cases = sum(len(split.panel.cases) for chapter in chapters for split in chapter.splits)
+    cases = sum(len(split.matrix.cases) for chapter in chapters for split in chapter.splits)
     span = dates[0] if dates and dates[0] == dates[-1] else f"{dates[0]} to {dates[-1]}" if dates else ""
     facts = [
         ("results", "; ".join(chapter.title for chapter in chapters)),

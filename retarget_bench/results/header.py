@@ -71,7 +71,7 @@ class MethodInfo(_Part):
 class DatasetInfo(_Part):
     """A data set as results name it; ``content`` identifies the data."""
 
-    name: str
+    name: str = ""
     parameters: Parameters = field(default_factory=dict)
     label: str
     version: str = ""

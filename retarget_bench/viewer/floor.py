@@ -9,9 +9,9 @@ from PIL.ImageDraw import ImageDraw
 
 from retarget_bench.api import Ground
 from retarget_bench.motion.ground import ground_height
+from retarget_bench.viewer.bodies import Solid, tube
 from retarget_bench.viewer.camera import Camera
 from retarget_bench.viewer.colours import CONTACT, FLOOR, GRID, SHADOW, STAGE, mixed, shade
-from retarget_bench.viewer.solids import Solid, tube
 
 CUTS = 5
 """Pieces of which a line of the grid is made, each fainter than the one nearer to the middle."""

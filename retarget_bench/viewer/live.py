@@ -16,12 +16,12 @@ from retarget_bench.errors import BenchError
 from retarget_bench.motion.facing import facing
 from retarget_bench.motion.ground import ground_height
 from retarget_bench.viewer import floor
+from retarget_bench.viewer.bodies import Solid
+from retarget_bench.viewer.case_list import CaseList
 from retarget_bench.viewer.colours import CONTACT, FLOOR, colours
-from retarget_bench.viewer.lettering import plain
 from retarget_bench.viewer.models import Model
 from retarget_bench.viewer.scene import Figure, Scene
-from retarget_bench.viewer.shelf import Shelf
-from retarget_bench.viewer.solids import Solid
+from retarget_bench.viewer.text import plain
 
 HOST = "127.0.0.1"
 NO_VISER = "live viewing needs viser, which is not installed: pip install 'retarget-bench[viz]'"
@@ -46,13 +46,13 @@ def viser() -> Any:
 
 
 class Window:
-    """A page on this machine's own address that shows what is on a shelf.
+    """A page on this machine's own address that shows a case of a list.
 
     port: 0 for any free one. Raises BenchError where the port is taken, or viser is not there.
     """
 
-    def __init__(self, shelf: Shelf, port: int = 0, case: str | None = None) -> None:
-        self.shelf = shelf
+    def __init__(self, case_list: CaseList, port: int = 0, case: str | None = None) -> None:
+        self.case_list = case_list
         self.scene: Scene | None = None
         self.frame = 0
         self._actors: list[Actor] = []
@@ -100,7 +100,7 @@ class Window:
     def poll(self) -> None:
         """Look what there is now; new cases appear among the choices."""
         self._polled = time.monotonic()
-        cases = [plain(case) or FILES for case in self.shelf.look()]
+        cases = [plain(case) or FILES for case in self.case_list.refresh()]
         if cases == self._cases:
             return
         self._cases = cases
@@ -113,8 +113,8 @@ class Window:
         if case == NOTHING_YET:
             return
         try:
-            ids = {plain(each) or FILES: each for each in self.shelf.look()}
-            self.scene = self.shelf.scene(ids.get(case, case))
+            ids = {plain(each) or FILES: each for each in self.case_list.refresh()}
+            self.scene = self.case_list.scene(ids.get(case, case))
         except BenchError as error:
             self.said.value = plain(str(error))
             return
@@ -213,7 +213,7 @@ class Window:
         with self.server.atomic():
             for actor in self._actors:
                 actor.pose(self.frame, self.scene, bool(self.labels.value))
-        words = told(self.scene, self.frame, self.shelf.problem)
+        words = told(self.scene, self.frame, self.case_list.problem)
         if self.said.value != words:
             self.said.value = words
 

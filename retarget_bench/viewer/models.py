@@ -7,8 +7,8 @@ from functools import cached_property
 
 import numpy as np
 
+from retarget_bench.viewer.bodies import Solid
 from retarget_bench.viewer.colours import Colour, tints
-from retarget_bench.viewer.solids import Solid
 
 AROUND = 8
 """Corners of a tube."""

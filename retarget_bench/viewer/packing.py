@@ -20,7 +20,7 @@ import numpy as np
 from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
-from retarget_bench.viewer import shapes
+from retarget_bench.viewer import bodies
 from retarget_bench.viewer.colours import names
 from retarget_bench.viewer.scene import Figure, Scene
 from retarget_bench.viewer.skins import Skin
@@ -102,10 +102,10 @@ def _body(body: Character, skin: Skin | None) -> dict[str, Any]:
         "height": round(float(body.height), 4),
         "joints": list(body.skeleton.names),
         "parents": body.skeleton.parents.tolist(),
-        "radii": np.rint(1000.0 * shapes.radii(body)).astype(int).ravel().tolist(),
-        "heads": [[joint, below, round(1000.0 * radius)] for joint, below, radius in shapes.heads(body)],
-        "sides": shapes.sides(body),
-        "ends": shapes.ends(body),
+        "radii": np.rint(1000.0 * bodies.radii(body)).astype(int).ravel().tolist(),
+        "heads": [[joint, below, round(1000.0 * radius)] for joint, below, radius in bodies.heads(body)],
+        "sides": bodies.sides(body),
+        "ends": bodies.ends(body),
     }
     if skin is not None:
         vertices, faces = len(skin.mesh.vertices), len(skin.mesh.faces)

@@ -1,16 +1,18 @@
-"""What is shown of one case: several bodies that move at the same time, and what is known of them."""
+"""A scene, what the viewer shows of a case: figures of motions, and which joints rest on the ground."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
 
-from retarget_bench.api import Ground
+from retarget_bench.api import Ground, Prediction
+from retarget_bench.api.comparison import contact_roles
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.contact import planted
 from retarget_bench.motion.motion import Motion
 
 Part = Literal["source", "reference", "prediction", "motion"]
@@ -83,3 +85,35 @@ class Scene:
     def frames(self) -> int:
         """How many frames every figure has."""
         return next(len(figure.positions) for figure in self.figures if figure.positions is not None)
+
+
+Labels = tuple[tuple[int, ...] | None, np.ndarray | None]
+"""Contact joints, and ``(frames, joints)`` bool whether they are planted; both None where not known."""
+
+
+def figure_of(label: str, part: Part, motion: Prediction, labels: Labels | None = None) -> Figure:
+    """A motion as a figure. labels: its contacts; None: they are found by speed."""
+    joints, rests = contacts(motion) if labels is None else labels
+    turned = motion if isinstance(motion, Motion) else None
+    return Figure(label, part, motion.character, motion.positions, turned, joints, rests)
+
+
+def contacts(motion: Prediction) -> Labels:
+    """A body's contacts by speed; None and None where it has no such joint or no height."""
+    body = motion.character
+    joints = body.joints(contact_roles(body))
+    if not joints or not body.height > 0:
+        return None, None
+    return tuple(joints), planted(motion.positions[:, joints], body.height, motion.fps)
+
+
+def distinct(labels: Sequence[str], taken: Sequence[str] = ()) -> list[str]:
+    """Labels of which no two are alike and none is taken: the second of a kind gets a number."""
+    found: list[str] = []
+    for label in labels:
+        name, number = label, 1
+        while name in (*taken, *found):
+            number += 1
+            name = f"{label} ({number})"
+        found.append(name)
+    return found

@@ -12,9 +12,9 @@ from PIL import Image, ImageDraw
 
 from retarget_bench.api import Ground
 from retarget_bench.viewer import floor
+from retarget_bench.viewer.bodies import Piece, Solid
 from retarget_bench.viewer.camera import Camera, axes, fitted, stays, track
 from retarget_bench.viewer.colours import CONTACT, STAGE, shade
-from retarget_bench.viewer.solids import Piece, Solid
 
 Following = Literal["auto", "fit", "follow"]
 

@@ -9,25 +9,27 @@ from xml.etree import ElementTree
 
 import numpy as np
 import pytest
-from matplotlib import style
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
-from stored import header
 
 from retarget_bench import cli
 from retarget_bench.analysis import summary, tie_groups
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.api import CaseInfo
-from retarget_bench.figures.axis_limits import ROOM
-from retarget_bench.figures.plotting import canvas, edges, joints, speed
-from retarget_bench.figures.plotting.dots import dots
+from retarget_bench.figures.axis_limits import MARGIN, ROOM, limits
+from retarget_bench.figures.data import bodies as body_charts
+from retarget_bench.figures.data import rows
+from retarget_bench.figures.data.model import Axis, Cases, Mark, RowChart
+from retarget_bench.figures.data.model import Figure as FigureData
+from retarget_bench.figures.plotting import canvas, drawing
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.results import result_matrix as panel
 from retarget_bench.results import store
-from retarget_bench.results.header import ResultHeader, parsed
+from retarget_bench.results.header import parsed
 from retarget_bench.results.store import CaseResult, ResultPaths
+from tests.engine.stored import header
 
 HOSTILE = ("$\\frac{1}", "_hidden & 50% #1", "<script>alert('x')</script>\n\x07")
 BODIES = ("ann", "bob", "$\\cat_^")
@@ -145,7 +147,7 @@ def test_pairs_are_a_map_per_method_on_one_scale(plotted, results):
 
 
 def test_many_bodies_are_taken_together_by_structure(plotted, results, monkeypatch):
-    monkeypatch.setattr("retarget_bench.figures.plotting.pairs.MOST", 2)
+    monkeypatch.setattr("retarget_bench.figures.data.bodies.MOST", 2)
     figure = plotted("pairs", "-m", HOSTILE[0])
     image = figure.axes[0].get_images()[0].get_array()
     entries = results[1][HOSTILE[0]]
@@ -189,9 +191,14 @@ def test_speed_is_to_the_right_and_error_upwards(plotted, results):
 
 def test_who_is_slower_and_worse_is_not_at_the_front():
     points = [(100.0, 3.0), (10.0, 2.0), (5.0, 2.5), (1.0, 1.0), (1.0, 4.0)]
-    assert speed.best(points, LOWER) == [(1.0, 1.0), (10.0, 2.0), (100.0, 3.0)]
-    assert speed.best(points, replace(LOWER, better="higher")) == [(1.0, 4.0), (100.0, 3.0)]
-    assert speed.best([(1.0, 1.1), (2.0, 0.5)], replace(LOWER, better="target"))[0] == (1.0, 1.1)
+    assert front(points, "lower") == [(1.0, 1.0), (10.0, 2.0), (100.0, 3.0)]
+    assert front(points, "higher") == [(1.0, 4.0), (100.0, 3.0)]
+    assert front([(1.0, 1.1), (2.0, 0.5)], "target")[0] == (1.0, 1.1)
+
+
+def front(points: list[tuple[float, float]], better: str) -> list[tuple[float, float]]:
+    marks = [Mark("m", fps, Mean(number, 9, 9), Cases("cross")) for fps, number in points]
+    return [(mark.at, mark.mean.value) for mark in rows.best(marks, {"better": better, "goal": 1.0})]
 
 
 def test_kinds_stand_with_the_farthest_off_at_the_top(plotted, results):
@@ -230,7 +237,8 @@ def test_skeletons_are_coloured_by_the_errors_of_their_joints(results, tmp_path,
     tree = Skeleton(("Hips", "Head"), np.array([-1, 0]), np.array([[0.0, 1.0, 0.0], [0.1, 0.6, 0.0]]))
     bodies = {name: Character.of(name, tree) for name in ("ann", "bob")}
     (one,) = panel.result_matrices(store.find_results(results[0]))
-    joints.draw(tmp_path / "a.png", one, "mpjpe_h.joint", bodies)
+    data = body_charts.skeletons([one], "mpjpe_h.joint", bodies, "s17")
+    drawing.draw(tmp_path / "a.png", data)
     drawn = [axes for axes in made[0].axes if axes.get_title()]
     for axes, (label, entries) in zip(drawn, results[1].items(), strict=True):
         assert axes.get_title() == canvas.told(label)
@@ -252,7 +260,7 @@ def test_pictures_are_as_wide_as_is_asked(plotted, kind, width):
     assert not plotted(kind, "--no-title").get_suptitle()
 
 
-ALL = ("pairs", "ties", "speed", "kinds", "growth", "joints --dots")
+ALL = ("pairs", "ties", "speed", "kinds", "clips", "growth", "joints --dots")
 
 
 @pytest.mark.filterwarnings("error::UserWarning")
@@ -276,24 +284,26 @@ def test_words_stay_words_in_every_kind(results, tmp_path, kind):
 
 
 # ------------------------------------------------------------------------------------------------ the edge
-def about(**controls: bool) -> dict[str, ResultHeader]:
-    plain = header("", [], "cross")
-    return {name: replace(plain, method=replace(plain.method, control=c)) for name, c in controls.items()}
+def about(**controls: bool) -> dict[str, dict]:
+    return {name: {"method": {"control": control, "privileged": []}} for name, control in controls.items()}
 
 
-def test_what_is_far_worse_stands_outside_with_its_number():
+def test_what_is_far_worse_stands_outside_with_its_number(tmp_path, monkeypatch):
+    made: list[Figure] = []
+    monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (made.append(self), path.touch()))
     means = {"a": [Mean(2.0, 9, 9)], "b": [Mean(3.0, 9, 9)], "still": [Mean(291.4, 9, 9)]}
     headers = about(a=False, b=False, still=True)
-    edge = edges.edge(means, headers, LOWER)
-    assert edge.end == ROOM * 2.5
-    with style.context(["default", canvas.LOOK]):
-        panel = Figure().subplots()
-        look = {"color": "k", "marker": "o", "markersize": 3.5, "linestyle": "-"}
-        dots(panel, ["walk"], {k: list(row) for k, row in means.items()}, dict.fromkeys(means, look), edge)
-    assert panel.get_xlim()[1] == edge.end
+    low, end, cut = limits(means, headers, {"better": "lower"})
+    assert (low, end, cut) == (-MARGIN * end, ROOM * 2.5, True)
+    marks = {label: (Mark(label, 0, each[0], Cases("cross")),) for label, each in means.items()}
+    chart = RowChart("cross", "cross", Axis("error", low, end, cut), ("walk",), marks)
+    assert chart.far == [marks["still"][0]]
+    data = FigureData("kinds", "data", "by kind", headers, (chart,))
+    drawing.draw(tmp_path / "a.png", data)
+    (panel,) = made[0].axes
+    assert panel.get_xlim()[1] == end
     assert [text.get_text() for text in panel.texts] == ["291"]
-    assert edges.told([edge])
-    assert not edges.told([edges.Edge()])
+    assert canvas.BEYOND in made[0].get_suptitle()
 
 
 @pytest.mark.parametrize(
@@ -303,16 +313,18 @@ def test_what_is_far_worse_stands_outside_with_its_number():
 )  # fmt: skip
 def test_axes_without_anything_far_worse_show_everything(declared, numbers):
     means = {name: [Mean(number, 9, 9)] for name, number in zip("abc", numbers, strict=True)}
-    assert edges.edge(means, about(a=False, b=False, c=False), declared).ends is None
+    low, end, cut = limits(means, about(a=False, b=False, c=False), declared)
+    assert not cut
+    assert low <= 0 < max(numbers) < end
 
 
 def test_intervals_of_what_stands_within_lengthen_an_axis_up_to_twice():
     means = {"a": [Mean(2.0, 20, 20, Interval(1.0, 7.0))], "b": [Mean(90.0, 20, 20, Interval(50.0, 99.0))]}
     headers = about(a=False, b=True)
-    assert edges.edge(means, headers, LOWER).end == 7.0
-    assert edges.edge(means, headers, LOWER, bands=True).end == 5.0
+    assert limits(means, headers, {"better": "lower"})[1] == 7.0
+    assert limits(means, headers, {"better": "lower"}, bands=True)[1] == 5.0
     means["a"] = [Mean(2.0, 20, 20, Interval(1.0, 700.0))]
-    assert edges.edge(means, headers, LOWER).end == 10.0
+    assert limits(means, headers, {"better": "lower"})[1] == 10.0
 
 
 @pytest.mark.parametrize(

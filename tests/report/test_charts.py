@@ -9,10 +9,16 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench.figures import axis_limits
-from retarget_bench.figures.palette import COLOURS, CONTROLS
-from retarget_bench.report import chapters, charts, choosing, looks, means
-from retarget_bench.report.charts import Scale, look
+from retarget_bench.analysis import summary
+from retarget_bench.figures import axis_limits, palette
+from retarget_bench.figures.data import values
+from retarget_bench.figures.palette import COLOURS, CONTROLS, method_style
+from retarget_bench.figures.svg import elements, style
+from retarget_bench.figures.svg.elements import Scale
+from retarget_bench.report import chapters, choosing, page
+from retarget_bench.results.result_matrix import ResultMatrix
+
+CONTROL = {"method": {"control": True, "privileged": []}}
 
 
 @given(st.floats(-1e3, 1e3), st.floats(0.01, 1e4), st.integers(3, 9))
@@ -33,19 +39,19 @@ def test_scales_put_numbers_where_they_belong():
 
 
 def test_text_and_attributes_are_escaped():
-    made = charts.pick('<&">', charts.words(1.0, 2.0, "</text><script>"), method="\"'<x>")
-    assert re.findall(r"<(\w+)", made) == ["g", "title", "text"]
+    made = elements.pick('<&">', elements.words(1.0, 2.0, "</text><script>"), method="\"'<x>")
+    assert re.findall(r"<(\w+)", made) == ["g", "text"]
     assert 'data-method="&#34;&#39;&lt;x&gt;"' in made
 
 
 @given(st.text(max_size=40), st.integers(4, 30))
 def test_short_names_are_no_longer_than_asked(name, most):
-    assert len(charts.short(name, most)) <= most or len(name) > most >= len(charts.short(name, most))
+    assert len(elements.short(name, most)) <= most or len(name) > most >= len(elements.short(name, most))
 
 
 def test_methods_differ_in_more_than_colour():
-    made = [look(k) for k in range(24)] + [look(0, k) for k in range(3)]
-    assert len({(each.mark, each.dash) for each in made}) == len(made)
+    made = [method_style(k) for k in range(24)] + [method_style(k, CONTROL) for k in range(3)]
+    assert len({(each.shape, each.dash) for each in made}) == len(made)
 
 
 def _luminance(colour):
@@ -62,10 +68,9 @@ def _contrast(first, second):
 
 
 def test_colours_can_be_seen_on_light_and_dark_paper():
-    shown = {str(k): look(k) for k in range(len(COLOURS))} | {
-        f"c{k}": look(0, k) for k in range(len(CONTROLS))
-    }
-    light, dark = looks.style(shown).split("@media")
+    shown = [method_style(k) for k in range(len(COLOURS))]
+    shown += [method_style(k, CONTROL) for k in range(len(CONTROLS))]
+    light, dark = style.rules(shown).split("@media")
     for paper, rules in (("#ffffff", light), ("#15181c", dark)):
         colours = re.findall(r"\.[mc]\d+\{--c:(#\w+)\}", rules)
         assert len(colours) == len(shown)
@@ -73,7 +78,7 @@ def test_colours_can_be_seen_on_light_and_dark_paper():
 
 
 def test_marks_of_methods_stand_on_paper_at_full_strength():
-    rules = (Path(looks.__file__).parent / "pages" / "report.css").read_text(encoding="utf-8")
+    rules = (Path(page.__file__).parent / "pages" / "report.css").read_text(encoding="utf-8")
     (legend,) = re.findall(r"^\.legend \{([^}]+)\}", rules, re.MULTILINE)
     assert re.findall(r"background: ([^;]+);", legend) == ["var(--paper)"]
     (clip,) = re.findall(r"^\.clip \{([^}]+)\}", rules, re.MULTILINE)
@@ -82,8 +87,8 @@ def test_marks_of_methods_stand_on_paper_at_full_strength():
 
 
 def test_numbers_can_be_read_on_every_shade_and_shades_darken():
-    shades = re.findall(r"\.s\d+\{--c:(#\w+);--on:(#\w+)\}", looks.style({}).split("@media")[0])
-    assert len(shades) == charts.SHADES
+    shades = re.findall(r"\.s\d+\{--c:(#\w+);--on:(#\w+)\}", style.rules([]).split("@media")[0])
+    assert len(shades) == palette.SHADES
     wide = {"#000": "#000000", "#fff": "#ffffff"}
     assert min(_contrast(colour, wide[ink]) for colour, ink in shades) >= 4.5
     lights = [_luminance(colour) for colour, _ in shades]
@@ -106,7 +111,7 @@ def test_others_lengthen_an_axis_but_not_beyond_what_methods_allow():
 def test_means_are_over_clips_of_means_over_cases():
     numbers = np.array([[1.0, 3.0, 10.0, math.nan], [math.nan] * 4])
     clips = np.array([2, 2, 5, 5])
-    first, second = means.means(numbers, clips)
+    first, second = summary.means_over_clips(numbers, clips)
     assert (first.value, first.n, first.clips) == (6.0, 3, 2)
     assert second is None
 
@@ -116,8 +121,9 @@ def test_means_are_over_clips_of_means_over_cases():
 )
 def test_the_worst_are_told_by_what_is_better(better, order):
     numbers = np.array([1.5, math.nan, 9.0, 0.5])
-    told = means.worst(numbers, better)
-    assert [int(each.split(":")[0]) for each in told.split()] == order
+    matrix = ResultMatrix("data", "cross", (), np.array([]), (), {"v": {"better": better, "goal": 1.0}})
+    behind = values.worst(matrix, "v", numbers, "numbers")
+    assert behind.worst == tuple((case, numbers[case]) for case in order)
 
 
 # ------------------------------------------------------------------------------------------- choosing
@@ -125,11 +131,11 @@ def test_worst_median_and_best_are_chosen_first_and_all_in_the_end(results):
     found = chapters.chapters([results])
     split = found[0].splits[1]
     order = choosing.order(split)
-    assert sorted(order) == list(range(len(split.panel.cases)))
+    assert sorted(order) == list(range(len(split.matrix.cases)))
     ranked = split.losses[split.ranked]
     places = np.argsort(np.argsort(ranked, kind="stable"), kind="stable").mean(axis=0)
     assert places[order[0]] == places.max()
-    pairs = [split.panel.cases[case].pair for case in order]
+    pairs = [split.matrix.cases[case].pair for case in order]
     assert len(set(pairs[:3])) == 3  # of three pairs with two clips each
     chosen = choosing.chosen(found, 5)
     assert len(chosen) == len(set(chosen)) == 5

@@ -125,7 +125,7 @@ def test_squares_and_kinds_are_means_over_clips(results, tags):
         source, target = each["aria-label"].split(f"{split.name}, ")[1].split(": ")[0].split(" to ")
         found = [
             n
-            for n, info in zip(split.numbers[split.labels.index(LABEL)], split.panel.cases, strict=True)
+            for n, info in zip(split.numbers[split.labels.index(LABEL)], split.matrix.cases, strict=True)
             if (printable(info.source), printable(info.target)) == (source, target)
         ]
         told = float(re.search(r": ([\d.]+) % of height", each["aria-label"])[1])
@@ -164,7 +164,7 @@ def test_scenes_are_as_many_as_asked_and_their_cases_say_which(tags, data):
 
 def test_a_case_can_be_asked_for(results, tmp_path):
     (chapter,) = chapters.chapters([results])
-    wanted = chapter.splits[0].panel.cases[-1].id
+    wanted = chapter.splits[0].matrix.cases[-1].id
     report(results, "-o", tmp_path / "one.html", "--clips", 0, "--case", wanted)
     (scene,) = (
         json.loads(text)
@@ -207,8 +207,8 @@ def test_predictions_that_are_gone_are_told(results, tmp_path):
     root = tmp_path / "runs"
     shutil.copytree(results, root)
     (chapter,) = chapters.chapters([root])
-    place = chapter.splits[0].panel.rows[0].place
-    case = chapter.splits[0].panel.cases[0].id
+    place = chapter.splits[0].matrix.rows[0].place
+    case = chapter.splits[0].matrix.cases[0].id
     place.prediction(case).unlink()
     report(root, "-o", tmp_path / "gone.html", "--clips", 0, "--case", case)
     split = json.loads(Tags((tmp_path / "gone.html").read_text(encoding="utf-8")).scripts["report-data"])[

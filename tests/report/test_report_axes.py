@@ -44,11 +44,11 @@ def table(root: Path, task: str, *more: str) -> list[dict[str, str]]:
 
 
 def chart(root: Path, file: Path, name: str) -> ElementTree.Element:
-    """The only chart of this name in the report."""
+    """The first chart of this name in the report."""
     report(root, "-o", file, "--no-player")
     section = re.search(rf'id="chapter-1-{name}">(.*?)</section>', file.read_text(encoding="utf-8"), re.S)
     assert section
-    (drawn,) = re.findall(r"<svg.*?</svg>", section[1], re.S)
+    drawn, *_ = re.findall(r"<svg.*?</svg>", section[1], re.S)
     return ElementTree.fromstring(drawn)
 
 
@@ -142,5 +142,5 @@ def test_quality_stands_over_speed_and_the_line_joins_what_nothing_beats(tmp_pat
         assert f"{method}: {fps:.3g} frames per second" in label
     (front,) = (each for each in drawn.iter("path") if each.get("class") == "front")
     places = re.findall(r"([\d.]+) ([\d.]+)", front.get("d", ""))
-    rates = [10 ** float(axis(drawn, "middle", log=True)(float(x))) for x, _ in places]
-    assert rates == pytest.approx([3000, 300], rel=0.02)  # "slow" is beaten in both
+    rates = [10 ** float(axis(drawn, "middle", log=True)(float(x))) for x, _ in places[1::2]]
+    assert rates == pytest.approx([300, 3000], rel=0.02)  # "slow" is beaten in both

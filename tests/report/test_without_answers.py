@@ -8,7 +8,7 @@ import math
 import pytest
 
 from retarget_bench.errors import BenchError
-from retarget_bench.report import charts
+from retarget_bench.figures import palette
 from tests.report.odd_runs import bench, report
 from tests.report.test_report import Tags
 from tests.viewing import small_runs
@@ -61,5 +61,5 @@ def test_a_header_that_lacks_a_part_is_told(tmp_path):
 
 
 def test_what_is_infinitely_far_off_has_the_darkest_shade():
-    assert charts.shade(math.inf) == charts.shade(1.0) == f"s{charts.SHADES - 1}"
-    assert charts.shade(0.0) == charts.shade(-1.0) == "s0"
+    assert palette.shade(math.inf) == palette.shade(1.0) == palette.SHADES - 1
+    assert palette.shade(0.0) == palette.shade(-1.0) == 0

@@ -15,7 +15,7 @@ from retarget_bench.cli import main
 from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.evaluation.tasks import canonical
-from retarget_bench.figures.plotting import upsample as upsample_picture
+from retarget_bench.figures.data import lines as line_charts
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
@@ -265,7 +265,7 @@ def test_the_picture_of_upsampling_is_what_the_rows_say(results, tmp_path, capsy
     assert line_of(whole, "linear_joints")[-1, 1] == pytest.approx(0, abs=1e-4)
     hollow = [line for line in whole.lines if line.get_markerfacecolor() == "white"]
     assert [line.get_xdata()[0] for line in hollow] == [75.0]
-    assert upsample_picture.major_share(store.find_results(results, "denoise")) is None
+    assert line_charts.major_share(store.find_results(results, "denoise")) is None
 
 
 @pytest.mark.filterwarnings("error::UserWarning")

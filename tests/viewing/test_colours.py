@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from retarget_bench.commands.showing import scene_of
+from retarget_bench.commands.scene_options import scene_of
 from retarget_bench.figures import method_order, palette
-from retarget_bench.viewer import finding, scenes
+from retarget_bench.viewer import results_library, scenes
+from retarget_bench.viewer.case_list import CaseList
 from retarget_bench.viewer.colours import names
-from retarget_bench.viewer.shelf import Shelf
 from tests.viewing.small_runs import CASE, ran
 
 
@@ -23,14 +23,14 @@ def test_methods_keep_the_colour_of_their_rank_whoever_is_shown_and_in_which_ord
         assert told.pop("source") == palette.SOURCE
         assert told.pop("reference") == palette.REFERENCE
         assert told == {label: wanted[label] for label in methods or ranked}
-    shelf = Shelf([tmp_path])
-    shelf.look()
-    assert shelf.scene(CASE).colours == wanted
+    case_list = CaseList([tmp_path])
+    case_list.refresh()
+    assert case_list.scene(CASE).colours == wanted
 
 
 def test_seeds_share_a_colour_and_who_has_no_rank_takes_one_that_is_free(tmp_path):
     places = ran(tmp_path, "copy", "far")
-    having, case = finding.case(places, CASE)
+    having, case = results_library.case(places, CASE)
     scene = scenes.of_case(having, case)
     first, second = (figure.label for figure in scene.figures[2:])
     assert names(scene)[2:] == [palette.colour(0), palette.colour(1)], "by order where nobody ranked"

@@ -14,14 +14,13 @@ from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.viewer import shapes, sheet
+from retarget_bench.viewer import bodies, sheet
+from retarget_bench.viewer.bodies import RIM, tube
 from retarget_bench.viewer.camera import DISTANCE, Camera, fitted, track
 from retarget_bench.viewer.colours import CONTACT, PAPER, STAGE, TROUBLE, colours
 from retarget_bench.viewer.drawing import Drawing, DrawingStyle
-from retarget_bench.viewer.figures import figure_of
-from retarget_bench.viewer.lettering import font, plain, short, wrapped
-from retarget_bench.viewer.scene import Figure, Scene
-from retarget_bench.viewer.solids import RIM, tube
+from retarget_bench.viewer.scene import Figure, Scene, figure_of
+from retarget_bench.viewer.text import font, plain, short, wrapped
 from tests.examples import examples
 
 LEVEL = Ground(heights=np.zeros((2, 2)))
@@ -108,7 +107,7 @@ def test_bodies_are_drawn_where_their_bones_are_and_nowhere_else():
     across, down = np.meshgrid(np.arange(box.width) + 0.5, np.arange(box.height) + 0.5)
     at = np.stack([across, down], axis=-1)
     inside, outside = np.zeros(at.shape[:2], bool), np.ones(at.shape[:2], bool)
-    radii = shapes.radii(figure.character)
+    radii = bodies.radii(figure.character)
     for joint, parent in enumerate(figure.parents.tolist()):
         if parent < 0:
             continue
@@ -119,7 +118,7 @@ def test_bodies_are_drawn_where_their_bones_are_and_nowhere_else():
         inside |= away < 0.8 * thin - 1
         outside &= away > thick + RIM + 1
     head = np.linalg.norm(at - places[figure.character.joint_of["head"]], axis=-1)
-    outside &= head > 3 * shapes.HEAD * figure.character.height * scale.max()
+    outside &= head > 3 * bodies.HEAD * figure.character.height * scale.max()
     assert inside.sum() > 1000
     assert changed[inside].all()
     assert not changed[outside].any()

@@ -1,4 +1,4 @@
-"""``bench view``: what is on the shelf, what stands in the scene, and the page, without a browser."""
+"""``bench view``: the list of cases, what stands in the scene, and the page, without a browser."""
 
 from __future__ import annotations
 
@@ -22,11 +22,11 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import live
-from retarget_bench.viewer.figures import figure_of
+from retarget_bench.viewer.bodies import Solid
+from retarget_bench.viewer.case_list import CaseList
 from retarget_bench.viewer.models import AROUND, PROFILE, Model, tube_faces, tubes
-from retarget_bench.viewer.running import going_on, told_so_far
-from retarget_bench.viewer.shelf import Shelf
-from retarget_bench.viewer.solids import Solid
+from retarget_bench.viewer.results_library import read_unfinished, unfinished
+from retarget_bench.viewer.scene import figure_of
 
 needs_viser = pytest.mark.skipif(
     find_spec("viser") is None, reason="no viser: pip install 'retarget-bench[viz]'"
@@ -43,15 +43,15 @@ def as_if_running(place: ResultPaths, cases: list[str]) -> None:
         path.unlink()
 
 
-# ----------------------------------------------------------------------------------------- the shelf
+# ----------------------------------------------------------------------------- the list of cases
 def test_a_shelf_has_the_cases_of_finished_results(tmp_path):
     ran(tmp_path, "copy", "raise")
-    shelf = Shelf([tmp_path])
-    assert sorted(shelf.look()) == sorted([CASE, OTHER])
-    labels = {figure.label for figure in shelf.scene(CASE).figures}
+    case_list = CaseList([tmp_path])
+    assert sorted(case_list.refresh()) == sorted([CASE, OTHER])
+    labels = {figure.label for figure in case_list.scene(CASE).figures}
     assert labels == {"source", "reference", "toy_method", "toy_method[does=raise]"}
-    only = Shelf([tmp_path], methods=["toy_method[does=raise]"])
-    only.look()
+    only = CaseList([tmp_path], methods=["toy_method[does=raise]"])
+    only.refresh()
     assert [figure.status for figure in only.scene(CASE).figures] == ["ok", "ok", "failed"]
 
 
@@ -59,25 +59,25 @@ def test_data_may_lie_elsewhere_than_usual(tmp_path, monkeypatch):
     ran(tmp_path, "copy")
     asked = []
     monkeypatch.setattr(
-        "retarget_bench.viewer.scenes.of_told", lambda told, case, data, colours: asked.append(data)
+        "retarget_bench.viewer.scenes.of_stored", lambda told, case, data, colours: asked.append(data)
     )
-    shelf = Shelf([tmp_path], root="elsewhere")
-    shelf.look()
-    shelf.scene(CASE)
+    case_list = CaseList([tmp_path], root="elsewhere")
+    case_list.refresh()
+    case_list.scene(CASE)
     assert str(asked[0]) == "toy_moves[root=elsewhere]"
 
 
 def test_new_cases_of_a_running_run_appear(tmp_path):
     done, running = ran(tmp_path, "copy", "positions")
     as_if_running(running, [OTHER])
-    assert going_on(tmp_path) == [running]
-    assert Shelf([tmp_path], methods=["toy_method[does=positions]"]).look() == [OTHER]
+    assert unfinished(tmp_path) == [running]
+    assert CaseList([tmp_path], methods=["toy_method[does=positions]"]).refresh() == [OTHER]
     with pytest.raises(BenchError, match="no results of 'waltz'"):
-        Shelf([tmp_path], methods=["waltz"]).look()
+        CaseList([tmp_path], methods=["waltz"]).refresh()
     for path in (done.header, done.rows, done.arrays):
         path.unlink()
-    begun = Shelf([tmp_path], data=Spec("toy_moves"))
-    assert begun.look() == [OTHER]
+    begun = CaseList([tmp_path], data=Spec("toy_moves"))
+    assert begun.refresh() == [OTHER]
     shown = begun.scene(OTHER).figures[2]
     assert (shown.label, shown.status) == (running.method, "ok")
     assert shown.positions is not None
@@ -85,7 +85,7 @@ def test_new_cases_of_a_running_run_appear(tmp_path):
     assert torn
     lost = {"case": CASE, "status": "failed", "message": "no", "values": {}}
     running.journal.write_text(told + json.dumps(lost) + "\n")
-    assert sorted(begun.look()) == sorted([CASE, OTHER])
+    assert sorted(begun.refresh()) == sorted([CASE, OTHER])
     assert begun.scene(CASE).figures[2].message == "no"
 
 
@@ -94,13 +94,13 @@ def test_the_data_set_of_a_run_is_told_by_its_folder_or_by_what_is_finished(tmp_
     (place,) = ran(tmp_path, "copy", data="toy_moves[frames=5]")
     (other,) = ran(tmp_path, "positions", data="toy_moves[frames=5]")
     as_if_running(other, [CASE])
-    assert told_so_far(other).dataset == Spec.parse("toy_moves[frames=5]")
+    assert read_unfinished(other).dataset == Spec.parse("toy_moves[frames=5]")
     place.header.unlink()
     with pytest.raises(BenchError, match="nobody can tell its data set; say it by --data"):
-        told_so_far(other)
+        read_unfinished(other)
     (plainly,) = ran(tmp_path / "plain", "copy")
     as_if_running(plainly, [CASE])
-    assert told_so_far(plainly).dataset == Spec("toy_moves")
+    assert read_unfinished(plainly).dataset == Spec("toy_moves")
 
 
 # ----------------------------------------------------------------------------------------- triangles
@@ -149,7 +149,7 @@ def test_figures_side_by_side_do_not_meet():
 @needs_viser
 def test_the_window_shows_what_was_chosen(tmp_path):
     ran(tmp_path, "copy", "raise", "positions")
-    window = live.Window(Shelf([tmp_path]), 0)
+    window = live.Window(CaseList([tmp_path]), 0)
     try:
         assert sorted(window.case.options) == sorted([CASE, OTHER])
         window.choose(CASE)

@@ -18,7 +18,7 @@ from viewing_toys.toy_moves import DOG, PERSON, body
 from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import palette
-from retarget_bench.viewer import player, shapes
+from retarget_bench.viewer import bodies, player
 from retarget_bench.viewer.packing import STEP, packed
 from retarget_bench.viewer.scene import Figure, Scene
 from tests.examples import examples
@@ -143,7 +143,7 @@ def test_no_name_ends_the_element_that_it_lies_in():
 @pytest.mark.parametrize("joints", [PERSON, DOG])
 def test_bodies_are_as_thick_left_as_right_and_no_thicker_than_long(joints):
     made = body("T", joints, 1.3)
-    radii = shapes.radii(made)
+    radii = bodies.radii(made)
     assert radii.shape == (len(joints), 2)
     assert (radii[1:] > 0).all()
     assert not radii[0].any()
@@ -152,12 +152,12 @@ def test_bodies_are_as_thick_left_as_right_and_no_thicker_than_long(joints):
             right = list(joints).index(name.replace("Left", "Right"))
             assert np.array_equal(radii[left], radii[right])
             assert radii[left].max() <= 0.5 * made.skeleton.bone_lengths[left]
-    sides = dict(zip(joints, shapes.sides(made), strict=True))
+    sides = dict(zip(joints, bodies.sides(made), strict=True))
     assert (sides["LeftArm"], sides["RightFoot"], sides["Spine"]) == ("l", "r", "-")
 
 
 def test_bodies_without_roles_are_drawn_too():
     snake = many_joints().figures[0].character
-    assert (shapes.radii(snake)[1:] > 0).all()
-    assert shapes.ends(snake) == [199]
-    assert shapes.heads(snake) == []
+    assert (bodies.radii(snake)[1:] > 0).all()
+    assert bodies.ends(snake) == [199]
+    assert bodies.heads(snake) == []

@@ -1,1 +1,1 @@
-"""Pictures of results, drawn by matplotlib without a display."""
+"""Charts as files, drawn by matplotlib without a display."""

@@ -22,7 +22,7 @@ UNASKED = 5
 AROUND, AROUND_FOUR = np.radians(35.0), np.radians(65.0)
 """From how far beside its front a body is seen: a person three-quarters on, a dog nearly from the side."""
 ABOVE = np.radians(12.0)
-COLOURS = "YlOrRd"
+
 UNSEEN = "0.8"
 EDGE = "0.25"
 NARROW = 0.02
@@ -49,7 +49,7 @@ def draw(path: Path, found: Attention, source: Motion, frames: Sequence[int], ti
     least, most = float(known.min()), float(known.max())
     rows = int(found.sees.sum())
     wide, strip = max(6.4, 1.5 * len(frames) + 1.6), 0.9 + 0.13 * rows
-    scale = ScalarMappable(Normalize(least, max(most, least + NARROW)), COLOURS)
+    scale = ScalarMappable(Normalize(least, max(most, least + NARROW)), canvas.errors_map())
     with canvas.drawn(path, wide, 3.1 + strip) as figure:
         poses, below = figure.subplots(2, 1, height_ratios=(2.8, strip))
         _poses(poses, found, source, frames, scale)

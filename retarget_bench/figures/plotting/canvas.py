@@ -1,5 +1,5 @@
-"""What pictures share: a figure without a display, in the sizes of papers, looks of methods, and a file by
-its ending."""
+"""What files of charts share: a figure without a display, in the sizes of papers, and a file by its
+ending."""
 
 from __future__ import annotations
 
@@ -13,23 +13,31 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from retarget_bench.errors import BenchError
-from retarget_bench.figures import method_order
+from retarget_bench.figures import method_order, palette
 from retarget_bench.files import atomic
 from retarget_bench.results.header import ResultHeader
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+    from retarget_bench.figures.data import model as data_model
+
 ENDINGS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kind of file -> what else it would say of the time or program that made it."""
 WIDTHS = {"column": 3.25, "page": 6.75}
 """Inches: a column and both columns of the narrowest two-column papers, so that 8 points stay 8 points."""
 MARKS = "osD^vPX*"
-UNSEEN = "--"
-"""The dashes of what training did not have."""
+DASHES: dict[str, Any] = {
+    "full": "-",
+    "dashed": "--",
+    "dotted": ":",
+    "dash-dot": "-.",
+    "long": (0, (10, 3)),
+}
 LETTER = 0.056
 """Inches that a letter of the legend takes on average, rather too much than too little."""
 LONGEST = 60
+BEYOND = "outside the frame: off the scale"
 LOOK: dict[str, Any] = {
     "font.size": 8, "axes.titlesize": 8, "axes.labelsize": 8, "figure.titlesize": 8, "figure.labelsize": 8,
     "xtick.labelsize": 7, "ytick.labelsize": 7, "legend.fontsize": 7,
@@ -46,8 +54,8 @@ drawn as they are, whatever signs they have."""
 class Page:
     """What a picture is for. width: in inches. titled: whether it says what it is of, like a caption.
 
-    ranked: label -> a header, of all methods that there are results of, in the order of ``placing.ranked``:
-    a method keeps its colour, whichever of them a picture shows.
+    ranked: label -> a header, of all methods that there are results of, in the order of
+    ``method_order.ranked``: a method keeps its colour, whichever of them a picture shows.
     """
 
     width: float = WIDTHS["page"]
@@ -109,10 +117,12 @@ def short(number: float) -> str:
     )
 
 
-def title(figure: Figure, page: Page, text: str) -> None:
-    """What the picture is of, above it, where it is to have a title."""
+def title(figure: Figure, page: Page, data: data_model.Figure) -> None:
+    """What the charts show, above them, where they are to have a title."""
     if page.titled:
-        figure.suptitle("\n".join(wrapped(line, page.width) for line in text.splitlines()))
+        notes = "; ".join(note for note in (data.note, BEYOND if data.far else "") if note)
+        text = f"{told(data.dataset)}: {told(data.title)}" + (f" ({notes})" if notes else "")
+        figure.suptitle(wrapped(text, page.width))
 
 
 def wrapped(text: str, width: float) -> str:
@@ -121,20 +131,26 @@ def wrapped(text: str, width: float) -> str:
 
 
 def looks(headers: Mapping[str, ResultHeader], page: Page = PAGE) -> dict[str, dict[str, Any]]:
-    """Label -> colour, line and mark, the same in every panel: controls grey and dashed, methods that see
-    more than others dotted, all others in full lines.
+    """Label -> what matplotlib takes for its lines and marks, the same in every panel.
 
     headers: label -> the header of its results. Colours are by rank where the page knows it, else in the
     order of the headers.
     """
-    found: dict[str, dict[str, Any]] = {}
-    known = {**page.ranked, **headers}
-    for label, colour in method_order.colours(known).items():
-        method = known[label].method
-        line = "--" if method.control else ":" if method.privileged else "-"
-        found[label] = {"color": colour, "linestyle": line}
-        found[label] |= {"marker": MARKS[len(found) % len(MARKS)], "markersize": 3.5, "linewidth": 1.2}
-    return {label: found[label] for label in headers}
+    return {
+        label: {
+            "color": style.colour, "linestyle": DASHES[style.dash], "marker": MARKS[style.shape],
+            "markersize": 3.5, "linewidth": 1.2,
+        }
+        for label, style in method_order.styles({**page.ranked, **headers}).items()
+        if label in headers
+    }  # fmt: skip
+
+
+def errors_map() -> Any:
+    """The colour scale of errors."""
+    from matplotlib.colors import ListedColormap
+
+    return ListedColormap(palette.shades(), "errors")
 
 
 def legend(figure: Figure, panels: Sequence[Any]) -> None:

@@ -34,6 +34,14 @@ function beginMarks() {
     const mark = event.target.closest(".pick");
     if (mark) pressed(mark);
   });
+  /* What a mark says in words is its tooltip, too. */
+  document.querySelector("main").addEventListener("pointerover", (event) => {
+    const mark = event.target.closest(".pick:not(:has(title))");
+    if (!mark) return;
+    const title = document.createElementNS("http://www.w3.org/2000/svg", "title");
+    title.textContent = mark.getAttribute("aria-label");
+    mark.prepend(title);
+  });
   document.querySelector("main").addEventListener("keydown", (event) => {
     const mark = event.target.closest(".pick");
     if (!mark) return;

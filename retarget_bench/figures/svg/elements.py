@@ -1,4 +1,4 @@
-"""Charts as inline SVG: a few shapes, scales and axes, with words for those who do not see them.
+"""Elements of inline SVG: shapes, scales and axes, with words for those who do not see them.
 
 Colours are the page's own, by class (``m0``, ``m1``, ...), so that they follow light and dark; lines
 differ in dashes and marks in shape too. A mark that can be clicked is a ``pick``: what it stands for is in
@@ -8,13 +8,15 @@ its data attributes, and the page's script finds the cases behind it.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from markupsafe import Markup, escape
 
-from retarget_bench.figures.palette import COLOURS
+from retarget_bench.figures import palette
+from retarget_bench.figures.data.model import Axis
+from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.tables.rendering.words import printable
 
 MARKS = (
@@ -27,28 +29,10 @@ MARKS = (
     "M-4.2-2.6L-2.6-4.2L0-1.6L2.6-4.2L4.2-2.6L1.6 0L4.2 2.6L2.6 4.2L0 1.6L-2.6 4.2L-4.2 2.6L-1.6 0Z",
     "M0-5L1.5-1.6L5-1.5L2.2.8L3.1 4.4L0 2.4L-3.1 4.4L-2.2.8L-5-1.5L-1.5-1.6Z",
 )
-"""Outlines about the origin, some ten units across."""
-DASHES = ("", "7 3", "2 3", "9 3 2 3")
-CONTROL_DASH = "1 4"
-
-
-@dataclass(frozen=True)
-class ChartStyle:
-    """How a method is drawn: its class on the page, its mark's outline, its line's dashes."""
-
-    name: str
-    mark: str
-    dash: str
-
-
-def look(index: int, control: int | None = None) -> ChartStyle:
-    """Of the method at a place, counted from 0; control: its place among the controls, for one of those.
-
-    Colours, marks and dashes turn at different paces, so that no two of the first 24 are alike.
-    """
-    if control is not None:
-        return ChartStyle(f"c{control}", MARKS[control % len(MARKS)], CONTROL_DASH)
-    return ChartStyle(f"m{index}", MARKS[index % len(MARKS)], DASHES[index // len(COLOURS) % len(DASHES)])
+"""Outlines about the origin, some ten units across, by the shape of a style."""
+LONGEST = 19
+"""Letters of a name that fit beside a chart."""
+DASHES = {"full": None, "dashed": "5 4", "dotted": "1.5 4", "dash-dot": "9 3 2 3", "long": "14 4"}
 
 
 # -------------------------------------------------------------------------------------------- elements
@@ -84,8 +68,7 @@ def svg(width: float, height: float, label: str, *children: Any) -> Markup:
 def pick(label: str, *children: Any, **data: Any) -> Markup:
     """A mark that leads to its cases. label: what it says, in words; data: what it stands for."""
     told = {f"data_{key}": value for key, value in data.items()}
-    title = tag("title", label)
-    return tag("g", title, *children, class_="pick", role="button", tabindex="-1", aria_label=label, **told)
+    return tag("g", *children, class_="pick", role="button", tabindex="-1", aria_label=label, **told)
 
 
 def words(x: float, y: float, text: Any, anchor: str = "middle", **more: Any) -> Markup:
@@ -99,26 +82,30 @@ def short(name: str, most: int) -> str:
     return name if len(name) <= most else f"{name[: most - most // 2 - 1]}…{name[-(most // 2) :]}"
 
 
-def mark(x: float, y: float, shown: ChartStyle, scale: float = 1.0) -> Markup:
-    """A method's mark, with a ring that shows where the keyboard is."""
+def mark(x: float, y: float, style: MethodStyle, scale: float = 1.0, *, hollow: bool = False) -> Markup:
+    """A method's mark."""
     size = "" if scale == 1.0 else f" scale({scale:g})"
+    kind = "dot hollow" if hollow else "dot"
     return tag(
-        "path", d=shown.mark, transform=f"translate({x:.1f} {y:.1f}){size}", class_=f"dot {shown.name}"
+        "path",
+        d=MARKS[style.shape],
+        transform=f"translate({x:.1f} {y:.1f}){size}",
+        class_=f"{kind} {style.name}",
     )
 
 
-def line(points: Iterable[tuple[float, float]], shown: ChartStyle) -> Markup:
-    """A method's line through points, in their order."""
+def line(points: Iterable[tuple[float, float]], style: MethodStyle, dash: str = "") -> Markup:
+    """A method's line through points, in their order; dash: instead of its own."""
     path = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points)
-    return tag("path", d=path, class_=f"line {shown.name}", stroke_dasharray=shown.dash or None)
+    return tag("path", d=path, class_=f"line {style.name}", stroke_dasharray=DASHES[dash or style.dash])
 
 
 def band(
-    low: Sequence[tuple[float, float]], high: Sequence[tuple[float, float]], shown: ChartStyle
+    low: Sequence[tuple[float, float]], high: Sequence[tuple[float, float]], style: MethodStyle
 ) -> Markup:
     """The area between two lines over the same places."""
     path = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in [*low, *reversed(high)]) + "Z"
-    return tag("path", d=path, class_=f"band {shown.name}")
+    return tag("path", d=path, class_=f"band {style.name}")
 
 
 # ---------------------------------------------------------------------------------------------- scales
@@ -135,6 +122,10 @@ class Scale:
     start: float
     end: float
     log: bool = False
+
+    @classmethod
+    def of(cls, axis: Axis, start: float, end: float) -> Scale:
+        return cls(axis.low, axis.high, start, end, axis.log)
 
     def __call__(self, number: float) -> float:
         share = (self._at(number) - self._at(self.low)) / (self._at(self.high) - self._at(self.low))
@@ -159,44 +150,46 @@ class Scale:
         return [each for each in found if self.low * 0.999 <= each <= self.high * 1.001]
 
 
-@dataclass(frozen=True)
-class Frame:
-    """The box of a chart with two scales."""
-
-    x: Scale
-    y: Scale
-    label_x: str = ""
-    label_y: str = ""
-    title: str = ""
-
-    def drawn(self, names: Mapping[float, str] | None = None) -> Markup:
-        """Grid, ticks, and labels. names: ticks of x and what they are called, where not by numbers."""
-        left, right, low, high = self.x.start, self.x.end, self.y.start, self.y.end
-        parts = []
-        for each in self.y.ticks(5):
-            at = self.y(each)
-            parts += [_grid(left, at, right, at), words(left - 5, at + 3.5, f"{each:g}", "end")]
-        for each in names or self.x.ticks():
-            at = self.x(each)
-            text = names[each] if names else f"{each:g}"
-            parts += [_grid(at, low, at, high), words(at, low + 14, text)]
-        middle = (left + right) / 2
-        parts.append(words(middle, low + 30, self.label_x, class_="label"))
-        turn = f"translate(11 {(low + high) / 2:.1f}) rotate(-90)"
-        parts.append(words(0.0, 0.0, self.label_y, transform=turn, class_="label"))
-        parts.append(words(left, high - 8, self.title, "start", class_="title"))
-        return tag("g", *parts, class_="axes", aria_hidden="true")
+def axes(x: Axis, y: Axis, across: Scale, up: Scale, title: str) -> Markup:
+    """The grid, ticks and labels of a chart."""
+    left, right, low, high = across.start, across.end, up.start, up.end
+    parts = []
+    for at, text in _ticks(y, up, 5):
+        parts += [grid_line(left, up(at), right, up(at)), words(left - 5, up(at) + 3.5, text, "end")]
+    parts += [*_below(x, across, low, high), words(left, high - 8, title, "start", class_="title")]
+    turn = f"translate(11 {(low + high) / 2:.1f}) rotate(-90)"
+    parts.append(words(0.0, 0.0, y.label, transform=turn, class_="label"))
+    return tag("g", *parts, class_="axes", aria_hidden="true")
 
 
-def _grid(x1: float, y1: float, x2: float, y2: float) -> Markup:
-    return tag("line", x1=x1, y1=y1, x2=x2, y2=y2)
+def row_axis(
+    x: Axis, across: Scale, low: float, high: float, names: Sequence[str], title: str, room: float
+) -> Markup:
+    """A vertical grid with an axis below, and names of rows at the left, so many units before the chart."""
+    parts = [*_below(x, across, low, high), words(2.0, 14.0, title, "start", class_="title")]
+    step = (low - high) / max(1, len(names))
+    for row, name in enumerate(names):
+        y = high + step * (row + 0.5) + 3.5
+        parts.append(words(across.start - room, y, short(name, LONGEST), "end"))
+    return tag("g", *parts, class_="axes", aria_hidden="true")
 
 
-# -------------------------------------------------------------------------------------------- colouring
+def _below(axis: Axis, scale: Scale, low: float, high: float) -> list[Markup]:
+    """Vertical lines between two heights, with the ticks and the label of an axis below."""
+    parts = []
+    for at, text in _ticks(axis, scale, 6):
+        parts += [grid_line(scale(at), low, scale(at), high), words(scale(at), low + 14, text)]
+    return [*parts, words((scale.start + scale.end) / 2, low + 30, axis.label, class_="label")]
+
+
+def _ticks(axis: Axis, scale: Scale, most: int) -> list[tuple[float, str]]:
+    return list(axis.ticks) or [(each, f"{each:g}") for each in scale.ticks(most)]
+
+
+def grid_line(x1: float, y1: float, x2: float, y2: float, kind: str | None = None) -> Markup:
+    return tag("line", x1=x1, y1=y1, x2=x2, y2=y2, class_=kind)
+
+
 def shade(share: float) -> Markup:
     """The class of a place on the scale of errors, from 0 (none) to 1 (as bad as it is drawn)."""
-    return Markup(f"s{int(min(1.0, max(0.0, share)) * (SHADES - 1e-9))}")
-
-
-SHADES = 12
-"""Steps of the scale of errors, from pale to dark."""
+    return Markup(f"s{palette.shade(share)}")

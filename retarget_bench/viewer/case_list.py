@@ -1,4 +1,4 @@
-"""What there is to look at: the cases of results, also of a run that goes on, or motion files."""
+"""Cases to choose from: those of results, also of a run that goes on, or motion files."""
 
 from __future__ import annotations
 
@@ -12,14 +12,13 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.viewer import finding, scenes
-from retarget_bench.viewer.running import going_on, told_so_far
+from retarget_bench.viewer import results_library, scenes
+from retarget_bench.viewer.results_library import StoredResults, read_stored, read_unfinished, unfinished
 from retarget_bench.viewer.scene import Scene
-from retarget_bench.viewer.stored import Told, told
 
 
 @dataclass
-class Shelf:
+class CaseList:
     """Cases to choose from.
 
     roots: of results. dataset: a folder name under them. data: the data set itself, where results do not
@@ -33,10 +32,10 @@ class Shelf:
     data: Spec | None = None
     root: str | None = None
     files: Sequence[Path] = ()
-    _told: list[Told] = field(default_factory=list)
+    _told: list[StoredResults] = field(default_factory=list)
     problem: str = ""
 
-    def look(self) -> list[str]:
+    def refresh(self) -> list[str]:
         """The ids of all cases that there are now, in the order of the results; one, "", of files.
 
         ``problem`` says why results that are being made cannot be shown; "" where all can.
@@ -61,23 +60,27 @@ class Shelf:
         ]
         spec = self.data or having[0].dataset
         data = spec if self.root is None else spec.with_parameters(root=self.root)
-        return scenes.of_told(same, case, data, finding.colours(self.roots))
+        return scenes.of_stored(same, case, data, results_library.colours(self.roots))
 
     def _places(self) -> list[ResultPaths]:
         """Finished results, then those that are being made."""
         done = [place for root in self.roots for place in store.find_results(root, self.task)]
-        begun = [place for root in self.roots for place in going_on(root, self.task)]
+        begun = [place for root in self.roots for place in unfinished(root, self.task)]
         if self.methods:
             named = {_slug(name) for name in self.methods}
             begun = [place for place in begun if place.method in named]
             running = {place.method for place in begun}
             finished = [name for name in self.methods if _slug(name) not in running]
-            done = finding.of_methods(done, finished) if finished else []
+            done = results_library.of_methods(done, finished) if finished else []
         return [place for place in (*done, *begun) if self.dataset in (None, place.dataset)]
 
-    def _read(self, place: ResultPaths) -> Told | None:
+    def _read(self, place: ResultPaths) -> StoredResults | None:
         try:
-            return told(place) if place.header.exists() else told_so_far(place, self.data, self.root)
+            return (
+                read_stored(place)
+                if place.header.exists()
+                else read_unfinished(place, self.data, self.root)
+            )
         except BenchError as error:
             self.problem = str(error)
             return None

@@ -1,0 +1,301 @@
+"""Curves: contacts over thresholds, errors over seconds, and errors of tasks over their levels."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from statistics import fmean
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from retarget_bench.analysis.breakdown import breakdown, structures_of
+from retarget_bench.analysis.summary import Mean, SplitSummary, split_summary
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.tasks import levels
+from retarget_bench.evaluation.tasks.questions import MAJOR
+from retarget_bench.figures import axis_limits
+from retarget_bench.figures.data import values
+from retarget_bench.figures.data.model import Axis, Cases, Figure, Line, LineChart, Mark, NothingToDraw
+from retarget_bench.results import case_metadata
+from retarget_bench.results.result_matrix import ResultMatrix
+
+if TYPE_CHECKING:
+    from retarget_bench.analysis.seen_unseen import SeenPart
+    from retarget_bench.results.store import ResultPaths
+
+CONTACTS = {"pan_recall": "recall", "pan_contact_precision": "precision"}
+"""Value -> what its charts are called. A foot that never moves has recall 1; hence both."""
+THRESHOLDS = {"": "squared step in 1/30 s, cm²", "_h": "step in 1/30 s, heights"}
+"""What a foot that counts as planted stays below."""
+BEFORE, AFTER, MISSING = "given_cm", "restored_cm", "restored_cm.missing"
+TITLES = {AFTER: "all joints", MISSING: "joints that are not given"}
+ROOM = 1.08
+"""How much higher than the noise itself the chart of denoising goes: what is above has added to it."""
+FEW = 2
+"""So many structures are named in a legend; of more it says how many they are."""
+SIDE = 0.02
+"""Of an axis, what is left free at its ends."""
+
+
+# ------------------------------------------------------------------------------------------------ curves
+def recall(matrices: Sequence[ResultMatrix], by_height: bool = False, order: Sequence[str] = ()) -> Figure:
+    """Foot contacts kept, over how slow counts as planted (PAN's Figure 7): recall, then precision, a chart
+    per split each.
+
+    by_height: thresholds of speed in heights, not squared ones in centimetres. Raises NothingToDraw.
+    """
+    suffix = "_h" if by_height else ""
+    charts: list[LineChart] = []
+    found = values.in_order([each for each in matrices if f"pan_recall{suffix}" in each.values], order)
+    for value, name in CONTACTS.items():
+        for each in found:
+            section, lines = _curves(each, value + suffix)
+            if lines:
+                x = _across(THRESHOLDS[suffix], lines, log=True)
+                y = Axis(f"{name} of foot contacts", -SIDE, 1 + SIDE)
+                title = f"{each.split}: {section.clips} clips, {section.pairs} pairs"
+                charts.append(LineChart(each.split, title, x, y, lines))
+    if not charts:
+        raise NothingToDraw(
+            f"these results have no pan_recall{suffix}, which the metric pan_contact gives; bench run with "
+            "-m pan_contact, or without -m, computes it from the predictions that there are"
+        )
+    return Figure(
+        "recall", found[0].dataset, "foot contacts kept, over how slow counts as planted",
+        values.methods(found), tuple(charts), "mean over clips, bands 95 %",
+    )  # fmt: skip
+
+
+def growth(
+    matrices: Sequence[ResultMatrix], value: str = "growth.world", order: Sequence[str] = ()
+) -> Figure:
+    """A value over the seconds of a clip, a chart per split on one scale; later seconds are those of longer
+    clips alone. Raises NothingToDraw."""
+    what = values.value_of(matrices, value, "second")
+    found = values.in_order([each for each in matrices if value in each.values], order)
+    headers = values.methods(found)
+    curves = [_curves(each, value) for each in found]
+    means: dict[str, list[Mean]] = {}
+    for _, lines in curves:
+        for line in lines:
+            means.setdefault(line.method, []).extend(mark.mean for mark in line.marks)
+    y = Axis(what.axis, *axis_limits.limits(means, headers, what.declared, bands=True))
+    charts = tuple(
+        LineChart(
+            each.split,
+            f"{each.split}: {section.clips} clips",
+            _across("end of the second, s", lines),
+            y,
+            lines,
+        )
+        for each, (section, lines) in zip(found, curves, strict=True)
+        if lines
+    )
+    return Figure("growth", found[0].dataset, "error over time", headers, charts, "bands 95 %")
+
+
+def _curves(matrix: ResultMatrix, value: str) -> tuple[SplitSummary, tuple[Line, ...]]:
+    """The summary of a split, and the curve of every method that has one."""
+    section = split_summary(matrix.narrowed(value))
+    if value not in matrix.values:
+        return section, ()
+    label, numbers = matrix.values[value].label, values.numbers_at(matrix, value)
+    lines = []
+    for score in section.scores:
+        points = sorted((float(at), at, mean) for at, mean in score.curves.get(value, {}).items())
+        marks = tuple(
+            Mark(
+                score.label, place, mean,
+                values.worst(matrix, value, numbers(score.label, at), f"{label} at {place:g}"),
+                f"at {place:g}",
+            )
+            for place, at, mean in points
+        )  # fmt: skip
+        lines += [Line(score.label, score.label, marks)] if marks else []
+    return section, tuple(lines)
+
+
+def _across(label: str, lines: Sequence[Line], *, log: bool = False) -> Axis:
+    """The x axis of curves; where it is logarithmic every point is a tick."""
+    places = sorted({mark.at for line in lines for mark in line.marks})
+    low, high = places[0], places[-1]
+    if log:
+        room = max(high / low, 1.01) ** SIDE
+        return Axis(label, low / room, high * room, log=True, ticks=tuple((at, f"{at:g}") for at in places))
+    room = SIDE * (high - low) or 0.5
+    return Axis(label, low - room, high + room)
+
+
+# ------------------------------------------------------------------------------------------------ levels
+def denoise(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence[str] = ()) -> Figure:
+    """The error after denoising over the error before (HuMoT's Figure 8); the diagonal gives the source
+    back.
+
+    seen: what trained methods do on structures that training had and had not; theirs are two lines, each
+    over the error of what that half was given. Raises NothingToDraw where no result has both errors.
+    """
+    (matrix,) = values.in_order([matrix], order)
+    sections = _levels(matrix)
+    given = _given(sections)
+    if not given:
+        raise NothingToDraw(
+            f"these results have no {BEFORE} beside {AFTER}, which the metric restoration gives; bench "
+            "task denoise with -m restoration, or without -m, computes them"
+        )
+    places = {(half.label, half.seen): _given(half.sections) for half in seen}
+    most = max(*given.values(), *(each for half in places.values() for each in half.values()), 1e-3)
+    shown = [section for section in sections if section.part in given]
+    lines = _level_lines(matrix, shown, seen, AFTER, given, places)
+    ticks = [
+        (at, f"{number:g}") for name, at in given.items() if (number := levels.number(name)) is not None
+    ]
+    chart = LineChart(
+        matrix.split,
+        matrix.split,
+        Axis("error before: joints of the noisy source, cm", -SIDE * most, (1 + SIDE) * most),
+        Axis("error after: joints of the answer, cm", -SIDE * most, ROOM * most),
+        lines,
+        diagonal=True,
+        above=("standard deviation of the noise on each coordinate, cm", tuple(ticks)),
+    )
+    return _task_figure("denoise", matrix, shown, (chart,))
+
+
+def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence[str] = ()) -> Figure:
+    """The error over the proportion of joints that are given (HuMoT's Figure 9), of all joints and of those
+    that are missing; beside the lines, which are of random draws, the major joints of its Figure 12.
+
+    seen: as for ``denoise``. Raises NothingToDraw where no result has the errors.
+    """
+    (matrix,) = values.in_order([matrix], order)
+    sections = _levels(matrix)
+    given = {each.part: at for each in sections if (at := levels.number(each.part)) is not None}
+    share = major_share(row.place for row in matrix.rows)
+    extra = {MAJOR: share} if share is not None else {}
+    charts = []
+    for value, title in TITLES.items():
+        lines = _level_lines(matrix, sections, seen, value, given, extra=extra)
+        if not lines and value == AFTER:
+            raise NothingToDraw(
+                "these results have no restored_cm, which the metric restoration gives; bench task "
+                "upsample "
+                "with -m restoration, or without -m, computes it"
+            )
+        highest = [max(m.mean.value for m in line.marks) for line in lines if line.marks]
+        end = 1.05 * axis_limits.top(highest, 3)
+        x = Axis(
+            "joints given, per cent" + (f" (large: {MAJOR} joints)" if extra else ""), 0.0, 100 * (1 + SIDE)
+        )
+        y = Axis("error, cm", -SIDE * end, end, cut=True)
+        charts += [LineChart(matrix.split, title, x, y, lines)] if lines else []
+    return _task_figure("upsample", matrix, sections, tuple(charts))
+
+
+def major_share(places: Iterable[ResultPaths]) -> float | None:
+    """Per cent of the joints that the major ones are, on average over cases; None where there are none."""
+    shares = [
+        100.0 * each["joints"] / each["of"]
+        for place in places
+        for each in case_metadata.read_conditions(place).values()
+        if MAJOR in each
+    ]
+    return fmean(shares) if shares else None
+
+
+def _task_figure(
+    kind: str, matrix: ResultMatrix, sections: Sequence[SplitSummary], charts: tuple[LineChart, ...]
+) -> Figure:
+    told = f"{sections[0].clips} clips at every level"
+    return Figure(
+        kind, matrix.dataset, told, values.methods([matrix]), charts, "mean over clips, bands 95 %"
+    )
+
+
+def _levels(matrix: ResultMatrix) -> list[SplitSummary]:
+    try:
+        return [split_summary(part) for part in breakdown(matrix, "level")]
+    except BenchError as error:
+        raise NothingToDraw(str(error)) from error
+
+
+def _given(sections: Iterable[SplitSummary]) -> dict[str, float]:
+    """Level -> the error of its sources, of a method that answered most cases."""
+    found = {}
+    for section in sections:
+        known = [
+            (mean.n, mean.value)
+            for score in section.scores
+            if AFTER in score.means and (mean := score.means.get(BEFORE)) is not None
+        ]
+        if known:
+            found[section.part] = max(known)[1]
+    return found
+
+
+def _level_lines(
+    matrix: ResultMatrix,
+    sections: Sequence[SplitSummary],
+    seen: Sequence[SeenPart],
+    value: str,
+    at: Mapping[str, float],
+    places: Mapping[tuple[str, bool], Mapping[str, float]] | None = None,
+    extra: Mapping[str, float] | None = None,
+) -> tuple[Line, ...]:
+    """A line per method that has the value anywhere; two of methods that ``seen`` has.
+
+    at: level -> its place. places: half -> its own places. extra: level -> place of what stands beside
+    lines.
+    """
+    found = []
+    for label in values.methods([matrix]):
+        halves: list[SeenPart | None] = [each for each in seen if each.label == label] or [None]
+        for half in halves:
+            own = (places or {}).get((label, half.seen), at) if half else at
+            parts = half.sections if half else sections
+            marks = tuple(_level_marks(matrix, parts, half, label, value, own))
+            beside = tuple(_level_marks(matrix, parts, half, label, value, extra or {}))
+            if marks or beside:
+                name = _line_name(label, half, parts)
+                found.append(Line(label, name, marks, half.seen if half else None, beside))
+    return tuple(found)
+
+
+def _level_marks(
+    matrix: ResultMatrix,
+    sections: Sequence[SplitSummary],
+    half: SeenPart | None,
+    label: str,
+    value: str,
+    at: Mapping[str, float],
+) -> list[Mark]:
+    found = []
+    for section in sections:
+        mean = next((s.means.get(value) for s in section.scores if s.label == label), None)
+        if mean is not None and section.part in at:
+            cases = Cases(matrix.split, value, ("level", section.part))
+            if half is not None:
+                cases = _half_cases(matrix, half, value, section.part)
+            found.append(Mark(label, at[section.part], mean, cases, section.part))
+    return sorted(found, key=lambda mark: mark.at)
+
+
+def _half_cases(matrix: ResultMatrix, half: SeenPart, value: str, level: str) -> Cases:
+    """The worst cases of one level on structures that training had, or had not."""
+    structure_of = structures_of(matrix)
+    (part,) = (each for each in breakdown(matrix, "level") if each.part == level)
+    mine = {info.id for info in part.cases if structure_of[info.id] in half.structures}
+    numbers = values.numbers_at(matrix, value)(half.label, "")
+    kept = np.where([info.id in mine for info in matrix.cases], numbers, np.nan)
+    return values.worst(matrix, value, kept, f"{matrix.values[value].label}, {level}")
+
+
+def _line_name(label: str, half: SeenPart | None, sections: Sequence[SplitSummary]) -> str:
+    """The label, which half it is, and of how many cases where the method did not answer all."""
+    if half is not None:
+        few = len(half.structures) <= FEW
+        which = ", ".join(half.structures) if few else f"{len(half.structures)} structures"
+        label = f"{label} ({'seen' if half.seen else 'unseen'}: {which})"
+    method = half.label if half else label
+    scores = [score for section in sections for score in section.scores if score.label == method]
+    ok, asked = (sum(getattr(score, what) for score in scores) for what in ("ok", "asked"))
+    return label if ok == asked else f"{label} ({ok} of {asked} cases)"

@@ -1,0 +1,134 @@
+"""What all charts are computed from: the value, the methods in order, means as in tables, the worst
+cases."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from retarget_bench.analysis import statistics, summary
+from retarget_bench.analysis.summary import Mean
+from retarget_bench.figures.data.model import Cases, NothingToDraw
+from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.result_matrix import ResultMatrix
+from retarget_bench.results.store import ARRAY_INDICES
+
+ARROWS = {"lower": " ↓", "higher": " ↑", "none": ""}
+WORST = 6
+"""Cases that are kept behind a mark that has no group of its own."""
+
+
+@dataclass(frozen=True)
+class Value:
+    """A value as its results declare it."""
+
+    id: str
+    declared: DeclaredValue
+
+    @property
+    def axis(self) -> str:
+        """``error, world, % of height ↓``."""
+        better = self.declared.better
+        goal = f" →{self.declared.goal:g}" if better == "target" else ""
+        return f"{self.declared.label}{self.unit and ', ' + self.unit}{ARROWS.get(better) or goal}"
+
+    @property
+    def unit(self) -> str:
+        return "" if self.declared.unit == "1" else self.declared.unit
+
+    def losses(self, numbers: np.ndarray) -> np.ndarray:
+        """The same shape: how bad each number is."""
+        return statistics.losses(numbers, self.declared.better, self.declared.goal)
+
+
+def value_of(matrices: Sequence[ResultMatrix], value: str, index: str = "") -> Value:
+    """The value that is asked for, which has to be one number per case, or a curve over ``index``.
+
+    Raises NothingToDraw where no result has it (the sentence names those that there are), or none on any
+    case.
+    """
+    there = {key: each for one in matrices for key, each in one.values.items() if each.index == index}
+    if value in there:
+        in_rows = index not in ARRAY_INDICES
+        if in_rows and not any(key[0] == value for one in matrices for key in one.keys):
+            raise NothingToDraw(f"no method of these results has {value} on any case; bench table says why")
+        return Value(value, there[value])
+    kind = f"per {index}" if index else "as one number per case"
+    if not there:
+        raise NothingToDraw(f"these results know nothing {kind}; bench score computes what metrics give")
+    near = difflib.get_close_matches(value, there, 3, 0.5) or list(there)[:6]
+    raise NothingToDraw(f"no result has {value} {kind}; choose by --value, for instance {', '.join(near)}")
+
+
+def in_order(matrices: Sequence[ResultMatrix], order: Sequence[str]) -> list[ResultMatrix]:
+    """Matrices with their methods in this order; others follow as they are."""
+    places = {label: place for place, label in enumerate(order)}
+    return [
+        replace(each, rows=tuple(sorted(each.rows, key=lambda row: places.get(row.label, len(places)))))
+        for each in matrices
+    ]
+
+
+def methods(matrices: Sequence[ResultMatrix]) -> dict[str, ResultHeader]:
+    """Label -> a header of its results, in the order of the rows."""
+    return {row.label: row.header for each in matrices for row in each.rows}
+
+
+def ranked(matrices: Sequence[ResultMatrix]) -> list[str]:
+    """Labels of the methods that tables rank."""
+    return [label for label, header in methods(matrices).items() if not summary.unranked(header)]
+
+
+def common_numbers(matrix: ResultMatrix, value: str) -> np.ndarray:
+    """``(methods, cases)`` of a value, as in tables: of ranked methods on their common cases alone."""
+    numbers = matrix.numbers((value, ""))
+    common, among = common_cases(matrix, value)
+    numbers[among] = np.where(common, numbers[among], np.nan)
+    return numbers
+
+
+def common_cases(matrix: ResultMatrix, value: str) -> tuple[np.ndarray, np.ndarray]:
+    """``(cases,)`` bool: those that all ranked methods have this value of; and ``(methods,)`` bool: whose
+    means are over those alone."""
+    numbers = matrix.numbers((value, ""))
+    among = np.array([not summary.unranked(row.header) for row in matrix.rows])
+    common, left_out = summary.common_cases(numbers, among)
+    return common, among & ~np.isin(np.arange(len(numbers)), list(left_out)) & common.any()
+
+
+def means(matrix: ResultMatrix, value: str) -> dict[str, Mean]:
+    """Label -> the mean over clips of means over cases, as in tables, of methods that have one."""
+    found = summary.means_over_clips(common_numbers(matrix, value), matrix.clips)
+    labels = [row.label for row in matrix.rows]
+    return {label: mean for label, mean in zip(labels, found, strict=True) if mean is not None}
+
+
+def worst(
+    matrix: ResultMatrix,
+    value: str,
+    numbers: np.ndarray,
+    what: str,
+    most: int = WORST,
+) -> Cases:
+    """The worst of ``(cases,)`` numbers of a value (as it is declared), each with its number."""
+    loss = Value(value, matrix.values[value]).losses(numbers)
+    order = np.argsort(-loss, kind="stable")[: int((~np.isnan(loss)).sum())][:most]
+    found = tuple((int(case), float(numbers[case])) for case in order)
+    return Cases(matrix.split, value, worst=found, what=what)
+
+
+def numbers_at(matrix: ResultMatrix, value: str) -> Callable[[str, str], np.ndarray]:
+    """A function from a label and a point of a curve ("" for a plain value) to ``(cases,)`` numbers."""
+    rows = {row.label: number for number, row in enumerate(matrix.rows)}
+    known: dict[str, np.ndarray] = {}
+
+    def at(label: str, index: str = "") -> np.ndarray:
+        if index not in known:
+            known[index] = matrix.numbers((value, index))
+        found: np.ndarray = known[index][rows[label]]
+        return found
+
+    return at

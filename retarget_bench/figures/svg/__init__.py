@@ -1,0 +1,1 @@
+"""Charts as inline SVG, for pages: every mark has words, and leads to the cases behind it."""

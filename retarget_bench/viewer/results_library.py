@@ -1,0 +1,295 @@
+"""Results that can be shown, finished or being made; and the case, methods or files that a name means."""
+
+from __future__ import annotations
+
+import difflib
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+from retarget_bench import defaults
+from retarget_bench.analysis import pairwise
+from retarget_bench.api import Case, CaseInfo, Prediction
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.evaluation import plan, predict
+from retarget_bench.evaluation.predict import Outcome
+from retarget_bench.figures import method_order
+from retarget_bench.files import digest
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.answers import verified
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
+from retarget_bench.results.store import CaseResult, ResultPaths
+
+
+@dataclass(frozen=True, eq=False)
+class StoredResults:
+    """The results of one method on one split.
+
+    label:   what people call the method. dataset: the data set, without where its files lie.
+    task:    with its parameters (``denoise[levels=5]``). content: of the data, "" where it was not written.
+    key:     what predictions are known by, "" likewise.
+    entries: case -> what came of it. cases: what is known of every case without loading it.
+    """
+
+    place: ResultPaths
+    label: str
+    dataset: Spec
+    task: str
+    content: str
+    key: str
+    entries: Mapping[str, CaseResult]
+    cases: Mapping[str, CaseInfo]
+
+    def values(self, case: str) -> dict[str, float]:
+        """The case's numbers; curves are left out."""
+        entry = self.entries.get(case)
+        found = entry.values if entry is not None else {}
+        return {name: value for name, value in found.items() if not isinstance(value, dict)}
+
+    def outcome(self, case: Case) -> Outcome:
+        """The stored prediction, or a status with a message: it is never asked for anew."""
+        entry = self.entries.get(case.info.id)
+        if entry is None:
+            return Outcome("missing", "this case was not run")
+        if entry.status != "ok":
+            return Outcome(entry.status, entry.message)
+        path = self.place.prediction(case.info.id)
+        if not path.exists():
+            return Outcome("missing", "its prediction is not there any more; bench predict makes it again")
+        if self.key and predict.stored_key(path) != digest(f"{self.key}\n{case.info.id}", 16):
+            return Outcome("missing", "the prediction that is there is not the one that was scored")
+        try:
+            found: Prediction = predict.read_prediction(path, case.target, case.source.fps)
+            return Outcome("ok", prediction=verified(found, case))
+        except BenchError as error:
+            return Outcome("invalid", str(error))
+
+
+def read_stored(place: ResultPaths) -> StoredResults:
+    """The results at a place, read once as long as they stay the same. Raises FileError."""
+    try:
+        changed = place.header.stat().st_mtime_ns
+    except OSError as error:
+        raise FileError(place.header, f"cannot be read ({error.strerror})") from error
+    return _told(place, changed)
+
+
+@lru_cache(maxsize=256)
+def _told(place: ResultPaths, changed: int) -> StoredResults:
+    del changed
+    results = store.read_results(place)
+    header = results.header
+    return StoredResults(
+        place=place,
+        label=_label(place, header.method.label),
+        dataset=Spec(header.dataset.name, header.dataset.parameters),
+        task=header.task or place.task,
+        content=header.dataset.content,
+        key=header.keys.get("prediction_key", ""),
+        entries={entry.case: entry for entry in results.entries},
+        cases=results.cases,
+    )
+
+
+def _label(place: ResultPaths, method: str) -> str:
+    """The method, with the seed where this is not the first one."""
+    _, dot, seed = place.method.rpartition(".seed-")
+    return f"{method}, seed {int(seed)}" if dot and seed.isdecimal() else method
+
+
+def listed(places: Sequence[ResultPaths]) -> dict[str, CaseInfo]:
+    """Every case that any of these results lists, by id, in their order."""
+    found: dict[str, CaseInfo] = {}
+    for place in places:
+        for each in read_stored(place).cases.values():
+            found.setdefault(each.id, each)
+    return found
+
+
+def unfinished(root: Path, task: str = "retarget") -> list[ResultPaths]:
+    """Every result under a root that is being made and was never finished before, sorted."""
+    found = []
+    for journal in sorted(root.glob(f"*/{task}/*/*.journal")):
+        dataset, folder, split = journal.relative_to(root).parts[:3]
+        place = ResultPaths(root, dataset, folder, split, journal.stem)
+        if not place.header.exists():
+            found.append(place)
+    return found
+
+
+def read_unfinished(
+    place: ResultPaths, dataset: Spec | None = None, root: str | None = None
+) -> StoredResults:
+    """What is known of results that are being made; their values are those of finished cases.
+
+    dataset: None: the one that finished results beside them name, or the usual one. root: where its files
+    lie, if not as usual.
+    Raises BenchError where nobody can tell which data set it is, FileError for a journal that is none.
+    """
+    keys, entries = _journal(place.journal)
+    spec = dataset or _neighbours(place) or _usual(place)
+    if spec is None:
+        raise BenchError(
+            f"{place.journal}: nothing of this run is finished yet, so nobody can tell its data set; say "
+            "it by --data"
+        )
+    here = spec if root is None else spec.with_parameters(root=root)
+    data = plan.dataset(registry.canonical("datasets", here), place.task)
+    infos = data.cases(Spec.parse(place.task).name, place.split)
+    return StoredResults(
+        place=place,
+        label=place.method,
+        dataset=spec,
+        task=place.task,
+        content=data.content,
+        key=keys.get("prediction_key", ""),
+        entries=entries,
+        cases={info.id: info for info in infos if info.id in entries},
+    )
+
+
+def _journal(path: Path) -> tuple[dict[str, str], dict[str, CaseResult]]:
+    """What a journal says; a last line that is being written is left out."""
+    try:
+        head, *lines = path.read_bytes().split(b"\n")[:-1]
+        keys = json.loads(head)
+        entries = [CaseResult(**json.loads(line)) for line in lines]
+        return {name: str(value) for name, value in keys.items()}, {each.case: each for each in entries}
+    except (OSError, ValueError, TypeError, AttributeError) as error:
+        raise FileError(path, f"is no journal of a run ({error})") from error
+
+
+def _neighbours(place: ResultPaths) -> Spec | None:
+    """The data set that finished results in the same folder name."""
+    for header in sorted((place.root / place.dataset).glob("*/*/*.json")):
+        task, split = header.parts[-3:-1]
+        try:
+            return read_stored(ResultPaths(place.root, place.dataset, task, split, header.stem)).dataset
+        except FileError:
+            continue
+    return None
+
+
+def _usual(place: ResultPaths) -> Spec | None:
+    """The usual data set, or one without parameters, where results of it go by this folder's name."""
+    known = {entry.name for entry in registry.names("datasets")}
+    for spec in (Spec.parse(defaults.DATASET), Spec(place.dataset)):
+        if spec.name in known:
+            spec = registry.canonical("datasets", spec)
+            if plan.dataset_slug(spec) == place.dataset:
+                return spec
+    return None
+
+
+MOTION_FILES = (".bvh", ".npz")
+
+
+def results(
+    roots: Sequence[Path], task: str = "retarget", dataset: str | None = None, methods: Sequence[str] = ()
+) -> list[ResultPaths]:
+    """The results under some folders, of a data set and of methods where these are named, in their order.
+
+    dataset: a folder name under a root. Raises BenchError where there are none.
+    """
+    found = [place for root in roots for place in store.find_results(root, task)]
+    places = [place for place in found if dataset in (None, place.dataset)]
+    if not places:
+        where = ", ".join(map(str, roots))
+        known = ", ".join(sorted({place.dataset for place in found}))
+        hint = f"there are results of {known}" if known else "bench run makes some"
+        raise BenchError(f"no results{f' of {dataset}' if dataset else ''} in {where}; {hint}")
+    return of_methods(places, methods) if methods else places
+
+
+def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
+    """Those of these methods, in the order of the names. Raises BenchError for one without results."""
+    label_of = {place: read_stored(place).label for place in places}
+    labels = {label.rpartition(", seed ")[0] or label for label in label_of.values()}
+    chosen: list[ResultPaths] = []
+    for name in names:
+        label = pairwise.label_of(name, labels)
+        if label is None:
+            near = difflib.get_close_matches(name, labels, 3, 0.5) or sorted(labels)
+            raise BenchError(f"no results of {name!r} here; there are those of {', '.join(near)}")
+        chosen += [
+            place
+            for place, known in label_of.items()
+            if known == label or known.startswith(f"{label}, seed ")
+            if place not in chosen
+        ]
+    return chosen
+
+
+def case(places: Sequence[ResultPaths], name: str) -> tuple[list[ResultPaths], str]:
+    """The results that list the case which a name means, and its id.
+
+    A name is an id, the name of a prediction file, or a part of an id that no other has.
+    Raises BenchError where it means none, several, or the case is in the results of several data sets.
+    """
+    found = matching(listed(places), name)
+    having = [place for place in places if found in read_stored(place).cases]
+    if len(folders := sorted({f"{place.dataset}/{place.task}" for place in having})) > 1:
+        raise BenchError(f"{found} is in the results of {', '.join(folders)}; choose one by -d or --task")
+    return having, found
+
+
+def matching(ids: Iterable[str], name: str) -> str:
+    """The one id that a name means. Raises BenchError."""
+    known = list(ids)
+    if name in known:
+        return name
+    stem = name.removesuffix(".npz")
+    for fits in (
+        [each for each in known if store.case_file(each) == stem],
+        [each for each in known if name in each],
+    ):
+        if len(fits) == 1:
+            return fits[0]
+        if fits:
+            raise BenchError(
+                f"{name!r} may be {len(fits)} cases, such as {', '.join(map(repr, fits[:3]))}; "
+                "give more of the name, in quotes, since > means something to a shell"
+            )
+    near = difflib.get_close_matches(name, known, 3, 0.4) or known[:3]
+    raise BenchError(f"no case is called {name!r}; near it: {', '.join(map(repr, near))}")
+
+
+def colours(roots: Iterable[Path]) -> dict[str, str]:
+    """Label -> ``#rrggbb`` of every method with results under some folders, as in their reports and plots;
+    {} where they cannot be ranked."""
+    places = method_order.everything(roots)
+    try:
+        return _colours(tuple((place, place.header.stat().st_mtime_ns) for place in places))
+    except (BenchError, OSError):
+        return {}
+
+
+@lru_cache(maxsize=8)
+def _colours(places: tuple[tuple[ResultPaths, int], ...]) -> dict[str, str]:
+    """Of results that have not changed since they were asked for: who watches a run asks often."""
+    return method_order.colours(method_order.ranked(place for place, _ in places))
+
+
+def are_files(names: Sequence[str]) -> bool:
+    """Whether names are those of motion files, not of a case. Raises BenchError for a mixture."""
+    files = [name for name in names if Path(name).suffix.lower() in MOTION_FILES]
+    files += [name for name in names if name not in files and Path(name).is_file()]
+    if files and len(files) < len(names):
+        other = next(name for name in names if name not in files)
+        raise BenchError(f"{other!r} is no motion file, and {files[0]} is; show either files or a case")
+    return bool(files)
+
+
+def place_of(path: Path) -> tuple[ResultPaths, str] | None:
+    """The results that a prediction file lies in, and the id of its case; None where it lies elsewhere."""
+    parents = path.resolve().parents
+    if path.suffix.lower() != ".npz" or len(parents) < 5:
+        return None
+    place = ResultPaths(parents[4], parents[3].name, parents[2].name, parents[1].name, parents[0].name)
+    if not place.header.exists():
+        return None
+    fits = [each for each in read_stored(place).cases if store.case_file(each) == path.stem]
+    return (place, fits[0]) if fits else None
