@@ -1,7 +1,7 @@
 """Published tables and our own results in their columns.
 
-``published/*.toml`` hold the printed numbers. Each column names our value of the same protocol and the pairs
-it is a mean over, or why there is none.
+``published/*.toml`` hold the printed numbers. Each column names our value of the same protocol and the
+pairs it is a mean over, or why there is none.
 """
 
 from __future__ import annotations
