@@ -39,7 +39,7 @@ from retarget_bench.commands.table import FORMATS
     help="The folder of training runs and results.",
 )
 @click.option("-f", "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Write to this file.")
+@options.output_option
 @options.jobs_option
 @options.plugin_option
 def command(
@@ -68,7 +68,6 @@ def command(
     bench ablate pan table5 -d 'puppets[size=default]' --test puppets
     """
     del plugins
-    from retarget_bench import files
     from retarget_bench.commands.train import Voice
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins import registry
@@ -95,9 +94,4 @@ def command(
     on, by = (plan.dataset(each).label.strip() for each in (data, tested))
     recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
     made = ablating.table(ablation, trained, found, ablating.Told(on, by, recipe))
-    written = WITH_INTERVALS[form]([made])
-    if output is None:
-        click.echo(written, nl=False)
-    else:
-        files.write_text(output, written)
-        click.echo(f"wrote {output}")
+    options.write_out(WITH_INTERVALS[form]([made]), output)
