@@ -102,9 +102,9 @@ def command(
 
 def _task_of(paper: str, task: str, maker: str) -> tuple[str, str]:
     """The task that a published table is of, and what makes its results."""
-    from retarget_bench.tables.published import papers
+    from retarget_bench.tables.published import published_tables
 
-    wanted = papers.published(paper).task
+    wanted = published_tables.published(paper).task
     return (task, maker) if wanted == "retarget" else (wanted, f"bench task {wanted}")
 
 
@@ -140,11 +140,11 @@ def _tables(
 
 
 def _published(places: Sequence[Any], name: str) -> list[Any]:
-    from retarget_bench.tables.published import paper_sets, papers
-    from retarget_bench.tables.published.paper_table import paper_table
+    from retarget_bench.tables.published import own_set_rows, published_tables
+    from retarget_bench.tables.published.layout import paper_table
 
-    published = papers.published(name)
+    published = published_tables.published(name)
     if published.task == "reconstruct":
-        published = papers.with_structures(published, places)
-    own_rows = paper_sets.own_rows if published.of_sets else papers.own_rows
+        published = published_tables.with_structures(published, places)
+    own_rows = own_set_rows.own_rows if published.of_sets else published_tables.own_rows
     return [paper_table(published, own_rows(published, places))]

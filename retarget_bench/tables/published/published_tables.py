@@ -89,7 +89,7 @@ class PublishedTable(_Facts):
 
     @property
     def of_sets(self) -> bool:
-        """Whether it compares sets of answers (``paper_sets.py``) and not answers with right ones."""
+        """Whether it compares sets of answers (``own_set_rows.py``) and not answers with right ones."""
         return any(column.legs for column in self.columns)
 
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from retarget_bench.tables.model import NOT_APPLICABLE, Cell, Column, Footnotes, Group, Row, Table, count
-from retarget_bench.tables.published.papers import (
+from retarget_bench.tables.published.published_tables import (
     OwnRow,
     PublishedColumn,
     PublishedRow,
