@@ -1,5 +1,5 @@
 # make bench   the main job: every method on the embedded motion, and the table
-# make test    everything that is checked: ruff, mypy, the regression gate, pytest
+# make test    everything that is checked: ruff, mypy, the regression gate, pytest, side by side
 # Both make their own virtual environment in $(VENV) with the versions of constraints.txt.
 
 PYTHON ?= $(shell command -v python3.11 || command -v python3)
@@ -11,13 +11,19 @@ JOBS ?= auto
 BIN := $(VENV)/bin
 INSTALL := $(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIP_OPTIONS) -c constraints.txt
 
-.PHONY: bench test check lint format clean
+# Compiled code is kept: tests start hundreds of processes, and each would compile the package anew.
+unexport PYTHONDONTWRITEBYTECODE
+
+.PHONY: bench test check lint pytest format clean
 
 bench: $(VENV)/installed
 	$(BIN)/bench run $(ARGS)
 
-test: lint check
-	$(BIN)/python -m pytest -n $(JOBS) $(ARGS)
+test: $(VENV)/installed-test
+	$(MAKE) --jobs=3 pytest lint check
+
+pytest: $(VENV)/installed-test
+	$(BIN)/python -m pytest -n $(JOBS) --dist loadfile --no-loadscope-reorder $(ARGS)
 
 check: $(VENV)/installed-test
 	$(BIN)/bench check

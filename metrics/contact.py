@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison, ContactLabels
+from retarget_bench.api.comparison import Comparison, ContactLabels
 
 KINDS = {
     "recall": (

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.ground import ground_height
 
 LIMIT = 0.01

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.api.comparison import Comparison
 
 SECONDS = (
     "of every whole second the mean over its frames: frame t lasts from t / fps to (t + 1) / fps and "

@@ -8,7 +8,7 @@ from functools import lru_cache
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison, squared_length
+from retarget_bench.api.comparison import Comparison, squared_length
 from retarget_bench.motion.character import Character
 
 ROLES = (

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison, squared_length, steps
+from retarget_bench.api.comparison import Comparison, squared_length, steps
 
 EPSILONS = (0.05, 0.1, 0.25, 0.5, 1.0, 2.0, 4.0)
 """Squared displacements per frame at 30 frames per second, cm^2."""

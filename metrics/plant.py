@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison, ContactLabels
+from retarget_bench.api.comparison import Comparison, ContactLabels
 from retarget_bench.motion.contact import runs
 from retarget_bench.motion.ground import ground_height
 

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.roles import END_EFFECTORS
 
 PRIMARY = "the project's primary protocol"

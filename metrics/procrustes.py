@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import RATE, Comparison, squared_length
+from retarget_bench.api.comparison import RATE, Comparison, squared_length
 
 RIGID = "R a proper rotation (determinant +1, so a mirrored body does not fit), t a translation"
 SIMILAR = "s a positive scale, R a proper rotation (determinant +1), t a translation"

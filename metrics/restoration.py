@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison, squared_length
+from retarget_bench.api.comparison import Comparison, squared_length
 
 HUMOT = "HuMoT (Mourot et al. 2023), sections 4.1, 4.3 and 4.4: MPJPE in cm, world, not aligned"
 JOINTS = "all joints of the target but 'virtual' copies"

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import RATE, Comparison, ContactLabels, steps
+from retarget_bench.api.comparison import RATE, Comparison, ContactLabels, steps
 
 DEFINITION = (
     "mean over the steps t-1 -> t of contact joints that are labelled planted in both frames of "

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import RATE, Comparison, squared_length
+from retarget_bench.api.comparison import RATE, Comparison, squared_length
 
 STILL = 0.1
 """Heights per second to the order of the difference: below it a clip is still and has no ratio."""

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Touch, Value
-from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion import rotation
 from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.motion import Motion

@@ -16,7 +16,32 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
+from tests import examples  # noqa: F401  (it loads a profile of hypothesis)
+from tests.in_process import in_process  # noqa: F401  (a fixture)
 from tests.viewing.browser import browser, open_page, tabs  # noqa: F401  (fixtures)
+
+LONGEST = (
+    "training/test_train_processes.py",
+    "engine/test_run.py",
+    "engine/test_submission.py",
+    "metrics/test_fid_sensitivity.py",
+    "test_plugins.py",
+    "test_architecture.py",
+    "test_plot.py",
+    "test_testing.py",
+    "methods/test_humot_network.py",
+    "methods/test_pan_learner.py",
+    "methods/test_smrm_training.py",
+    "tasks/test_task_command.py",
+    "viewing/test_player.py",
+)
+"""Files that begin: a worker that were given one of them last would end alone."""
+
+
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Put the longest files first; the order of the others, and within files, stays."""
+    order = {Path(__file__).parent / name: number for number, name in enumerate(LONGEST)}
+    items.sort(key=lambda item: order.get(item.path, len(order)))
 
 
 @pytest.fixture(scope="session")

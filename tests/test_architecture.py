@@ -139,7 +139,7 @@ def test_the_evaluation_side_needs_numpy_only():
         "evaluation.score",
         "evaluation.plan",
         "evaluation.runner",
-        "evaluation.comparison",
+        "api.comparison",
         "results.store",
         "tables.builder",
         "verification.contract",

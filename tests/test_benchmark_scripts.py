@@ -4,12 +4,36 @@ from __future__ import annotations
 
 import ast
 import importlib
+import json
+import subprocess
+import sys
+import tomllib
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 SCRIPTS = sorted((Path(__file__).parent / "benchmarks").glob("*.py"))
+ROOT = Path(__file__).parents[1]
+BEGUN = """
+import contextlib, io, json, runpy, sys
+found = {}
+for script in sys.argv[1:]:
+    parses = "ArgumentParser(" in open(script, encoding="utf-8").read()
+    path, sys.argv = list(sys.path), [script, "--help"]
+    try:
+        with contextlib.redirect_stdout(io.StringIO()):
+            runpy.run_path(script, run_name="__main__" if parses else "begun")
+    except SystemExit as stop:
+        found[script] = "" if stop.code == 0 else f"status {stop.code}"
+    except ModuleNotFoundError as error:
+        found[script] = f"no {error.name.split('.')[0]}"
+    except Exception as error:
+        found[script] = repr(error)
+    sys.path[:] = path
+print(json.dumps(found))
+"""
+"""In a process of its own: asks scripts with options for help, and imports the others; what went wrong."""
 
 
 def taken(text: str) -> Iterator[tuple[str, str]]:
@@ -35,10 +59,17 @@ def test_what_a_script_imports_is_there(script):
     assert [".".join(each) for each in every if not is_there(*each)] == []
 
 
+def test_every_script_begins():
+    """Those that compare with other packages need these: they may be missing, and nothing else may."""
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
+    assert len(project["optional-dependencies"]["benchmark"]) == 4
+    others = {f"no {name}" for name in ("bvh", "pybvh", "pytorch_kinematics", "pymotion")}
+    line = [sys.executable, "-c", BEGUN, *map(str, SCRIPTS)]
+    done = subprocess.run(line, cwd=ROOT, capture_output=True, text=True, check=True)
+    wrong = json.loads(done.stdout.splitlines()[-1])
+    assert {script: told for script, told in wrong.items() if told and told not in others} == {}
+
+
 def test_what_is_not_there_is_told():
-    text = (
-        "from retarget_bench.evaluation import plan\n"
-        "def f():\n"
-        "    from retarget_bench.files import nothing, digest"
-    )
+    text = "from retarget_bench import cli\ndef f():\n    from retarget_bench.files import nothing, digest"
     assert [is_there(*each) for each in taken(text)] == [True, False, True]

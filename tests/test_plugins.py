@@ -76,7 +76,7 @@ def test_installed_plug_ins_are_listed_with_their_origin(bench):
 
 
 def test_a_run_with_everything_uses_the_good_and_names_the_broken(bench, tmp_path):
-    done = bench("run", "-d", "beam", "-j", "1")
+    done = bench("run", "-d", "beam[frames=12]", "-j", "1")
     assert done.returncode == 0, done.stderr
     assert "sway" in done.stdout
     assert "copy_rotations" in done.stdout

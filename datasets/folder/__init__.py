@@ -109,7 +109,7 @@ class Folder:
 
     @cached_property
     def _unread(self) -> Sequence[str]:
-        """On files and bodies that nothing is done with."""
+        """Notes on files and bodies that no case uses."""
         found = []
         broken = {path: entry.problem for path, entry in self._found.entries.items() if entry.problem}
         if broken:
@@ -142,7 +142,7 @@ class Folder:
         return Case(info, source, reference.character, reference)
 
     def motion(self, body: str, clip: str) -> Motion:
-        """What a body does in a clip, as its own character where the file has that body exactly."""
+        """The motion of a body in a clip, as its own character where the file has that body exactly."""
         path = self._found.bodies.get(body, {}).get(clip)
         if path is None:
             raise BenchError(f"{self._root} holds no clip {clip!r} of {body!r}")
@@ -161,7 +161,7 @@ class Folder:
 
     @property
     def training_notes(self) -> Sequence[str]:
-        """What is not trained on, and why."""
+        """Clips that are not trained on, with the reason."""
         if self._protocol == "all":
             return ("every clip is a case: protocol=split keeps some to train on, and protocol=train all",)
         if self._any("train"):
@@ -192,7 +192,7 @@ class Folder:
         return tuple(clip for clip in self._found.sources[body] if part_of(clip, self._protocol) == part)
 
     def _without_cases(self) -> tuple[str, ...]:
-        """Why there is no case, where the protocol leaves none."""
+        """The reason why there is no case, where the protocol leaves none."""
         if self._protocol == "train":
             return ("every clip is trained on (protocol=train), and none is a case",)
         if not self._any(self._part):
@@ -293,12 +293,7 @@ class Folder:
 
     def _fresh(self, body: str, path: Path) -> Motion:
         return importer.load(
-            path,
-            unit=self._unit,
-            up=self._up,
-            roles=self._overrides,
-            fps=self._fps or None,
-            name=body,
+            path, unit=self._unit, up=self._up, roles=self._overrides, fps=self._fps or None, name=body
         ).motion
 
     @cached_property

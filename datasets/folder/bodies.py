@@ -30,7 +30,7 @@ Bodies = dict[str, dict[str, Path]]
 
 @dataclass(frozen=True)
 class Found:
-    """What there is.
+    """The bodies and clips found.
 
     sources: the bodies of ``root``, with the clips that can be read.
     targets: the bodies to retarget to: all of these, or the one that ``target`` names.

@@ -53,16 +53,16 @@ class Clips(LazyClips[str]):
 
 
 def unusable(motion: Motion) -> str:
-    """What shows that a file lost its motion, or a part of it; "" where nothing does.
+    """The sign that a file lost its motion, or a part of it; "" where there is none.
 
     Hips that keep their height to a ten-thousandth of the body's while limbs move are no motion of
     anybody: some converters drop the vertical path of the root.
     """
-    places, _ = kinematics.forward(motion.skeleton, motion.rotations, motion.root)
+    positions, _ = kinematics.forward(motion.skeleton, motion.rotations, motion.root)
     within = STILL * motion.character.height
-    if np.ptp(places, axis=0).max(initial=0.0) <= within:
+    if np.ptp(positions, axis=0).max(initial=0.0) <= within:
         return "nothing moves in it"
-    hips = places[:, motion.character.joint_of.get("hips", 0)]
+    hips = positions[:, motion.character.joint_of.get("hips", 0)]
     if np.ptp(hips[:, 1]) <= within:
         return "its hips never change their height"
     return ""

@@ -13,8 +13,7 @@ from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, finge
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import resampled_frames
 
-from . import training
-from .motions import FPS, SHORTEST, Clip, Motions, cut
+from .motions import FPS, SHORTEST, Clip, Clips, Motions, Training, cut
 from .takes import DOG, PERSON, SPECIES, Part, Protocol, Takes, find
 
 OWN = (
@@ -151,18 +150,18 @@ class LafanDog:
         return [info for info in self.cases(task, "self") if bodies[info.target].structure == structure]
 
     # ------------------------------------------------------------------------------- beyond it
-    def training(self) -> training.Training:
+    def training(self) -> Training:
         """Structure -> character -> clips of takes that are neither tested nor in ``validation``."""
-        found: dict[str, dict[str, training.Clips]] = {}
+        found: dict[str, dict[str, Clips]] = {}
         for species in SPECIES:
             mine = [clip for clip in self._clips["train"] if clip.species == species]
             if mine:
                 structure = self._motions.body(species).structure
-                found[structure] = {species: training.Clips(self._motions, mine)}
+                found[structure] = {species: Clips(self._motions, mine)}
         return found
 
     def validation(self) -> LafanDog:
-        """What training is steered by: takes of its own."""
+        """The validation part: takes of its own."""
         folders = (self._folders[PERSON], self._folders[DOG])
         return LafanDog(self._root, *folders, self._seconds, self._protocol, "validation")
 
@@ -198,7 +197,7 @@ class LafanDog:
         return Motions(usable)
 
     def _unusable(self, path: Path) -> str:
-        """Why a take can be no clip, from its header; "" where it can."""
+        """The reason why a take cannot be used, from its header; "" where it can."""
         entry = self._entries[path]
         frames = 0 if entry.problem else resampled_frames(entry.frames, entry.fps, FPS)
         if entry.problem or frames >= SHORTEST:

@@ -1,8 +1,8 @@
-"""Takes as motions of one person and one dog, cut into clips."""
+"""Takes as motions of one person and one dog, cut into clips, and the clips that are trained on."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache
 from pathlib import Path
@@ -14,6 +14,7 @@ from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.actions import Action, action
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.training.lazy_clips import LazyClips
 
 from .takes import DOG, PERSON
 
@@ -77,7 +78,8 @@ class Motions:
         return self._bodies[species][1]
 
     def misfit(self, species: str, name: str) -> str:
-        """Why a take is of another body than the others, from its header; "" where it is not."""
+        """The difference of a take's body from the others', read from its header; "" where there is
+        none."""
         self.body(species)
         usual = bvh.parse_header(self._bodies[species][0]).hierarchy
         own = bvh.parse_header(self.files[species][name]).hierarchy
@@ -95,7 +97,7 @@ class Motions:
         return self.take(clip.species, clip.take).at(slice(clip.first, clip.end))
 
     def action(self, clip: Clip) -> Action:
-        """What is done in a clip."""
+        """The action of a clip."""
         if clip not in self._actions:
             self._actions[clip] = action(self.clip(clip))
         return self._actions[clip]
@@ -130,3 +132,22 @@ def _named(species: str, found: Character, path: Path) -> Character:
     if not low < found.height < high:
         raise FileError(path, f"read in centimetres, its {species} is {found.height:.3g} m high")
     return replace(found, name=species, structure=f"{STRUCTURES[species]}{len(found.skeleton)}")
+
+
+Training = Mapping[str, Mapping[str, "Clips"]]
+"""Structure -> character -> its clips."""
+
+
+class Clips(LazyClips[Clip]):
+    """Clips of one character, each cut when it is asked for."""
+
+    def __init__(self, motions: Motions, listed: Sequence[Clip]) -> None:
+        super().__init__(listed)
+        self._motions = motions
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(clip.name for clip in self.listed)
+
+    def made(self, each: Clip) -> Motion:
+        return self._motions.clip(each)

@@ -15,9 +15,9 @@ from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, finge
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from . import listing, protocols, training
+from . import protocols
 from .layout import Layout, find
-from .motions import METRES, Motions
+from .motions import METRES, Motions, Training, training_clips
 
 CARD = DatasetCard(
     name="mixamo",
@@ -153,12 +153,12 @@ class Mixamo:
         return Motions(self._structure, self._fps, self._unit, self._selection.multiple)
 
     @cached_property
-    def _listing(self) -> listing.Listing:
+    def _listing(self) -> protocols.Listing:
         def structure(name: str, path: Path, entry: CatalogueEntry) -> str:
             return self._motions.rig(name, path, entry).native.structure
 
-        clips, notes = listing.readable(self._files, self._entries, structure, self._selection, self._fps)
-        return listing.list_cases(self.card.name, self._selection, clips, notes)
+        clips, notes = protocols.readable(self._files, self._entries, structure, self._selection, self._fps)
+        return protocols.list_cases(self.card.name, self._selection, clips, notes)
 
     # ------------------------------------------------------------------------------- the contract
     @property
@@ -173,7 +173,7 @@ class Mixamo:
 
     @property
     def label(self) -> str:
-        """What tables call it. Whatever is less than SAN's whole test set is called ``san-partial``."""
+        """The name in tables. Anything less than SAN's whole test set is called ``san-partial``."""
         if self._part == "validation":
             return f"{self._with(part='test').label}, validation"
         if self._protocol == "folds":
@@ -229,7 +229,7 @@ class Mixamo:
 
     # ------------------------------------------------------------------------------- beyond it
     def motion(self, character: str, clip: str) -> Motion:
-        """What a character does in a clip, on the joints and at the rate of the cases."""
+        """The motion of a character in a clip, on the joints and at the rate of the cases."""
         path = self._layout.clips.get(character, {}).get(clip)
         if path is None:
             raise BenchError(f"{self._layout.root} holds no {character}/{clip}.bvh")
@@ -238,7 +238,7 @@ class Mixamo:
             raise FileError(path, entry.problem)
         return self._motions.motion(character, path, entry)
 
-    def training(self) -> training.Training:
+    def training(self) -> Training:
         """Structure -> character -> clips that no case of test or validation shows.
 
         folds: every clip of the other three folds, by the characters that this fold does not hold out.
@@ -253,10 +253,10 @@ class Mixamo:
             name: {clip: path for clip, path in self._layout.clips[name].items() if clip not in shown}
             for name in free
         }
-        return training.training(self._motions, files, {**self._others, **self._entries})
+        return training_clips(self._motions, files, {**self._others, **self._entries})
 
     def validation(self) -> Mixamo:
-        """What training is steered by: clips of the next fold. Raises BenchError with protocol=all."""
+        """The validation part: clips of the next fold. Raises BenchError with protocol=all."""
         return self._with(part="validation")
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
@@ -295,7 +295,7 @@ class Mixamo:
 
     @property
     def _variant(self) -> str:
-        """What is not as by default, for the label."""
+        """Parameters that differ from their defaults, for the label."""
         said = [f"{self._fps:g} fps"] if self._fps != protocols.SAN_FPS else []
         said += [self._structure] if self._structure != "native" else []
         return f" ({', '.join(said)})" if said else ""

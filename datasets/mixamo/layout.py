@@ -89,7 +89,7 @@ def _not_a_folder(folder: Path) -> str:
 
 
 def _no_clips(folder: Path) -> str:
-    """Why a folder is not a Mixamo root, and which neighbour is."""
+    """The reason why a folder is not a Mixamo root, and which neighbour is."""
     if own := bvh_files(folder):
         hint = f"--root {folder.resolve().parent}"
         return (

@@ -1,4 +1,4 @@
-"""Solved clips, kept on disk: one file per clip, written atomically, rebuilt when it is damaged."""
+"""Cache on disk: one file per clip or mesh, written atomically, rebuilt when it is damaged."""
 
 from __future__ import annotations
 

@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from retarget_bench.evaluation.comparison import body_joints, structure_joints
+from retarget_bench.api.comparison import body_joints, structure_joints
 from retarget_bench.motion import neutral, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions

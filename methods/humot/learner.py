@@ -12,9 +12,9 @@ from torch import Tensor, nn
 
 from retarget_bench.api import Method
 from retarget_bench.errors import BenchError
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import Material
+from retarget_bench.training.data import TrainingData
 
 from .body import Body, sized, stature
 from .design import Design
@@ -36,7 +36,7 @@ class Autoencoder(nn.Module):
         self.encoder, self.decoder = Encoder(design), Decoder(design)
 
     def forward(self, given: Batch, asked: Batch, frames: Tensor) -> Tensor:
-        """``(rows, frames, joints asked, 3)`` metres. given, asked: see ``Learner.draw``."""
+        """``(rows, frames, joints asked, 3)`` metres. given, asked: see ``TrainingModule.draw``."""
         code = self.encoder(given["places"], given["template"], given["joints"], frames)
         answer: Tensor = self.decoder(code, asked["template"], asked["joints"], frames)
         return answer
@@ -77,21 +77,21 @@ class Turn(NamedTuple):
 
 
 class Learner:
-    """A ``Learner`` (see ``training/contract.py``).
+    """A ``TrainingModule`` (see ``training/contract.py``).
 
     bodies: by character. build: the method with tensors.
     """
 
     def __init__(
         self,
-        material: Material,
-        recipe: Recipe,
+        training_data: TrainingData,
+        config: TrainingConfig,
         bodies: Mapping[str, Body],
         design: Design,
         choices: Choices,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        self._material, self._frames, self._bodies = material, recipe.window, bodies
+        self._material, self._frames, self._bodies = training_data, config.window, bodies
         self._choices, self._build = choices, build
         self._network = Autoencoder(design)
         self.modules = nn.ModuleDict({AUTOENCODER: self._network})

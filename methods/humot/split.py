@@ -5,10 +5,10 @@ from __future__ import annotations
 import hashlib
 from collections.abc import Sequence
 
-from retarget_bench.training.data import Clip
+from retarget_bench.training.data import ClipArrays
 
 
-def held_out(clip: Clip, starts: Sequence[int]) -> frozenset[int]:
+def held_out(clip: ClipArrays, starts: Sequence[int]) -> frozenset[int]:
     """The tenth of a clip's windows that are not trained on, by their starts; always the same ones.
 
     Four fifths of such a window are in windows beside it, most of which are trained on. The tenth is

@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from retarget_bench.evaluation.comparison import body_joints
+from retarget_bench.api.comparison import body_joints
 from retarget_bench.motion import alignment, kinematics, rotation
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character

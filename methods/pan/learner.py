@@ -11,9 +11,9 @@ from torch import Tensor, nn
 
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import Material
+from retarget_bench.training.data import TrainingData
 
 from .beginning import begin_alike
 from .body import Body
@@ -29,7 +29,7 @@ Side = Mapping[str, Any]
 
 
 class Learner:
-    """A ``Learner`` (see ``training/contract.py``).
+    """A ``TrainingModule`` (see ``training/contract.py``).
 
     bodies: of each character by structure. build: the method with the tensors that it is given.
     Raises NotSupported where there is one character only.
@@ -37,25 +37,25 @@ class Learner:
 
     def __init__(
         self,
-        material: Material,
-        recipe: Recipe,
+        training_data: TrainingData,
+        config: TrainingConfig,
         bodies: Mapping[str, Mapping[str, Body]],
         design: Design,
         choices: Choices,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        if len(material.clips) < 2:
+        if len(training_data.clips) < 2:
             raise NotSupported("pan learns from at least two characters, and there is one")
         self._build, self._choices = build, choices
         self._names = sorted(bodies)
         own = choices.statistics == "character"
-        self._windows = Windows(material, recipe.window, bodies, choices.form, choices.reversed_, own)
+        self._windows = Windows(training_data, config.window, bodies, choices.form, choices.reversed_, own)
         structures = {}
         for name in self._names:
             cast = sorted(bodies[name]) if own else ()
             layout = next(iter(bodies[name].values())).layout
             structures[name] = Structure(layout, design, cast)
-            spread(structures[name], material, sorted(bodies[name]), choices.still)
+            spread(structures[name], training_data, sorted(bodies[name]), choices.still)
         if choices.alike:
             begin_alike(list(structures.values()), design)
         self._structures = structures
@@ -63,7 +63,7 @@ class Learner:
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(structures)})
         self.phases: Sequence[Phase] = (Phase("generator", ("generator",)),)
         slots = {name: each.layout.slots for name, each in structures.items()}
-        self._judges = Judges(slots, recipe.window, design, choices.weights)
+        self._judges = Judges(slots, config.window, design, choices.weights)
         if choices.weights.adversarial > 0:
             self.modules["discriminator"] = self._judges
             self.phases = (*self.phases, Phase("discriminator", ("discriminator",)))

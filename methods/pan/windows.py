@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from retarget_bench.training.data import Material
+from retarget_bench.training.data import TrainingData
 
 from .body import Body
 from .form import Form
@@ -29,14 +29,14 @@ class Windows:
 
     def __init__(
         self,
-        material: Material,
+        training_data: TrainingData,
         frames: int,
         bodies: Mapping[str, Mapping[str, Body]],
         form: Form,
         backwards: bool,
         by_character: bool,
     ) -> None:
-        self._material, self._frames, self._form = material, frames, form
+        self._material, self._frames, self._form = training_data, frames, form
         self._backwards, self._by_character = backwards, by_character
         self._names = sorted(bodies)
         self._casts = {name: sorted(bodies[name]) for name in self._names}
@@ -119,10 +119,10 @@ def _order(known: int, frames: int, backwards: bool) -> np.ndarray:
     return order[::-1] if backwards else order
 
 
-def spread(structure: Structure, material: Material, cast: Sequence[str], still: float) -> None:
+def spread(structure: Structure, training_data: TrainingData, cast: Sequence[str], still: float) -> None:
     """Mean and deviation of all motion of a structure, and of each character that it has statistics of."""
     for row, names in enumerate([list(cast), *([name] for name in structure.cast)]):
-        mean, deviation = moments(material.stacked("slots", names), still)
+        mean, deviation = moments(training_data.stacked("slots", names), still)
         structure.mean[row], structure.deviation[row] = mean, deviation
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.api import CaseFeatures, MetricCard, Prediction, Sample, Value
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.motion.character import Character
 from retarget_bench.training.features import network, windows
 from retarget_bench.training.features.network import Network
@@ -64,6 +64,7 @@ class Fid:
 
     card = MetricCard(
         name="fid",
+        kind="set",
         summary="distances of the distribution of results to that of real motion",
         version="1",
         values=(

@@ -125,14 +125,14 @@ def _default_methods(task: str = "retarget") -> tuple[Spec, ...]:
     that do not accept positions.
     """
     from retarget_bench.api import TASKS
+    from retarget_bench.api.offers import method_card
 
     kind = "motion" if task in ("retarget", "reconstruct") else "positions"
     specs = []
     for name, each in _working("methods").items():
-        asks = getattr(each.card, "default", True) and task in getattr(each.card, "tasks", TASKS)
-        if asks and kind in getattr(each.card, "accepts", ("motion",)):
-            variants = getattr(each.card, "variants", ())
-            specs += [Spec(name), *(Spec(name, changes) for changes in variants)]
+        card = method_card(each)
+        if card.default and task in card.tasks and kind in card.accepts:
+            specs += [Spec(name), *(Spec(name, changes) for changes in card.variants)]
     if task != TASKS[0]:
         specs = [spec for spec in specs if not registry.create("methods", spec).card.needs]
     return tuple(specs)
@@ -142,6 +142,7 @@ def _default_metrics(task: str = "retarget") -> tuple[str, ...]:
     """All metrics of a task, and for derived tasks ``defaults.TASK_METRICS``. A metric with a value id that
     another one declares is left out; built-in ones come first."""
     from retarget_bench.api import TASKS
+    from retarget_bench.api.offers import metric_tasks
     from retarget_bench.errors import BenchError
     from retarget_bench.evaluation.score import declared_values
 
@@ -149,8 +150,7 @@ def _default_metrics(task: str = "retarget") -> tuple[str, ...]:
     working = {
         name: each
         for name, each in _working("metrics").items()
-        if task in getattr(each.card, "tasks", TASKS[:1])
-        or (task != TASKS[0] and name in defaults.TASK_METRICS)
+        if task in metric_tasks(each) or (task != TASKS[0] and name in defaults.TASK_METRICS)
     }
     for name in sorted(
         working, key=lambda name: registry.find("metrics", name).origin != registry.BUILT_IN

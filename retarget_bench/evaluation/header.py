@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import retarget_bench
-from retarget_bench.api import Dataset, Method, Metric, SetMetric
+from retarget_bench.api import Dataset, Method, Metric, SetMetric, offers
 from retarget_bench.evaluation.plan import (
     EvaluationUnit,
     method,
@@ -22,8 +22,6 @@ from retarget_bench.evaluation.plan import (
     set_metrics,
     without_location,
 )
-from retarget_bench.evaluation.predict import declared
-from retarget_bench.evaluation.set_metrics.real import offers
 from retarget_bench.plugins import registry
 from retarget_bench.results.header import (
     ELSEWHERE,
@@ -48,7 +46,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
         set_values=_values(asked),
         networks=unit.networks,
         # what tables need to know of structures that answers without references are of
-        four_legged=tuple(_four_legged(data)) if asked and offers(data) else None,
+        four_legged=tuple(_four_legged(data)) if asked and isinstance(data, offers.OffersReal) else None,
         keys=unit.keys,
         task=plan.task,
         split=unit.split,
@@ -85,14 +83,15 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
     if unit.plan.external:
         return MethodInfo(**common, origin=ELSEWHERE, privileged=(), control=False)
     asked = method(unit.method)
+    card = offers.method_card(asked)
     return MethodInfo(
         **common,
-        summary=str(getattr(asked.card, "summary", "")),
+        summary=str(card.summary),
         origin=registry.find("methods", unit.method.name).origin,
-        version=str(getattr(asked.card, "version", "")),
-        privileged=declared(asked, "needs"),
-        control=bool(getattr(asked.card, "control", False)),
-        stochastic=bool(getattr(asked.card, "stochastic", False)),
+        version=str(card.version),
+        privileged=tuple(card.needs),
+        control=bool(card.control),
+        stochastic=bool(card.stochastic),
         trained_on=_manifest(asked),
     )
 
@@ -109,7 +108,7 @@ def _posts(unit: EvaluationUnit) -> Iterator[dict[str, Any]]:
 
 def _manifest(asked: Method) -> dict[str, tuple[str, ...]] | None:
     """What a method's weights were trained on (characters, structures, kinds, clips); None: untrained."""
-    manifest = getattr(asked, "training_manifest", None)
+    manifest = offers.method_manifest(asked)
     return None if manifest is None else {key: tuple(map(str, names)) for key, names in manifest.items()}
 
 

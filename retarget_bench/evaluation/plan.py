@@ -10,12 +10,10 @@ from pathlib import Path
 from typing import Any, Literal
 
 from retarget_bench import motion
-from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, comparison, offers
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation import comparison
 from retarget_bench.evaluation.batches import RULE, batches
 from retarget_bench.evaluation.code_hash import code_hash, module_code, package_code, relative_to
-from retarget_bench.evaluation.predict import takes_batches
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import digest, slug
@@ -83,12 +81,12 @@ def method(spec: Spec) -> Method:
 
 def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
     """The metrics of single cases, built once per process; BenchError where two declare one value."""
-    return tuple(each for each in _built(names) if not hasattr(each, "features"))
+    return tuple(each for each in _built(names) if not offers.is_set_metric(each))
 
 
 def set_metrics(names: tuple[str, ...]) -> tuple[SetMetric, ...]:
     """The metrics of sets of cases, likewise."""
-    return tuple(each for each in _built(names) if hasattr(each, "features"))
+    return tuple(each for each in _built(names) if offers.is_set_metric(each))
 
 
 @cache
@@ -137,9 +135,7 @@ class EvaluationUnit:
             "method": self.method.name,
             "parameters": dict(self.known_as.parameters),
             "code": folder_hash(self.plan.external) if self.plan.external else method_code(self.method),
-            "weights": str(getattr(method(self.method), "weights_hash", ""))
-            if not self.plan.external
-            else "",
+            "weights": "" if self.plan.external else offers.weights_hash(method(self.method)),
             "dataset": self.dataset.name,
             "dataset_parameters": without_location(self.dataset),
             "content": self.data.content,
@@ -154,7 +150,7 @@ class EvaluationUnit:
     @property
     def in_batches(self) -> bool:
         """Whether the method takes several cases at once."""
-        return self.plan.external is None and takes_batches(method(self.method))
+        return self.plan.external is None and offers.takes_batches(method(self.method))
 
     @cached_property
     def batches(self) -> Sequence[tuple[str, ...]]:
@@ -209,7 +205,7 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
 
 def _draws(plan: Plan, spec: Spec) -> int:
     """With how many seeds a method runs."""
-    stochastic = not plan.external and getattr(method(spec).card, "stochastic", False)
+    stochastic = not plan.external and offers.method_card(method(spec)).stochastic
     return plan.seeds if stochastic else 1
 
 
@@ -225,7 +221,7 @@ def known_as(spec: Spec) -> Spec:
 
     Raises BenchError where there are no such weights.
     """
-    label = getattr(method(spec), "weights_label", "") if "weights" in spec.parameters else ""
+    label = offers.weights_label(method(spec)) if "weights" in spec.parameters else ""
     return spec.with_parameters(weights=label) if label else spec
 
 

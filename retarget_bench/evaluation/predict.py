@@ -6,7 +6,7 @@ import traceback
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TypeGuard, overload
+from typing import overload
 from zipfile import BadZipFile
 
 import numpy as np
@@ -20,22 +20,16 @@ from retarget_bench.api import (
     Method,
     Prediction,
     TrainingClips,
+    offers,
 )
+from retarget_bench.api.offers import method_card, takes_batches
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.files import atomic
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
-
-FARTHEST = 1e5
-"""Metres from the origin beyond which no prediction is taken seriously."""
-UNIT_TOLERANCE = 1e-3
-"""How far from 1 the length of a predicted quaternion may be; it is then normalised."""
-EMPTY = "there is nothing to answer: the source has no frames"
-
-
-class Invalid(BenchError):
-    """A prediction that does not answer its case."""
+from retarget_bench.plugins.answers import EMPTY, Invalid, verified
+from retarget_bench.plugins.post_processors import Composed
 
 
 @dataclass(frozen=True)
@@ -99,11 +93,6 @@ def _at_once(method: Method, pairs: Sequence[tuple[Case, Context]]) -> list[Outc
         return []
 
 
-def takes_batches(method: Method) -> TypeGuard[BatchMethod]:
-    """Whether a method can be asked several cases at once."""
-    return callable(getattr(method, "retarget_batch", None))
-
-
 def ask_batch(method: BatchMethod, pairs: Sequence[tuple[Case, Context]]) -> Sequence[object]:
     """What a method's ``retarget_batch`` gives for cases that it does not refuse, as it gives it."""
     sources = [case.source.copy() for case, _ in pairs]
@@ -111,71 +100,20 @@ def ask_batch(method: BatchMethod, pairs: Sequence[tuple[Case, Context]]) -> Seq
     return method.retarget_batch(sources, targets, contexts=[context for _, context in pairs])
 
 
-def declared(method: Method, name: str) -> tuple[str, ...]:
-    """A list of words on a method's card; one word may stand there without brackets."""
-    words = getattr(method.card, name, ())
-    return (words,) if isinstance(words, str) else tuple(words)
-
-
 def refusal(method: Method, case: Case) -> str | None:
     """Why a method cannot be asked this case, or None."""
     if not case.source.frames:
         return EMPTY
     kind = "motion" if isinstance(case.source, Motion) else "positions"
-    accepts = declared(method, "accepts") or ("motion",)
-    if kind not in accepts:
-        return f"takes {' or '.join(accepts)} as source, but this source is known by {kind} only"
-    needs = declared(method, "needs")
+    card = method_card(method)
+    if kind not in card.accepts:
+        return f"takes {' or '.join(card.accepts)} as source, but this source is known by {kind} only"
+    needs = card.needs
     if "reference" in needs and case.reference is None:
         return "needs the reference, and this case has none"
     if "second_reference" in needs and case.alternative is None:
         return "needs a second right answer, and this data set knows of none"
     return method.supports(case.source.character, case.target)
-
-
-def verified(answer: object, case: Case) -> Prediction:
-    """The answer, if it is a motion of the case's target with its frames and rate; else Invalid."""
-    if not case.source.frames:
-        raise Invalid(EMPTY)
-    if not isinstance(answer, Motion | Positions):
-        raise Invalid(
-            f"returned a {type(answer).__name__}; return target.motion(...) or target.positions(...)"
-        )
-    if not answer.skeleton.same_as(case.target.skeleton):
-        raise Invalid(
-            f"returned a motion of {answer.character.name!r} with {len(answer.skeleton)} joints; the "
-            f"target is {case.target.name!r} with {len(case.target.skeleton)} joints and its own bones"
-        )
-    if answer.frames != case.source.frames:
-        raise Invalid(f"returned {answer.frames} frames; the source has {case.source.frames}")
-    if abs(answer.fps - case.source.fps) > 1e-6 * case.source.fps:
-        raise Invalid(f"returned {answer.fps:g} frames per second; the source has {case.source.fps:g}")
-    if isinstance(answer, Positions):
-        _all_finite(answer.positions, "position")
-        _all_near(answer.positions)
-        return replace(answer, character=case.target)
-    _all_finite(answer.rotations, "rotation")
-    _all_finite(answer.root, "root position")
-    _all_near(answer.root)
-    lengths = np.linalg.norm(answer.rotations, axis=-1)
-    if (worst := np.abs(lengths - 1).max(initial=0.0)) > UNIT_TOLERANCE:
-        raise Invalid(f"returned quaternions that are not unit (length off by up to {worst:.3g})")
-    return replace(answer, character=case.target)
-
-
-def _all_finite(values: np.ndarray, what: str) -> None:
-    bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
-    if bad.any():
-        raise Invalid(
-            f"returned {int(bad.sum())} frames with a {what} that is not finite, "
-            f"the first being frame {int(bad.argmax())}"
-        )
-
-
-def _all_near(places: np.ndarray) -> None:
-    farthest = np.abs(places).max(initial=0.0)
-    if farthest > FARTHEST:
-        raise Invalid(f"returned places up to {farthest:.3g} m away; lengths are in metres")
 
 
 def as_scored(prediction: Prediction) -> Prediction:
@@ -228,9 +166,10 @@ class ReferenceClips(Sequence[Prediction]):
 
 def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Context:
     """The context of a case, with only those privileged inputs that the method's card declares."""
-    needs = declared(method, "needs")
-    context = Context(seed=seed, ground=case.ground if hasattr(method, "posts") else None)
-    if "training" in declared(method, "uses"):
+    card = method_card(method)
+    needs = card.needs
+    context = Context(seed=seed, ground=case.ground if isinstance(method, Composed) else None)
+    if "training" in card.uses:
         context = replace(context, training=_training(dataset))
     if "reference" in needs:
         context = replace(context, reference=case.reference and case.reference.copy())
@@ -258,7 +197,7 @@ def _training(dataset: Dataset) -> Mapping[str, Mapping[str, TrainingClips]] | N
     """What a data set has to train on; the same object as long as the process lives."""
     if id(dataset) not in _CASTS:
         # the data set is kept beside it, lest another one be given its id
-        _CASTS[id(dataset)] = dataset, getattr(dataset, "training", dict)() or None
+        _CASTS[id(dataset)] = dataset, offers.training(dataset) or None
     return _CASTS[id(dataset)][1]
 
 
@@ -274,10 +213,12 @@ def _clips_of_target(dataset: Dataset, info: CaseInfo, splits: Sequence[str]) ->
 
 def _real_clips(dataset: Dataset, case: Case) -> list[CaseInfo]:
     """Likewise where cases have no references: the real motion that the data set has of the target."""
-    if not callable(real := getattr(dataset, "real", None)):
+    if not offers.offers_real(dataset):
         return []
     found = [
-        info for info in real(case.info.task, case.target.structure) if info.target == case.info.target
+        info
+        for info in dataset.real(case.info.task, case.target.structure)
+        if info.target == case.info.target
     ]
     return sorted(found, key=lambda info: info.clip)
 

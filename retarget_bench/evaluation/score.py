@@ -7,8 +7,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from retarget_bench.api import Case, Metric, Prediction, SetMetric, Value
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.motion.motion import Motion
 from retarget_bench.results.store import Values
 

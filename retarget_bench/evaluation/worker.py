@@ -10,16 +10,17 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench.api import Case, CaseInfo, Prediction
+from retarget_bench.api.offers import offers_real
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict as stage_one
 from retarget_bench.evaluation.plan import Plan, dataset, known_as, method, metrics, set_metrics
-from retarget_bench.evaluation.predict import Invalid, Outcome
+from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.collect import collect
-from retarget_bench.evaluation.set_metrics.real import offers
 from retarget_bench.files import write_text
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.answers import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import CaseResult, ResultPaths
@@ -43,7 +44,7 @@ def work(job: dict[str, Any]) -> list[tuple[ResultPaths, CaseResult]] | Stop:
     plan: Plan = job["plan"]
     know(plan.plugin_files)
     cases, lost = _loaded(job["dataset"], plan.task, job["split"], job["cases"])
-    real = offers(dataset(job["dataset"], plan.task))
+    real = offers_real(dataset(job["dataset"], plan.task))
     found = [
         (place, CaseResult(case, "failed", lost[case]))
         for _, place, wanted in job["cells"]
@@ -175,7 +176,7 @@ def elsewhere(folder: Path, case: Case) -> Outcome:
 def _checked(path: Path, case: Case) -> Outcome:
     try:
         found: Prediction = stage_one.read_prediction(path, case.target, case.source.fps)
-        return Outcome("ok", prediction=stage_one.verified(found, case))
+        return Outcome("ok", prediction=verified(found, case))
     except (Invalid, FileError) as error:
         return Outcome("invalid", str(error))
 

@@ -15,13 +15,13 @@ import numpy as np
 
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import bvh, kinematics, roles, rotation
-from retarget_bench.motion.alignment import BONE_TOLERANCE
 from retarget_bench.motion.body import UP, PosedBody
 from retarget_bench.motion.bvh import Recording
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.findings import Findings, Reading
 from retarget_bench.motion.measures import measure
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.reference_pose import BONE_TOLERANCE
 from retarget_bench.motion.roles import is_quadruped
 from retarget_bench.motion.skeleton import Skeleton
 

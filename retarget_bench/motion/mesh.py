@@ -3,19 +3,29 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import Protocol
 
 import numpy as np
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import kinematics, rotation
-
-if TYPE_CHECKING:
-    from retarget_bench.motion.motion import Motion
-    from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.skeleton import Skeleton
 
 _BLOCK = 64
 """Frames skinned at a time, so that blended transforms of a long clip do not fill the memory."""
+
+
+class MovingJoints(Protocol):
+    """What a mesh needs of a motion."""
+
+    @property
+    def skeleton(self) -> Skeleton: ...
+    @property
+    def frames(self) -> int: ...
+    @property
+    def positions(self) -> np.ndarray: ...
+    @property
+    def global_rotations(self) -> np.ndarray: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,15 +59,14 @@ class Mesh:
         if self.pose is not None and self.pose.shape != (weights[1], 4):
             raise SkeletonError(f"a mesh on {weights[1]} joints has a pose of shape {self.pose.shape}")
 
-    def skinned(self, motion: Motion) -> np.ndarray:
+    def skinned(self, motion: MovingJoints) -> np.ndarray:
         """``(frames, vertices, 3)`` metres: the vertices during a motion (linear blend skinning, Magnenat-
         Thalmann et al. 1988). Raises SkeletonError when the motion has another number of joints.
         """
         skeleton = motion.skeleton
         if len(skeleton) != self.weights.shape[1]:
             raise SkeletonError(
-                f"a mesh on {self.weights.shape[1]} joints cannot follow {motion.character.name}, "
-                f"which has {len(skeleton)}"
+                f"a mesh on {self.weights.shape[1]} joints cannot follow a body of {len(skeleton)} joints"
             )
         places, turned = self.bound(skeleton)
         found = np.empty((motion.frames, *self.vertices.shape))

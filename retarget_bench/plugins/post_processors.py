@@ -10,13 +10,23 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Protocol
 
-from retarget_bench.api import TASKS, BatchMethod, Case, CaseInfo, Context, Method, MethodCard, Prediction
+from retarget_bench.api import (
+    BatchMethod,
+    Case,
+    CaseInfo,
+    Context,
+    Method,
+    MethodCard,
+    Prediction,
+    offers,
+)
+from retarget_bench.api.offers import takes_batches
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.predict import Invalid, declared, takes_batches, verified
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins.answers import Invalid, verified
 
 
 @dataclass(frozen=True)
@@ -71,16 +81,15 @@ class Composed:
 
     @property
     def weights_hash(self) -> str:
-        return str(getattr(self.method, "weights_hash", ""))
+        return offers.weights_hash(self.method)
 
     @property
     def weights_label(self) -> str:
-        return str(getattr(self.method, "weights_label", ""))
+        return offers.weights_label(self.method)
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
-        found: Mapping[str, Sequence[str]] | None = getattr(self.method, "training_manifest", None)
-        return found
+        return offers.method_manifest(self.method)
 
     def supports(self, source: Character, target: Character) -> str | None:
         if reason := self.method.supports(source, target):
@@ -138,21 +147,17 @@ _NO_CASE = CaseInfo("", "retarget", "", "", "", "")
 
 def _card(method: Method, posts: Sequence[Post]) -> MethodCard:
     """The method's card, with what follows it."""
-    card: Any = method.card
+    card = offers.method_card(method)
     cards = [post.card for post in posts]
     then = ", ".join(each.name for each in cards)
-    return MethodCard(
+    return replace(
+        card,
         name="+".join((card.name, *(each.name for each in cards))),
-        summary=f"{getattr(card, 'summary', '')}; then {then}".removeprefix("; "),
-        version=", ".join((str(getattr(card, "version", "")), *(f"{p.name} {p.version}" for p in cards))),
-        paper=getattr(card, "paper", ""),
-        licence=getattr(card, "licence", ""),
-        accepts=declared(method, "accepts") or ("motion",),
-        needs=declared(method, "needs"),
-        uses=declared(method, "uses"),
-        tasks=declared(method, "tasks") or TASKS,
-        control=bool(getattr(card, "control", False)),
-        stochastic=any(getattr(each, "stochastic", False) for each in (card, *cards)),
+        summary=f"{card.summary}; then {then}".removeprefix("; "),
+        version=", ".join((str(card.version), *(f"{each.name} {each.version}" for each in cards))),
+        control=bool(card.control),
+        stochastic=bool(card.stochastic) or any(getattr(each, "stochastic", False) for each in cards),
         default=False,
-        parameters=getattr(card, "parameters", {}),
+        variants=(),
+        reported={},
     )

@@ -15,6 +15,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo, Dataset
+from retarget_bench.api.offers import OffersConditions, OffersUnseen
 from retarget_bench.errors import FileError
 from retarget_bench.files import atomic
 from retarget_bench.motion.character import Character
@@ -38,19 +39,19 @@ def write(place: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
         _path(place, "structures"), STRUCTURES_FIELDS, [(name, bodies[name].structure) for name in targets]
     )
     _write_conditions(place, data, infos)
-    unseen = getattr(data, "unseen", None)
-    if unseen is None:
+    if not isinstance(data, OffersUnseen):
         _path(place, "unseen").unlink(missing_ok=True)
     else:
-        marks = [(info.id, "+".join(sorted(unseen(info)))) for info in infos]
+        marks = [(info.id, "+".join(sorted(data.unseen(info)))) for info in infos]
         _write(_path(place, "unseen"), UNSEEN_FIELDS, sorted(marks))
 
 
 def _write_conditions(place: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
-    conditions = getattr(data, "conditions", None)
-    if conditions is None:
+    if not isinstance(data, OffersConditions):
         return
-    rows = [(info.id, name, f"{number:.9g}") for info in infos for name, number in conditions(info).items()]
+    rows = [
+        (info.id, name, f"{number:.9g}") for info in infos for name, number in data.conditions(info).items()
+    ]
     _write(_path(place, "conditions"), CONDITIONS_FIELDS, sorted(rows))
 
 

@@ -20,7 +20,7 @@ from retarget_bench.tables.model import EMPTY, FAILED, NOT_APPLICABLE, Cell, Foo
 from retarget_bench.tables.model import Column as Heading
 from retarget_bench.tables.model import Row as Line
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
-from retarget_bench.training.train import Asked, Voice, finished, train
+from retarget_bench.training.train import ProgressReporter, TrainingOptions, finished, train
 
 TASK = "retarget"
 PRINTED = "printed"
@@ -33,7 +33,7 @@ Numbers = Mapping[str, Mapping[CaseInfo, float]]
 
 
 @dataclass(frozen=True)
-class Trained:
+class TrainedRow:
     """A row of an ablation with its weights. folder: of the training run."""
 
     row: AblationRow
@@ -47,7 +47,7 @@ class Trained:
 
 
 @dataclass(frozen=True)
-class Told:
+class AblationFacts:
     """What a table says of how its rows came about.
 
     trained, tested: labels of data sets, the same where nothing else was asked. recipe: of every row.
@@ -100,7 +100,9 @@ def check(ablation: Ablation, data: Spec) -> None:
             )
 
 
-def train_rows(ablation: Ablation, asked: Asked, out: Path, voice: Voice) -> list[Trained]:
+def train_rows(
+    ablation: Ablation, asked: TrainingOptions, out: Path, reporter: ProgressReporter
+) -> list[TrainedRow]:
     """Weights for every row, under the same data, seed, preset and budget.
 
     asked: what all rows have in common; its method is the one that rows change. A row that is trained is
@@ -112,15 +114,17 @@ def train_rows(ablation: Ablation, asked: Asked, out: Path, voice: Voice) -> lis
         spec = registry.canonical("methods", asked.method.with_parameters(**row.parameters))
         mine = replace(asked, method=spec, out=out / "train" / spec.slug, resume=True)
         if finished(mine):
-            voice.say(f"{row.label}: trained already ({mine.out})")
+            reporter.say(f"{row.label}: trained already ({mine.out})")
         else:
-            voice.say(f"{row.label}: training {spec}")
-            train(mine, voice)
-        made.append(Trained(row, spec, out / "train" / spec.slug))
+            reporter.say(f"{row.label}: training {spec}")
+            train(mine, reporter)
+        made.append(TrainedRow(row, spec, out / "train" / spec.slug))
     return made
 
 
-def plan_of(ablation: Ablation, trained: Sequence[Trained], data: Spec, out: Path, jobs: int) -> plan.Plan:
+def plan_of(
+    ablation: Ablation, trained: Sequence[TrainedRow], data: Spec, out: Path, jobs: int
+) -> plan.Plan:
     """What has to be predicted and scored on the data set to test on. Raises BenchError; see ``check``."""
     return plan.Plan(
         methods=tuple(dict.fromkeys(each.ready for each in trained)),
@@ -143,7 +147,7 @@ def _metrics(ablation: Ablation) -> tuple[str, ...]:
     return tuple(sorted({names[value] for value in wanted}))
 
 
-def numbers_of(asked: plan.Plan, trained: Sequence[Trained]) -> list[Numbers]:
+def numbers_of(asked: plan.Plan, trained: Sequence[TrainedRow]) -> list[Numbers]:
     """What every row scored, from the results of a plan that was carried out."""
     places: dict[Spec, list[ResultPaths]] = {}
     for cell in plan.evaluation_units(asked):
@@ -165,7 +169,9 @@ def _numbers(places: Sequence[ResultPaths]) -> Numbers:
 
 
 # ------------------------------------------------------------------------------------------ the table
-def table(ablation: Ablation, trained: Sequence[Trained], found: Sequence[Numbers], told: Told) -> Table:
+def table(
+    ablation: Ablation, trained: Sequence[TrainedRow], found: Sequence[Numbers], told: AblationFacts
+) -> Table:
     """Every row twice where it is printed: so, and as it came out here.
 
     Ours are means over clips of means per clip, over the cases that all rows have a number for.

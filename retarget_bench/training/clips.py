@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from retarget_bench.api import Dataset, TrainingClips
+from retarget_bench.api import Dataset, TrainingClips, offers
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.process_pool import Function, LocalPool
 from retarget_bench.plugins.registry import files as plugin_files
@@ -18,20 +18,17 @@ Progress = Callable[[int, int], None]
 
 def training_clips(data: Dataset) -> Cast:
     """What a data set has to train on. Raises NotSupported where that is nothing."""
-    found: Cast = getattr(data, "training", dict)()
+    found = offers.training(data)
     usable = {structure: mine for structure, mine in found.items() if mine}
     if not usable:
-        why = (
-            "; ".join(getattr(data, "training_notes", ())) or "see TrainingDataset in retarget_bench/api.py"
-        )
+        why = "; ".join(offers.training_notes(data)) or "see TrainingDataset in retarget_bench/api"
         raise NotSupported(f"{data.label.strip()} has no training motion; {why}")
     return usable
 
 
 def held_out(data: Dataset) -> Dataset | None:
     """The data set's own validation part: cases that training has no clip of."""
-    found: Dataset | None = getattr(data, "validation", lambda: None)()
-    return found
+    return offers.validation(data)
 
 
 def by_character(

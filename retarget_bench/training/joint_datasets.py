@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 
-from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips
+from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips, offers
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.plan import LOCATIONS
@@ -16,24 +16,24 @@ from retarget_bench.files import free_name
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.clips import Cast, held_out, training_clips
+from retarget_bench.training.clips import held_out, training_clips
 
 
 # -------------------------------------------------------------------------------------------- as specs
-def spec_of(datasets: Sequence[Spec]) -> Spec:
+def joint_spec(datasets: Sequence[Spec]) -> Spec:
     """One spec for all of them, in their order."""
-    first, *others = [each for given in datasets for each in apart(given)]
+    first, *others = [each for given in datasets for each in split_spec(given)]
     return Spec(first.name, first.parameters, tuple(others))
 
 
-def apart(spec: Spec) -> tuple[Spec, ...]:
+def split_spec(spec: Spec) -> tuple[Spec, ...]:
     """The data sets that a spec names."""
     return (spec.alone, *spec.posts)
 
 
 def canonical(spec: Spec) -> Spec:
     """As ``registry.canonical`` gives one data set. Raises BenchError, also where two are the same."""
-    found = [registry.canonical("datasets", each) for each in apart(spec)]
+    found = [registry.canonical("datasets", each) for each in split_spec(spec)]
     for number, each in enumerate(found):
         for other in found[:number]:
             if each == other:
@@ -42,7 +42,7 @@ def canonical(spec: Spec) -> Spec:
                 raise BenchError(
                     f"{other} and {each} are of the same files; one could train on what the other tests"
                 )
-    return spec_of(found)
+    return joint_spec(found)
 
 
 def dataset(spec: Spec) -> Dataset:
@@ -51,13 +51,13 @@ def dataset(spec: Spec) -> Dataset:
 
 
 @cache
-def _several(spec: Spec) -> Together:
-    return Together([plan.dataset(each) for each in apart(spec)])
+def _several(spec: Spec) -> JointDataset:
+    return JointDataset([plan.dataset(each) for each in split_spec(spec)])
 
 
 def tested(spec: Spec) -> Spec | None:
     """The first of the data sets that a spec names to have cases; None where none has."""
-    for each in apart(spec):
+    for each in split_spec(spec):
         data = plan.dataset(each)
         if any(data.cases(RETARGET, split) for split in data.card.splits):
             return each
@@ -80,7 +80,7 @@ class Member:
     names: Mapping[str, str]
 
 
-class Together:
+class JointDataset:
     """What several data sets have: their training motion, what they steer it by, their cases.
 
     Structures of one name are one. A character whose name an earlier data set has too is called
@@ -146,18 +146,16 @@ class Together:
                 )
         return found
 
-    def validation(self) -> Together | None:
+    def validation(self) -> JointDataset | None:
         """The cases of those that have a validation part; None where none has."""
         found = [part for data in self._given if (part := held_out(data)) is not None]
-        return Together(found) if found else None
+        return JointDataset(found) if found else None
 
     @property
     def training_notes(self) -> Sequence[str]:
         """What the data sets leave out of training, and which of them do not steer it though others do."""
         told = [
-            f"{data.label.strip()}: {note}"
-            for data in self._given
-            for note in getattr(data, "training_notes", ())
+            f"{data.label.strip()}: {note}" for data in self._given for note in offers.training_notes(data)
         ]
         unparted = [data.label.strip() for data in self._given if held_out(data) is None]
         if 0 < len(unparted) < len(self._given):
@@ -179,7 +177,7 @@ class Together:
 
 def _names(data: Dataset) -> list[str]:
     """Of all characters that a data set tests and trains on."""
-    moving: Cast = getattr(data, "training", dict)()
+    moving = offers.training(data)
     return sorted({*data.characters(), *(name for mine in moving.values() for name in mine)})
 
 

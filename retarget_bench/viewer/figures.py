@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from retarget_bench.api import Prediction
-from retarget_bench.evaluation.comparison import contact_roles
+from retarget_bench.api.comparison import contact_roles
 from retarget_bench.motion.contact import planted
 from retarget_bench.motion.motion import Motion
 from retarget_bench.viewer.scene import Figure, Part

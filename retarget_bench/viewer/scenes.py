@@ -9,9 +9,9 @@ from dataclasses import replace
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Dataset, Prediction
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.evaluation.predict import Outcome, context_for, predict
 from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.plugins import registry

@@ -11,6 +11,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict
 from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.files import digest
+from retarget_bench.plugins.answers import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import CaseResult, ResultPaths
@@ -55,7 +56,7 @@ class Told:
             return Outcome("missing", "the prediction that is there is not the one that was scored")
         try:
             found: Prediction = predict.read_prediction(path, case.target, case.source.fps)
-            return Outcome("ok", prediction=predict.verified(found, case))
+            return Outcome("ok", prediction=verified(found, case))
         except BenchError as error:
             return Outcome("invalid", str(error))
 

@@ -18,12 +18,11 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from retarget_bench.api import SPLITS, Case, CaseInfo, Context
-from retarget_bench.datasets.puppets import held_out, parts
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.clips import SIZES, clips
-from retarget_bench.datasets.puppets.families import families
-from retarget_bench.datasets.puppets.score import FPS
-from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.datasets.puppets.conventions import FPS
+from retarget_bench.datasets.puppets.corpus.clips import SIZES, clips
+from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, families, only_tested
 from retarget_bench.methods.copy_rotations import plugin as CopyRotations
 from retarget_bench.metrics.contact import plugin as Contact
 from retarget_bench.metrics.plant import plugin as Plant
@@ -73,8 +72,8 @@ def left_out() -> None:
 
 def people() -> None:
     for family in families():
-        held = [name for name, body in family.bodies.items() if parts.held_out(body)]
-        kinds = [kind for kind in family.kinds if kind in held_out.KINDS]
+        held = [name for name, body in family.bodies.items() if only_tested(body)]
+        kinds = [kind for kind in family.kinds if kind in HELD_OUT_KINDS]
         print(f"{family.name}: {len(family.bodies)} bodies, held out {', '.join(held)}")
         print(f"{family.name}: {len(family.kinds)} kinds, held out {', '.join(kinds)}")
 
@@ -85,7 +84,7 @@ def kinds() -> None:
     for family in families():
         for kind, function in family.kinds.items():
             text = " ".join((getattr(function, "func", function).__doc__ or "").split("\n\n")[0].split())
-            held = "yes" if kind in held_out.KINDS else ""
+            held = "yes" if kind in HELD_OUT_KINDS else ""
             print(f"| {kind} | {text.split(': ``')[0].rstrip('.')} | {held} |")
 
 

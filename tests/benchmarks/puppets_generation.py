@@ -23,11 +23,11 @@ MEMORY = 1.5e9
 
 def performed(size: str) -> list[tuple[str, str, str]]:
     """(clip, body, manner) of all motions that the cases of a size consist of, long clips first."""
-    from retarget_bench.datasets.puppets import casting
-    from retarget_bench.datasets.puppets.solved import SECOND, USUAL
+    from retarget_bench.datasets.puppets.corpus.cases import performers
+    from retarget_bench.datasets.puppets.corpus.studio import SECOND, USUAL
 
     found = []
-    for clip, (names, targets) in casting.performers(size, "test", 0).items():
+    for clip, (names, targets) in performers(size, "test", 0).items():
         manners = [(USUAL, names), (SECOND, targets)]
         found += [(clip.frames, clip.name, name, how) for how, chosen in manners for name in chosen]
     return [row[1:] for row in sorted(found, key=lambda row: -row[0])]

@@ -17,9 +17,9 @@ from itertools import permutations
 
 import numpy as np
 
-from retarget_bench.datasets.puppets.anthropometry import ADULT, correlation, drawn
-from retarget_bench.datasets.puppets.build import build
-from retarget_bench.datasets.puppets.characters import BODIES, PEOPLE
+from retarget_bench.datasets.puppets.bodies.characters import BODIES, PEOPLE
+from retarget_bench.datasets.puppets.bodies.proportions import ADULT, correlation, drawn
+from retarget_bench.datasets.puppets.corpus.families import build
 from retarget_bench.datasets.puppets.randomness import Stream
 
 INSIDE = 16.92

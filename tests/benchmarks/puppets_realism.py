@@ -21,8 +21,8 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.datasets.puppets import rigs
-from retarget_bench.datasets.puppets.families import families
+from retarget_bench.datasets.puppets.bodies import rigs
+from retarget_bench.datasets.puppets.corpus.families import families
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.motion import Motion
@@ -177,8 +177,8 @@ def made(group: str) -> Iterator[Motion]:
                 for name in names[number % 4 :: 4]:
                     body = family.bodies[name]
                     solution, who = family.solve(score, body), rigs.character(body)
-                    local = rigs.rotations(solution, body, who)
-                    yield rigs.motion(local, solution.root, who)
+                    local = rigs.rotations(solution.orientations, body, who)
+                    yield who.motion(local, solution.root, FPS)
 
 
 def gathered(motions: Iterator[Motion], group: str) -> dict[str, np.ndarray]:

@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 from PIL import Image, ImageDraw
 
-from retarget_bench.datasets.puppets import rigs
-from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.families import Family, families
+from retarget_bench.datasets.puppets.bodies import rigs
+from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.conventions import FPS
+from retarget_bench.datasets.puppets.corpus.families import Family, families
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.score import FPS
 from retarget_bench.motion.mesh import Mesh
 
 FINE = 3
@@ -72,7 +72,7 @@ class Figure:
         solution = family.solve(score, body)
         who = rigs.character(body)
         assert who.mesh is not None
-        motion = rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
+        motion = who.motion(rigs.rotations(solution.orientations, body, who), solution.root, FPS)
         self.planted, self.mesh = solution.planted, who.mesh
         skin = who.mesh.skinned(motion)
         self.dog = family.name == "dogs"

@@ -19,8 +19,8 @@ from pathlib import Path
 from test_puppets import SAMPLE, sample
 from test_puppets_release import FILE, release
 
-from retarget_bench.datasets.puppets import exclusions
 from retarget_bench.datasets.puppets import plugin as Puppets
+from retarget_bench.datasets.puppets.corpus.clips import EXCLUSIONS, write_exclusions
 
 
 def drawn() -> dict[str, list[list[float]]]:
@@ -33,9 +33,9 @@ def main() -> None:
     parser.add_argument("--release-only", action="store_true")
     options = parser.parse_args()
     if not options.release_only:
-        before = exclusions.FILE.read_text(encoding="utf-8")
-        exclusions.write(options.processes)
-        after = exclusions.FILE.read_text(encoding="utf-8")
+        before = EXCLUSIONS.read_text(encoding="utf-8")
+        write_exclusions(options.processes)
+        after = EXCLUSIONS.read_text(encoding="utf-8")
         print(f"exclusions: {after.count('{') - 1} clips, {'as before' if after == before else 'changed'}")
     with tempfile.TemporaryDirectory() as folder:
         os.environ["RETARGET_BENCH_CACHE"] = folder

@@ -7,7 +7,6 @@ import shutil
 
 import numpy as np
 import pytest
-from conftest import skeleton, structure_a
 
 from retarget_bench.api import SPLITS
 from retarget_bench.datasets.folder import Folder
@@ -17,6 +16,7 @@ from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.poses import poses
 from retarget_bench.training.clips import training_clips
+from tests.datasets.conftest import skeleton, structure_a
 
 CLIPS = [f"take {number}" for number in range(25)]
 

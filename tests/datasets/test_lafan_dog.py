@@ -10,7 +10,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from conftest import plain_rig, skeleton
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -24,6 +23,7 @@ from retarget_bench.motion import bvh, kinematics
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification import contract
+from tests.datasets.conftest import plain_rig, skeleton
 
 PEOPLE = ("dance1_subject1", "ground1_subject5", "push1_subject2", "multipleActions1_subject1")
 DOGS = ("D1_009_KAN01_001", "D1_009_KAN01_002", "D1_047z_KAN01_002", "D1_031_KAN01_001", "D1_003_KAN01_001")

@@ -11,8 +11,8 @@ import pytest
 
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.characters import BODIES
-from retarget_bench.datasets.puppets.clips import clips
+from retarget_bench.datasets.puppets.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.corpus.clips import clips
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.alignment import relative
@@ -209,7 +209,7 @@ def test_no_last_digit_grows(monkeypatch: pytest.MonkeyPatch) -> None:
             score = clip.score()
             for body in list(clip.family.bodies.values())[number % 18 :: 18]:
                 solution = clip.family.solve(score, body)
-                found.append(body.place(solution.turned, solution.root))
+                found.append(body.positions(solution.orientations, solution.root))
         return found
 
     exact, draw = motions(), Stream._units

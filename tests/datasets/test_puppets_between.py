@@ -6,8 +6,9 @@ from collections import Counter
 
 import pytest
 
-from retarget_bench.datasets.puppets import between, held_out
 from retarget_bench.datasets.puppets import plugin as Puppets
+from retarget_bench.datasets.puppets.corpus.cases import between_legs
+from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, HELD_OUT_STRUCTURES
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion.actions import action
 
@@ -116,14 +117,14 @@ def test_what_nobody_saw_in_training_is_known() -> None:
     cast = legs.characters()
     for info in infos:
         unseen = legs.unseen(info)
-        if cast[info.target].structure in held_out.STRUCTURES:
+        if cast[info.target].structure in HELD_OUT_STRUCTURES:
             assert "target" in unseen
-        assert ("kind" in unseen) == (info.clip.rpartition("-")[0] in held_out.KINDS)
+        assert ("kind" in unseen) == (info.clip.rpartition("-")[0] in HELD_OUT_KINDS)
 
 
 def test_nothing_on_stairs_crosses_over() -> None:
     for size, _ in SIZES:
-        assert not [i for i in between.cases(size, "test", 0) if i.clip.startswith("stairs")]
+        assert not [i for i in between_legs(size, "test", 0) if i.clip.startswith("stairs")]
 
 
 def test_mistakes_are_told() -> None:

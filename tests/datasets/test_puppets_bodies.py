@@ -4,28 +4,38 @@ from __future__ import annotations
 
 from collections import Counter
 from dataclasses import fields
+from functools import cache
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import anatomy, rigs, structures
-from retarget_bench.datasets.puppets.abilities import able, reach_of
-from retarget_bench.datasets.puppets.anthropometry import ADULT, STATURE, correlation, drawn, human
-from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.characters import BODIES, CAST
-from retarget_bench.datasets.puppets.performances import KINDS
-from retarget_bench.datasets.puppets.proportions import Proportions
+from retarget_bench.datasets.puppets.bodies import rigs, structures
+from retarget_bench.datasets.puppets.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.bodies.proportions import (
+    ADULT,
+    STATURE,
+    Proportions,
+    correlation,
+    drawn,
+    human,
+)
+from retarget_bench.datasets.puppets.bodies.structures import BODY22, H36M17, STRUCTURES, Body, Structure
+from retarget_bench.datasets.puppets.conventions import SIDES
+from retarget_bench.datasets.puppets.performances.people import KINDS
+from retarget_bench.datasets.puppets.performances.score import Foot, Hand, Plant, Score, Touch, Trunk
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver import solve
-from retarget_bench.datasets.puppets.structures import BODY22, H36M17, STRUCTURES, Structure
+from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
+from retarget_bench.datasets.puppets.solver.people import solve
+from retarget_bench.datasets.puppets.solver.reach import TOUCHES, gaps
+from retarget_bench.datasets.puppets.solver.touch_points import LOW, touch_point
 from retarget_bench.motion import rotation
-from retarget_bench.motion.alignment import reference_pose
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.reference_pose import reference_pose
 from retarget_bench.motion.roles import ESSENTIAL, find, in_order, is_quadruped
 from retarget_bench.motion.structures import S23, S28, reduce
 
-everybody = pytest.mark.parametrize("body", CAST, ids=lambda body: body.name)
+everybody = pytest.mark.parametrize("body", BODIES.values(), ids=lambda body: body.name)
 
 
 # --------------------------------------------------------------------------------------- proportions
@@ -41,7 +51,7 @@ def test_mean_people_are_the_published_ones() -> None:
 
 
 def crown(sizes: Proportions) -> float:
-    return float(BODY22.places(sizes)["head"][1] + sizes.head)
+    return float(BODY22.positions(sizes)["head"][1] + sizes.head)
 
 
 @pytest.mark.parametrize("structure", STRUCTURES.values(), ids=lambda each: each.name)
@@ -50,7 +60,7 @@ def test_people_are_as_tall_as_they_say(structure: Structure) -> None:
     for sex, stature, age in (("woman", 1.5, ADULT), ("man", 2.0, ADULT), ("man", 1.2, 6)):
         sizes = human(sex, stature, age)
         assert all(getattr(sizes, each.name) > 0 for each in fields(sizes) if each.name != "hunch")
-        top = structure.places(sizes)["head"][1] + sizes.head
+        top = structure.positions(sizes)["head"][1] + sizes.head
         assert abs(top - stature) < 1e-9
 
 
@@ -83,33 +93,32 @@ def test_drawn_people_have_the_spreads_and_correlations_of_the_tables() -> None:
 def test_masses_add_up_and_balance_on_the_middle() -> None:
     body = BODIES["ada"]
     still = np.tile(np.eye(3), (1, len(body.structure.parts), 1, 1))
-    places = body.place(still, body.offsets[:1])
-    centre = anatomy.centre_of_mass(body, places)[0]
+    places = body.positions(still, body.offsets[:1])
+    centre = centre_of_mass(body, places)[0]
     # a standing woman's centre of mass lies at 53 to 60 % of her stature (de Leva 1996: 57 %)
     assert 0.53 < centre[1] / 1.629 < 0.60
     assert abs(centre[0]) < 1e-9
-    moved = anatomy.centre_of_mass(body, places + np.array([1.0, 2.0, 3.0]))[0]
+    moved = centre_of_mass(body, places + np.array([1.0, 2.0, 3.0]))[0]
     np.testing.assert_allclose(moved - centre, [1.0, 2.0, 3.0])
 
 
 # ---------------------------------------------------------------------------------------------- cast
 def test_the_cast_is_large_enough_and_part_of_it_held_out() -> None:
-    count = Counter(body.structure.name for body in CAST)
-    assert len(BODIES) == len(CAST)
+    count = Counter(body.structure.name for body in BODIES.values())
     for structure, least in {"body22": 12, "body28": 12, "body23": 6, "h36m17": 6}.items():
         assert count[structure] >= least
-        mine = [body for body in CAST if body.structure.name == structure]
+        mine = [body for body in BODIES.values() if body.structure.name == structure]
         held = sum(body.held_out for body in mine)
         assert held == len(mine) if structure == "h36m17" else 0.25 <= held / len(mine) <= 0.5
         assert {body.rest for body in mine} == set(rigs.RESTS)
 
 
 def test_the_page_about_the_bodies_says_who_there_is() -> None:
-    page = Path(structures.__file__).with_name("BODIES.md").read_text()
+    page = Path(structures.__file__).with_name("README.md").read_text()
     rows = [[cell.strip() for cell in line.split("|")[1:-1]] for line in page.splitlines()]
     told = {row[0]: row for row in rows if len(row) == 8 and row[0] in BODIES}
     assert list(told) == list(BODIES)
-    for body in CAST:
+    for body in BODIES.values():
         _, structure, _, _, stature, legs, arms, held = told[body.name]
         p = body.proportions
         assert structure == body.structure.name
@@ -122,7 +131,7 @@ def test_the_page_about_the_bodies_says_who_there_is() -> None:
 def test_no_two_bodies_are_alike() -> None:
     """Largest difference of any bone, shares of stature, after taking out size."""
     shapes = {}
-    for body in CAST:
+    for body in BODIES.values():
         p = body.proportions
         values = [p.thigh, p.shank, p.upper_arm, p.forearm, p.trunk, p.head, p.shoulder_half, p.hip_half]
         shapes[body.name] = np.array(values) / crown(p)
@@ -175,7 +184,7 @@ def test_the_reference_pose_is_the_t_pose(body: Body) -> None:
     """Every joint where the T-pose has it, however the rest pose is drawn."""
     who = rigs.character(body)
     still = who.motion(who.reference_pose[None], body.offsets[:1], 30.0)
-    places = body.structure.places(body.proportions)
+    places = body.structure.positions(body.proportions)
     for joint, part in enumerate(body.structure.parts[: body.structure.joints]):
         np.testing.assert_allclose(still.positions[0, joint], places[part], atol=1e-9)
 
@@ -210,7 +219,7 @@ def test_measures_are_those_of_the_proportions(body: Body) -> None:
     assert 0.9 * crown(p) < sizes.h4 < 1.02 * crown(p)
 
 
-@pytest.mark.parametrize("name", [body.name for body in CAST if body.rest == "along_x"])
+@pytest.mark.parametrize("name", [body.name for body in BODIES.values() if body.rest == "along_x"])
 def test_the_engine_finds_limbs_along_one_axis_from_a_sample(name: str) -> None:
     """Of bones along X the rest pose tells nothing; a few seconds of motion do. The slope of the spine is
     each rig's own affair."""
@@ -219,7 +228,7 @@ def test_the_engine_finds_limbs_along_one_axis_from_a_sample(name: str) -> None:
     solutions = [
         solve(KINDS[kind](Stream("sample", kind), 150), body) for kind in ("walk", "wave", "squat")
     ]
-    sample = np.concatenate([rigs.rotations(each, body, who) for each in solutions])
+    sample = np.concatenate([rigs.rotations(each.orientations, body, who) for each in solutions])
     told = Character.of(name, who.skeleton, roles=who.roles, sample=sample)
     apart = np.degrees(rotation.angle(told.reference_globals, who.reference_globals))
     limbs = [
@@ -234,7 +243,7 @@ def test_joints_that_never_turn_have_no_rotation() -> None:
     for name in ("clara", "leo", "quinn", "rosa"):
         body = BODIES[name]
         who = rigs.character(body)
-        local = rigs.rotations(solve(KINDS["squat"](Stream("still"), 60), body), body, who)
+        local = rigs.rotations(solve(KINDS["squat"](Stream("still"), 60), body).orientations, body, who)
         silent = [body.part[part] for part in body.structure.silent]
         np.testing.assert_allclose(np.abs(local[:, silent, 0]), 1.0, atol=1e-9)
 
@@ -266,11 +275,62 @@ def test_structures_are_those_of_the_papers() -> None:
 
 
 def test_contacts_are_of_joints_that_there_are() -> None:
-    assert rigs.contact_roles(BODIES["hugo"]) == ("left_foot", "right_foot")
-    assert len(rigs.contact_roles(BODIES["ada"])) == 4
+    assert BODIES["hugo"].structure.labelled == ("left_foot", "right_foot")
+    assert len(BODIES["ada"].structure.labelled) == 4
 
 
 # --------------------------------------------------------------------------------------------- reach
+_FRAMES = 9
+_EVER = 10_000
+
+
+def able(body: Body, name: str, side: str) -> bool:
+    """Whether the hand of a side can be put on a place (``left_hip``, ``right_head`` ...)."""
+    return reach_of(body, name, side) <= TOUCHES
+
+
+@cache
+def reach_of(body: Body, name: str, side: str) -> float:
+    """Metres by which the hand of a side falls short of a place, or must stay away from one too near.
+
+    Measured on the solver's own answer: standing upright, the other hand before the belly; crouching for
+    places on the legs.
+    """
+    scores = [_probe(name, side, *each) for each in _CROUCHING if touch_point(name, body).part in LOW]
+    scores = scores or [_probe(name, side, 0.99, 0.0)]
+    return min(gaps(score, body, solve(score, body))[side, name] for score in scores)
+
+
+_CROUCHING = ((0.7, 0.45), (0.5, 0.7))
+"""Height of the hip joints, leg lengths, and lean of pelvis and spine each, radians."""
+
+
+def _probe(name: str, side: str, height: float, bent: float) -> Score:
+    """Holding still with one hand on a place."""
+    still = np.zeros(_FRAMES)
+    lean = np.zeros((_FRAMES, 3))
+    lean[:, 1] = bent
+    plant = Plant((0.0, 0.0), 1.2, 0.0, 0.15, -_EVER, -_EVER, _EVER, _EVER)
+    return Score(
+        kind="probe",
+        heading=still,
+        path=np.zeros((_FRAMES, 2)),
+        sway=np.zeros((_FRAMES, 2)),
+        height=still + height,
+        balance=still + 1.0,
+        support=still + 0.5,
+        trunk=Trunk(lean, lean, 0.5 * lean),
+        feet={each: Foot((plant,), still) for each in SIDES},
+        hands={each: _hand((Touch(name, still + 1.0),) if each == side else ()) for each in SIDES},
+    )
+
+
+def _hand(touches: tuple[Touch, ...]) -> Hand:
+    still = np.zeros(_FRAMES)
+    before = np.tile([0.0, -0.35, 0.50], (_FRAMES, 1))
+    return Hand(before, still + 0.5, still + 1.0, still, np.zeros((_FRAMES, 3)), touches)
+
+
 OWN = ("left_hip", "left_knee", "left_toe", "left_head", "left_brow")
 OTHER = ("right_palm", "right_upper_arm", "right_elbow", "right_shoulder", "right_chest", "right_ribs")
 
@@ -284,7 +344,7 @@ def test_people_reach_everywhere(name: str) -> None:
     ("place", "far"), [("head", {"gibbon"}), ("brow", {"gibbon", "boulder", "titan"}), ("hip", set())]
 )
 def test_who_does_not_is_on_the_page(place: str, far: set[str]) -> None:
-    assert {body.name for body in CAST if not able(body, f"left_{place}", "left")} == far
+    assert {body.name for body in BODIES.values() if not able(body, f"left_{place}", "left")} == far
 
 
 def test_some_caricatures_do_not() -> None:

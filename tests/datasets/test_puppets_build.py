@@ -9,11 +9,9 @@ import pytest
 from scipy.stats import chi2
 
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.anthropometry import correlation, drawn
-from retarget_bench.datasets.puppets.build import RATIOS, build, unlikeness
-from retarget_bench.datasets.puppets.characters import BODIES, PEOPLE
-from retarget_bench.datasets.puppets.families import families
-from retarget_bench.datasets.puppets.parts import bodies
+from retarget_bench.datasets.puppets.bodies.characters import BODIES, PEOPLE
+from retarget_bench.datasets.puppets.bodies.proportions import correlation, drawn
+from retarget_bench.datasets.puppets.corpus.families import RATIOS, bodies_of, build, families, unlikeness
 from retarget_bench.datasets.puppets.randomness import Stream
 
 
@@ -47,7 +45,7 @@ def test_unlikeness_is_a_distance_that_no_last_digit_moves(family) -> None:
 def test_cases_prefer_pairs_of_unlike_build(size: str, split: str) -> None:
     """They are more unlike than if every body met all its partners equally often."""
     people = families()[0]
-    unlike, names = unlikeness(people), bodies(people, "test")
+    unlike, names = unlikeness(people), bodies_of(people, "test")
 
     def partners(a: str) -> list[str]:
         same = people.bodies[a].structure

@@ -7,9 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench.datasets.puppets import held_out, parts
-from retarget_bench.datasets.puppets.corpus import VERSION
-from retarget_bench.datasets.puppets.families import families
+from retarget_bench.datasets.puppets.corpus.dataset import VERSION
+from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, families, only_tested
 
 ROOT = Path(__file__).parents[2]
 PLACE = ROOT / "datasets" / "puppets" / "README.md"
@@ -27,7 +26,7 @@ def rows(first: str) -> dict[str, list[str]]:
 def test_every_kind_is_listed_and_those_held_out_are_marked() -> None:
     listed = {kind: cells[-1] for kind, cells in rows("kind").items()}
     assert list(listed) == [kind for family in families() for kind in family.kinds]
-    assert {kind for kind, mark in listed.items() if mark} == {k for k in listed if k in held_out.KINDS}
+    assert {kind for kind, mark in listed.items() if mark} == {k for k in listed if k in HELD_OUT_KINDS}
 
 
 def test_every_body_is_listed_in_its_joint_set() -> None:
@@ -36,7 +35,7 @@ def test_every_body_is_listed_in_its_joint_set() -> None:
             joints, named, held = rows("joint set")[body.structure.name]
             assert int(joints) == body.structure.joints
             assert name in named.split(", ")
-            assert parts.held_out(body) == (held == "all" or name in held.split(", "))
+            assert only_tested(body) == (held == "all" or name in held.split(", "))
 
 
 def test_it_is_of_this_version() -> None:

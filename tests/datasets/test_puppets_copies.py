@@ -9,9 +9,8 @@ from itertools import combinations, product
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import parts
-from retarget_bench.datasets.puppets.clips import Clip, clips, training_clips
-from retarget_bench.datasets.puppets.families import families
+from retarget_bench.datasets.puppets.corpus.clips import Clip, clips, training_clips
+from retarget_bench.datasets.puppets.corpus.families import bodies_of, families
 
 EVERY = 3
 """Of the frames that are compared: ten a second."""
@@ -26,13 +25,15 @@ def trajectory(clip: Clip) -> np.ndarray:
     one way, in shares of the body's height; so that neither place, heading nor build tells clips apart."""
     body = next(iter(clip.family.bodies.values()))
     solution = clip.family.solve(clip.score(), body)
-    places = body.place(solution.turned, solution.root)[::EVERY]
+    places = body.positions(solution.orientations, solution.root)[::EVERY]
     from_root = places - places[:, :1]
-    ahead = solution.turned[::EVERY, 0, :, 2]
+    ahead = solution.orientations[::EVERY, 0, :, 2]
     yaw = np.arctan2(ahead[:, 0], ahead[:, 2])
     c, s = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
     x, y, z = np.moveaxis(from_root, -1, 0)
-    height = np.ptp(body.place(np.tile(np.eye(3), (1, len(body.offsets), 1, 1)), np.zeros((1, 3)))[..., 1])
+    height = np.ptp(
+        body.positions(np.tile(np.eye(3), (1, len(body.offsets), 1, 1)), np.zeros((1, 3)))[..., 1]
+    )
     return np.stack([c * x - s * z, y, s * x + c * z], axis=-1).reshape(len(places), -1) / height
 
 
@@ -61,7 +62,7 @@ def nearest(pairs: Iterable[tuple[Clip, Clip]]) -> tuple[float, str, str]:
 
 def trained(size: str) -> Iterator[Clip]:
     for family in families():
-        for body in parts.bodies(family, "train"):
+        for body in bodies_of(family, "train"):
             yield from training_clips(size, body, 0)
 
 

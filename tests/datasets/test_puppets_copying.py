@@ -14,7 +14,7 @@ from puppets_facts import Row, best, mean
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.families import families
+from retarget_bench.datasets.puppets.corpus.families import families
 
 EACH = 2
 """Cases of every kind of performance by people, in either split."""

@@ -7,16 +7,19 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import held_out, rigs
-from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.quadruped.dogs import DOG21, DOGS, PAWS, dog
-from retarget_bench.datasets.puppets.quadruped.kinds import KINDS
-from retarget_bench.datasets.puppets.quadruped.paws import sizes_of
-from retarget_bench.datasets.puppets.quadruped.score import LIMBS, DogScore
-from retarget_bench.datasets.puppets.quadruped.sequencing import BRIDGE, PARTS, sequence
-from retarget_bench.datasets.puppets.quadruped.solver import SECOND, solve
+from retarget_bench.datasets.puppets.bodies import rigs
+from retarget_bench.datasets.puppets.bodies.characters import DOGS
+from retarget_bench.datasets.puppets.bodies.dogs import DOG21, PAWS
+from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.conventions import FPS
+from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS
+from retarget_bench.datasets.puppets.performances.dogs import KINDS
+from retarget_bench.datasets.puppets.performances.dogs.sequencing import BRIDGE, PARTS, sequence
+from retarget_bench.datasets.puppets.performances.score import LIMBS, DogScore
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver import Solution
+from retarget_bench.datasets.puppets.solver.dogs import SECOND, solve
+from retarget_bench.datasets.puppets.solver.paws import sizes_of
+from retarget_bench.datasets.puppets.solver.pose import Solution
 from retarget_bench.motion import rotation
 from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.character import Character
@@ -64,17 +67,17 @@ class Take:
 
 @pytest.fixture(scope="module")
 def pack() -> dict[str, Character]:
-    return {body.name: rigs.character(body) for body in DOGS}
+    return {body.name: rigs.character(body) for body in DOGS.values()}
 
 
 @pytest.fixture(scope="module", params=KINDS)
 def takes(request: pytest.FixtureRequest, pack: dict[str, Character]) -> list[Take]:
     kind, found = request.param, []
-    for number, body in enumerate(DOGS):
+    for number, body in enumerate(DOGS.values()):
         name = f"{kind}-{number % 3}"
         score = KINDS[kind](Stream("dogs", "quality", name), FRAMES.get(kind, USUAL_FRAMES))
         solution, who = solve(score, body), pack[body.name]
-        motion = rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
+        motion = who.motion(rigs.rotations(solution.orientations, body, who), solution.root, FPS)
         found.append(Take(f"{body.name}/{name}", body, score, solution, motion))
     return found
 
@@ -207,7 +210,7 @@ def test_gaits_go_as_fast_as_they_say(takes: list[Take]) -> None:
 def test_second_answers_keep_every_paw(takes: list[Take]) -> None:
     for take in takes:
         other = solve(take.score, take.body, SECOND)
-        places = take.body.place(other.turned, other.root)
+        places = take.body.positions(other.orientations, other.root)
         joints = [take.body.part[role] for role in PAWS]
         apart = np.linalg.norm(places[:, joints] - take.paws, axis=-1)
         assert apart[take.solution.planted].max() < 1e-3, take.name
@@ -217,19 +220,20 @@ def test_second_answers_keep_every_paw(takes: list[Take]) -> None:
 
 def test_the_engine_knows_dogs_for_what_they_are(pack: dict[str, Character]) -> None:
     """Roles as the engine would find them from the names alone; every rig stands alike."""
-    for body in DOGS:
+    for body in DOGS.values():
         who = pack[body.name]
         assert find(who.skeleton) == who.roles == DOG21.roles
         assert is_quadruped(who.skeleton, who.roles)
         assert who.measures.leg_length == pytest.approx(body.proportions.thigh + body.proportions.shank)
-    assert len({body.rest for body in DOGS}) >= 3
+    assert len({body.rest for body in DOGS.values()}) >= 3
 
 
 def test_dogs_differ_in_build() -> None:
     """Copying angles cannot be right: legs against back differ by more than a factor of two."""
-    ratios = [sizes_of(body).leg / sizes_of(body).trunk for body in DOGS]
+    ratios = [sizes_of(body).leg / sizes_of(body).trunk for body in DOGS.values()]
     assert max(ratios) / min(ratios) > 2.0
-    assert dog(0.6).leg / 0.6 == pytest.approx(dog(0.3).leg / 0.3)
+    rex = sizes_of(DOGS["rex"])
+    assert rex.scaled(0.5).leg == pytest.approx(0.5 * rex.leg)
 
 
 # ----------------------------------------------------------------------------------------- sequences
@@ -242,7 +246,7 @@ def test_sequences_say_what_is_done_when(frames: int) -> None:
     assert (score.acts[0].first, score.acts[-1].end) == (0, frames)
     kinds = [act.kind for act in score.acts if act.kind != "transition"]
     assert kinds[0] != "dog_stand"
-    assert set(kinds) <= set(PARTS) <= set(KINDS) - set(held_out.KINDS)
+    assert set(kinds) <= set(PARTS) <= set(KINDS) - set(HELD_OUT_KINDS)
     if frames == 1800:
         assert set(kinds) == set(PARTS)
     for first, second in zip(score.acts, score.acts[1:], strict=False):

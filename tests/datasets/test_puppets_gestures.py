@@ -7,26 +7,28 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.characters import BODIES
-from retarget_bench.datasets.puppets.limbs import to_vector
-from retarget_bench.datasets.puppets.performances import (
+from retarget_bench.datasets.puppets.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.conventions import SIDES, sign
+from retarget_bench.datasets.puppets.matrices import to_vector
+from retarget_bench.datasets.puppets.performances.fading import bridged
+from retarget_bench.datasets.puppets.performances.people import (
     FROM_STAND_TO_STAND,
     KINDS,
     LEAST,
     STRUNG,
     sequence,
 )
-from retarget_bench.datasets.puppets.performances.arms import Move, Shape, moving
-from retarget_bench.datasets.puppets.performances.fading import bridged
-from retarget_bench.datasets.puppets.performances.sequencing import BRIDGE, joined, stands
-from retarget_bench.datasets.puppets.performances.style import Style
-from retarget_bench.datasets.puppets.places import _KINDS as PLACES
-from retarget_bench.datasets.puppets.places import place, resting, touching
+from retarget_bench.datasets.puppets.performances.people.arms import Move, Shape, moving
+from retarget_bench.datasets.puppets.performances.people.sequencing import BRIDGE, joined, stands
+from retarget_bench.datasets.puppets.performances.people.style import Style
+from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.reach import out_of_reach
-from retarget_bench.datasets.puppets.score import SIDES, Score, sign
-from retarget_bench.datasets.puppets.solver import Solution, solve
+from retarget_bench.datasets.puppets.solver.people import solve
+from retarget_bench.datasets.puppets.solver.pose import Solution
+from retarget_bench.datasets.puppets.solver.reach import out_of_reach
+from retarget_bench.datasets.puppets.solver.touch_points import KINDS as PLACES
+from retarget_bench.datasets.puppets.solver.touch_points import resting, touch_point, touching
 
 ADA = BODIES["ada"]
 
@@ -38,7 +40,10 @@ def drawn(kind: str, frames: int = 120, number: int = 0) -> Score:
 def point(body: Body, solution: Solution, part: str, at: np.ndarray) -> np.ndarray:
     """``(frames, 3)`` metres: a point of a joint's bone, given in the T-pose's axes."""
     joint = body.part[part]
-    return body.place(solution.turned, solution.root)[:, joint] + solution.turned[:, joint] @ at
+    return (
+        body.positions(solution.orientations, solution.root)[:, joint]
+        + solution.orientations[:, joint] @ at
+    )
 
 
 # ------------------------------------------------------------------------------------------- places
@@ -46,7 +51,7 @@ def point(body: Body, solution: Solution, part: str, at: np.ndarray) -> np.ndarr
 @pytest.mark.parametrize("body", ["ada", "pip", "titan"])
 def test_places_are_mirrored_and_hands_rest_flat_on_them(name: str, body: str) -> None:
     who, mirror = BODIES[body], np.array([-1.0, 1.0, 1.0])
-    left, right = (place(f"{side}_{name}", who) for side in SIDES)
+    left, right = (touch_point(f"{side}_{name}", who) for side in SIDES)
     assert left.part.replace("left", "right") == right.part
     for a, b in ((left.at, right.at), (left.normal, right.normal), (left.along, right.along)):
         np.testing.assert_allclose(a * mirror, b, atol=1e-12)
@@ -79,7 +84,10 @@ def test_palms_meet_at_every_clap_and_only_then() -> None:
         solution = solve(score, body)
         palms = [
             point(
-                body, solution, f"{side}_hand", touching(place("left_palm", body), side, body.proportions)
+                body,
+                solution,
+                f"{side}_hand",
+                touching(touch_point("left_palm", body), side, body.proportions),
             )
             for side in SIDES
         ]
@@ -153,11 +161,11 @@ def test_a_minute_of_many_kinds_is_one_motion() -> None:
     for name in ("ada", "pip", "clara"):
         body = BODIES[name]
         solution = solve(score, body)
-        places = body.place(solution.turned, solution.root)
+        places = body.positions(solution.orientations, solution.root)
         parts = ("left_foot", "left_toe", "right_foot", "right_toe")
         steps = np.linalg.norm(np.diff(places[:, [body.part[part] for part in parts]], axis=0), axis=-1)
         assert steps[solution.planted[1:]].max() < 1e-6
-        turns = to_vector(np.swapaxes(solution.turned[:-1], -1, -2) @ solution.turned[1:])
+        turns = to_vector(np.swapaxes(solution.orientations[:-1], -1, -2) @ solution.orientations[1:])
         assert np.degrees(np.linalg.norm(turns, axis=-1)).max() < 40.0
         force = (
             np.linalg.norm(np.diff(places, 2, axis=0), axis=-1) * 900.0 / 9.81 / body.proportions.leg * 0.9

@@ -8,11 +8,17 @@ from dataclasses import replace
 import pytest
 
 from retarget_bench.api import SPLITS, CaseInfo
-from retarget_bench.datasets.puppets import exclusions, held_out, parts
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.clips import clips
-from retarget_bench.datasets.puppets.families import families
-from retarget_bench.datasets.puppets.reach import TOUCHES, out_of_reach
+from retarget_bench.datasets.puppets.corpus.clips import clips, shortfalls, unable
+from retarget_bench.datasets.puppets.corpus.families import (
+    HELD_OUT_KINDS,
+    HELD_OUT_STRUCTURES,
+    VALIDATION_BODIES,
+    bodies_of,
+    families,
+    kinds_of,
+)
+from retarget_bench.datasets.puppets.solver.reach import TOUCHES, out_of_reach
 
 ALL = tuple(name for family in families() for name in family.bodies)
 
@@ -51,8 +57,8 @@ def test_every_character_and_kind_is_in_every_split(size: str, part: str, most: 
     del most
     data = Puppets(size=size, part=part)
     for family in families():
-        names, kinds = parts.bodies(family, part), parts.kinds(family, part)
-        aside = {name for name in names if name in held_out.ASIDE and part == "validation"}
+        names, kinds = bodies_of(family, part), kinds_of(family, part)
+        aside = {name for name in names if name in VALIDATION_BODIES and part == "validation"}
         structures = {family.bodies[name].structure.name for name in names}
         for split in SPLITS:
             mine = [info for info in data.cases("retarget", split) if info.kind in kinds]
@@ -99,7 +105,7 @@ def test_training_is_unpaired_and_without_what_is_held_out() -> None:
     seen = data.training_manifest()
     names: list[str] = []
     for structure, mine in data.training().items():
-        assert structure not in held_out.STRUCTURES
+        assert structure not in HELD_OUT_STRUCTURES
         assert structure in seen["structures"]
         for name, own in mine.items():
             assert name in seen["characters"]
@@ -109,7 +115,7 @@ def test_training_is_unpaired_and_without_what_is_held_out() -> None:
             names += own.names
     kinds = {name.split("-")[0] for name in names}
     assert kinds == set(seen["kinds"])
-    assert not kinds & set(held_out.KINDS)
+    assert not kinds & set(HELD_OUT_KINDS)
     assert len(set(names)) == len(names)
     one = next(iter(data.training()["body22"].values()))
     assert one[0].frames == one[:1].frames
@@ -163,8 +169,8 @@ def test_bodies_are_left_out_of_what_they_cannot_reach() -> None:
     for number, clip in enumerate(clips("tiny", 0)):
         assert clip.name in listed
         known = left_out.get(clip.name, {})
-        tried = tuple({*known, *parts.bodies(clip.family, "test")[number % 6 :: 6]})
-        short = exclusions.found(clip, tried)
+        tried = tuple({*known, *bodies_of(clip.family, "test")[number % 6 :: 6]})
+        short = shortfalls(clip, tried)
         assert set(short) == set(known) & set(tried), clip.name
         for name, gap in short.items():
             assert gap > TOUCHES
@@ -176,9 +182,9 @@ def test_bodies_are_left_out_of_what_they_cannot_reach() -> None:
 
 def test_another_seed_finds_its_own_exclusions() -> None:
     """They are solved for when they are asked for, with the same outcome as for the published corpus."""
-    clip = next(clip for clip in clips("tiny", 0) if exclusions.unable(clip, ALL))
+    clip = next(clip for clip in clips("tiny", 0) if unable(clip, ALL))
     other = replace(clip, seed=5)
-    short = exclusions.unable(other, tuple(clip.family.bodies))
+    short = unable(other, tuple(clip.family.bodies))
     for name in list(clip.family.bodies)[::9]:
         body, score = clip.family.bodies[name], other.score()
         gaps = out_of_reach(score, body, clip.family.solve(score, body))

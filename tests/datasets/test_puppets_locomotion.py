@@ -8,15 +8,17 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import grounds
-from retarget_bench.datasets.puppets.anatomy import centre_of_mass
-from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.characters import BODIES
-from retarget_bench.datasets.puppets.performances import KINDS
-from retarget_bench.datasets.puppets.performances.walking import walk
+from retarget_bench.datasets.puppets.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.conventions import SIDES, sign
+from retarget_bench.datasets.puppets.performances.people import KINDS
+from retarget_bench.datasets.puppets.performances.people.walking import walk
+from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.score import SIDES, Score, sign
-from retarget_bench.datasets.puppets.solver import Solution, solve
+from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
+from retarget_bench.datasets.puppets.solver.people import solve
+from retarget_bench.datasets.puppets.solver.pose import Solution
+from retarget_bench.datasets.puppets.solver.reach import ground, stairs_misfit
 from retarget_bench.motion.ground import ground_height
 
 FLYING = ("jog", "run", "jump", "leap", "hop")
@@ -32,7 +34,7 @@ def score(kind: str, number: int = 0, frames: int = 120) -> Score:
 def solved(kind: str, number: int, name: str) -> tuple[Body, Solution, np.ndarray]:
     body = BODIES[name]
     solution = solve(score(kind, number), body)
-    return body, solution, body.place(solution.turned, solution.root)
+    return body, solution, body.positions(solution.orientations, solution.root)
 
 
 def knee(body: Body, places: np.ndarray, side: str) -> np.ndarray:
@@ -148,7 +150,7 @@ def test_most_walk_ordinarily_and_some_do_not() -> None:
     for number in range(30):
         body, this = BODIES["boris"], walk(Stream("puppets", "walkers", number), 70, mode="steady")
         solution = solve(this, body)
-        places = body.place(solution.turned, solution.root)
+        places = body.positions(solution.orientations, solution.root)
         trunk = places[:, body.part["neck"]] - places[:, body.part["hips"]]
         forward = (trunk[:, [0, 2]] * ahead(this.heading)).sum(axis=-1)
         leans.append(np.degrees(np.median(np.arctan2(forward, trunk[:, 1]))))
@@ -222,13 +224,15 @@ def test_nobody_is_in_the_stairs(kind: str, name: str) -> None:
     for number in range(2):
         this = score(kind, number)
         body, solution, places = solved(kind, number, name)
-        floor, sizes = grounds.ground(this, body), body.proportions
-        assert grounds.misfit(this, body, solution) < 0.005
+        floor, sizes = ground(this, body), body.proportions
+        assert stairs_misfit(this, body, solution) < 0.005
         points = [places[:, joint] for joint in range(places.shape[1])]
         for side in SIDES:
             foot, toe = body.part[f"{side}_foot"], body.part[f"{side}_toe"]
-            heel = places[:, foot] + solution.turned[:, foot] @ np.array([0, -sizes.ankle, -sizes.heel])
-            points += [heel, places[:, toe] + solution.turned[:, toe] @ np.array([0, 0, sizes.toes])]
+            heel = places[:, foot] + solution.orientations[:, foot] @ np.array(
+                [0, -sizes.ankle, -sizes.heel]
+            )
+            points += [heel, places[:, toe] + solution.orientations[:, toe] @ np.array([0, 0, sizes.toes])]
         depth = [ground_height(floor, point[:, 0], point[:, 2]) - point[:, 1] for point in points]
         assert np.max(depth) < 0.005
         for column, part in ((0, "left_foot"), (2, "right_foot")):
@@ -253,4 +257,4 @@ def test_stairs_grow_with_the_performer() -> None:
 
 
 def test_a_flat_floor_is_flat() -> None:
-    assert grounds.ground(score("walk"), BODIES["ada"]).heights is None
+    assert ground(score("walk"), BODIES["ada"]).heights is None

@@ -8,15 +8,16 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import exclusions, held_out, parts
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.families import families
-from retarget_bench.datasets.puppets.matched import LOCOMOTION, Match, Performance, going
-from retarget_bench.datasets.puppets.performances import KINDS as PEOPLE
-from retarget_bench.datasets.puppets.quadruped.dogs import DOGS, PAWS
-from retarget_bench.datasets.puppets.quadruped.matching import PARTNERS, follow
-from retarget_bench.datasets.puppets.quadruped.solver import solve
+from retarget_bench.datasets.puppets.bodies.characters import DOGS
+from retarget_bench.datasets.puppets.bodies.dogs import PAWS
+from retarget_bench.datasets.puppets.corpus.clips import shortfalls
+from retarget_bench.datasets.puppets.corpus.families import HELD_OUT_KINDS, bodies_of, families
+from retarget_bench.datasets.puppets.corpus.matched import LOCOMOTION, Match, Performance, going
+from retarget_bench.datasets.puppets.performances.dogs.following import PARTNERS, follow
+from retarget_bench.datasets.puppets.performances.people import KINDS as PEOPLE
 from retarget_bench.datasets.puppets.randomness import Stream
+from retarget_bench.datasets.puppets.solver.dogs import solve
 from retarget_bench.motion.motion import Motion
 
 SPEED = 0.2
@@ -53,9 +54,9 @@ def test_dogs_follow_people(kind: str) -> None:
         score = follow(Stream("dogs", "follower", kind, number), leader)
         assert score is not None
         assert score.kind == PARTNERS[kind]
-        body = DOGS[number % len(DOGS)]
+        body = list(DOGS.values())[number % len(DOGS)]
         solution = solve(score, body)
-        places = body.place(solution.turned, solution.root)
+        places = body.positions(solution.orientations, solution.root)
         steps = np.linalg.norm(np.diff(places[:, [body.part[role] for role in PAWS]], axis=0), axis=-1)
         assert steps[solution.planted[1:]].max() < 1e-3
 
@@ -73,16 +74,14 @@ def test_lists_are_fixed_and_balanced(size: str) -> None:
     people, dogs = families()
     for part in ("train", "test"):
         listed = data.matched(part)
-        structures = {people.bodies[name].structure.name for name in parts.bodies(people, part)}
+        structures = {people.bodies[name].structure.name for name in bodies_of(people, part)}
         assert set(listed) == {(name, "dog21") for name in structures}
         for pair, matches in listed.items():
             assert list(matches) == list(again.matched(part)[pair])
             for family, side in ((people, "biped"), (dogs, "dog")):
                 names = Counter(getattr(match, side)[1] for match in matches)
                 known = {
-                    name
-                    for name in parts.bodies(family, part)
-                    if family.bodies[name].structure.name in pair
+                    name for name in bodies_of(family, part) if family.bodies[name].structure.name in pair
                 }
                 assert set(names) == known
                 assert max(names.values()) <= min(names.values()) + 4
@@ -108,7 +107,7 @@ def test_train_and_test_share_nothing() -> None:
                     for clip, body in (match.biped, match.dog):
                         names.append(clip.name)
                         assert part == "test" or body in seen["characters"]
-                        assert clip.kind not in held_out.KINDS
+                        assert clip.kind not in HELD_OUT_KINDS
         names += [name for mine in data.training().values() for c in mine.values() for name in c.names]
     assert len(set(names)) == len(names)
 
@@ -160,7 +159,7 @@ def test_kinds_differ_in_speed() -> None:
 def test_everybody_is_able_to_do_what_is_listed() -> None:
     def able(performance: Performance) -> bool:
         clip, body = performance
-        return not exclusions.found(clip, (body,))
+        return not shortfalls(clip, (body,))
 
     for match in sampled():
         assert able(match.biped), match

@@ -8,17 +8,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import meshes, rigs
-from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.characters import BODIES, CAST
-from retarget_bench.datasets.puppets.quadruped.dogs import DOGS
-from retarget_bench.datasets.puppets.score import SIDES
-from retarget_bench.datasets.puppets.surface import surface
+from retarget_bench.datasets.puppets.bodies import meshes, rigs
+from retarget_bench.datasets.puppets.bodies.characters import BODIES, DOGS
+from retarget_bench.datasets.puppets.bodies.meshes import surface
+from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.conventions import SIDES
 from retarget_bench.motion import rotation
 from retarget_bench.motion.mesh import Mesh
 
 
-@pytest.fixture(params=(*CAST, *DOGS), ids=lambda body: body.name)
+@pytest.fixture(params=(*BODIES.values(), *DOGS.values()), ids=lambda body: body.name)
 def skinned(request: pytest.FixtureRequest) -> tuple[Body, Mesh]:
     mesh = rigs.character(request.param).mesh
     assert mesh is not None
@@ -44,7 +43,7 @@ def test_the_skin_is_one_closed_surface_facing_outward(skinned: tuple[Body, Mesh
     assert len(mesh.vertices) - len(directed) // 2 + len(mesh.faces) == 2
     # a litre of body weighs about a kilogram
     mass, body = 1000.0 * volume(mesh.vertices, mesh.faces), skinned[0]
-    if body in DOGS:
+    if body.name in DOGS:
         # greyhounds of 30 kg and mastiffs of 75 are about 120 and 250 kg over length and height
         sizes = body.proportions
         assert 80.0 < mass / (sizes.trunk**2 * (sizes.leg + sizes.pelvis)) < 320.0
@@ -58,9 +57,9 @@ def test_the_skin_is_one_closed_surface_facing_outward(skinned: tuple[Body, Mesh
 def test_it_stands_on_the_floor_and_holds_the_bones(skinned: tuple[Body, Mesh]) -> None:
     body, mesh = skinned
     p = body.proportions
-    places = body.place(np.tile(np.eye(3), (1, len(body.offsets), 1, 1)), body.offsets[:1])[0]
+    places = body.positions(np.tile(np.eye(3), (1, len(body.offsets), 1, 1)), body.offsets[:1])[0]
     height = p.leg + p.pelvis + p.trunk + p.neck + p.head
-    if body in DOGS:  # the skull is highest, a third of the head's length wide
+    if body.name in DOGS:  # the skull is highest, a third of the head's length wide
         height = float(places[body.part["head"], 1]) + 0.24 * p.head
     assert abs(mesh.vertices[:, 1].min()) < 0.002
     assert abs(mesh.vertices[:, 1].max() - height) < 0.03 * height
@@ -117,9 +116,9 @@ def test_no_node_of_the_grid_is_so_near_the_skin_that_rounding_could_decide(monk
         return drawn
 
     monkeypatch.setattr(meshes, "surface", watched)
-    for body in (*CAST[::4], *DOGS[::3]):
+    for body in (*list(BODIES.values())[::4], *list(DOGS.values())[::3]):
         meshes._built(body)
-    assert len(closest) == 2 * (len(CAST[::4]) + len(DOGS[::3]))
+    assert len(closest) == 2 * (len(list(BODIES)[::4]) + len(list(DOGS)[::3]))
     assert min(closest) > 1e-9
 
 

@@ -13,16 +13,18 @@ from functools import cached_property
 import numpy as np
 import pytest
 
-from retarget_bench.datasets.puppets import rigs
-from retarget_bench.datasets.puppets.anatomy import centre_of_mass
-from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.characters import CAST
-from retarget_bench.datasets.puppets.performances import KINDS
-from retarget_bench.datasets.puppets.places import place, touching
+from retarget_bench.datasets.puppets.bodies import rigs
+from retarget_bench.datasets.puppets.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.conventions import FPS, SIDES, sign
+from retarget_bench.datasets.puppets.performances.people import KINDS
+from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.reach import out_of_reach
-from retarget_bench.datasets.puppets.score import SIDES, Score, sign
-from retarget_bench.datasets.puppets.solver import Solution, solve
+from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
+from retarget_bench.datasets.puppets.solver.people import solve
+from retarget_bench.datasets.puppets.solver.pose import Solution
+from retarget_bench.datasets.puppets.solver.reach import out_of_reach
+from retarget_bench.datasets.puppets.solver.touch_points import touch_point, touching
 from retarget_bench.motion import rotation
 from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.character import Character
@@ -52,13 +54,13 @@ class Take:
     @cached_property
     def places(self) -> np.ndarray:
         """``(frames, parts, 3)`` metres: of the rig as the engine plays it, then of the hidden parts."""
-        solved = self.body.place(self.solution.turned, self.solution.root)
+        solved = self.body.positions(self.solution.orientations, self.solution.root)
         return np.concatenate([self.motion.positions, solved[:, self.body.structure.joints :]], axis=1)
 
     @cached_property
     def turned(self) -> np.ndarray:
         """``(frames, parts, 4)`` likewise: world orientations against the T-pose."""
-        hidden = self.solution.turned[:, self.body.structure.joints :]
+        hidden = self.solution.orientations[:, self.body.structure.joints :]
         return np.concatenate([relative(self.motion), rotation.from_matrix(hidden)], axis=1)
 
     def at(self, part: str) -> np.ndarray:
@@ -88,7 +90,7 @@ class Take:
 
 @pytest.fixture(scope="module")
 def rigged() -> dict[str, Character]:
-    return {body.name: rigs.character(body) for body in CAST}
+    return {body.name: rigs.character(body) for body in BODIES.values()}
 
 
 @pytest.fixture(scope="module", params=KINDS)
@@ -97,12 +99,12 @@ def takes(request: pytest.FixtureRequest, rigged: dict[str, Character]) -> list[
     kind, found = request.param, []
     names = [f"{kind}-{number}" for number in range(CLIPS)]
     scores = [KINDS[kind](Stream("puppets", "quality", name), FRAMES) for name in names]
-    for number, body in enumerate(CAST):
+    for number, body in enumerate(BODIES.values()):
         score, who = scores[number % CLIPS], rigged[body.name]
         solution = solve(score, body)
         if out_of_reach(score, body, solution):
             continue
-        motion = rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
+        motion = who.motion(rigs.rotations(solution.orientations, body, who), solution.root, FPS)
         found.append(Take(f"{body.name}/{names[number % CLIPS]}", body, score, solution, motion))
     return found
 
@@ -112,7 +114,7 @@ def test_few_bodies_cannot_do_what_is_asked(takes: list[Take]) -> None:
     able = {take.body.name for take in takes}
     people = {"ada", "boris", "clara", "dora", "emil", "jonas", "kira", "nils", "quinn", "hugo", "ines"}
     assert sorted(people - able) == []
-    assert len(able) >= 0.7 * len(CAST)
+    assert len(able) >= 0.7 * len(BODIES)
 
 
 def test_planted_feet_stay_where_they_are(takes: list[Take]) -> None:
@@ -199,7 +201,7 @@ def test_touches_touch(takes: list[Take]) -> None:
     for take in takes:
         for side in SIDES:
             for touch in take.score.hands[side].touches:
-                spot, full = place(touch.place, take.body), touch.weight == 1.0
+                spot, full = touch_point(touch.place, take.body), touch.weight == 1.0
                 hand = take.point(f"{side}_hand", touching(spot, side, take.body.proportions))
                 gap = np.linalg.norm(hand - take.point(spot.part, spot.at), axis=-1)[full]
                 assert gap.max(initial=0.0) < 0.01, (take.name, side, touch.place)
@@ -365,7 +367,7 @@ def test_copied_rotations_do_not_keep_contacts(takes: list[Take]) -> None:
             alike = source.body.structure is take.body.structure and source.score is take.score
             if not alike or source is take or not take.planted.any():
                 continue
-            copied = take.body.place(rotation.to_matrix(source.turned), take.at("hips"))
+            copied = take.body.positions(rotation.to_matrix(source.turned), take.at("hips"))
             feet = copied[:, [take.body.part[part] for part in FEET]]
             steps = np.linalg.norm(np.diff(feet, axis=0), axis=-1)
             slides.append(steps[take.planted[1:]].mean() / take.motion.character.height)

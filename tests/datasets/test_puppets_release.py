@@ -11,13 +11,13 @@ from typing import Any
 import pytest
 
 from retarget_bench.api import SPLITS
-from retarget_bench.datasets.puppets import corpus
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.datasets.puppets.clips import SIZES
+from retarget_bench.datasets.puppets.corpus import dataset
+from retarget_bench.datasets.puppets.corpus.clips import SIZES
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
-FILE = Path(corpus.__file__).with_name("release.json")
+FILE = Path(dataset.__file__).with_name("release.json")
 """Written by ``freeze_puppets.py``."""
 
 
@@ -34,8 +34,8 @@ def release() -> dict[str, Any]:
         lists[f"{size} training"] = digest(clips)
     built_in = [each.name for each in registry.names("metrics") if each.origin == registry.BUILT_IN]
     return {
-        "release": corpus.RELEASE,
-        "generator": corpus.VERSION,
+        "release": dataset.RELEASE,
+        "generator": dataset.VERSION,
         "lists": lists,
         "metrics": {name: registry.create("metrics", Spec(name)).card.version for name in sorted(built_in)},
     }
@@ -66,7 +66,7 @@ def test_nothing_has_moved_under_the_name_of_the_release() -> None:
     found = moved(known, release())
     assert not found, (
         f"{known['release']} froze generator, lists and metrics, but {'; '.join(found)}. Undo that, or "
-        "make a new release: RELEASE and VERSION in datasets/puppets/corpus.py, then "
+        "make a new release: RELEASE and VERSION in datasets/puppets/corpus/dataset.py, then "
         "PYTHONPATH=. python tests/datasets/freeze_puppets.py"
     )
 

@@ -6,14 +6,16 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
-from retarget_bench.datasets.puppets import anatomy, limbs, rigs
-from retarget_bench.datasets.puppets.bodies import Body
-from retarget_bench.datasets.puppets.characters import BODIES
-from retarget_bench.datasets.puppets.clips import clips
+from retarget_bench.datasets.puppets import matrices
+from retarget_bench.datasets.puppets.bodies import rigs
+from retarget_bench.datasets.puppets.bodies.characters import BODIES
+from retarget_bench.datasets.puppets.bodies.structures import Body
+from retarget_bench.datasets.puppets.conventions import FPS, SIDES
+from retarget_bench.datasets.puppets.corpus.clips import clips
 from retarget_bench.datasets.puppets.curves import (
     hermite,
     lower_envelope,
@@ -22,8 +24,11 @@ from retarget_bench.datasets.puppets.curves import (
     soft_min,
     through,
 )
-from retarget_bench.datasets.puppets.score import SIDES, Score
-from retarget_bench.datasets.puppets.solver import Manner, solve
+from retarget_bench.datasets.puppets.performances.score import Score
+from retarget_bench.datasets.puppets.solver import limbs
+from retarget_bench.datasets.puppets.solver.limbs import arm_limb
+from retarget_bench.datasets.puppets.solver.people import Manner, solve
+from tests.examples import examples
 
 number = st.floats(-1.0, 1.0)
 vector = st.tuples(number, number, number).map(np.array)
@@ -37,35 +42,35 @@ def scores() -> list[Score]:
 # --------------------------------------------------------------------------------------------- limbs
 @given(vector)
 def test_rotation_vectors_agree_with_scipy(v: np.ndarray) -> None:
-    turn = limbs.from_vector(3.0 * v)
+    turn = matrices.from_vector(3.0 * v)
     np.testing.assert_allclose(turn, Rotation.from_rotvec(3.0 * v).as_matrix(), atol=1e-12)
     if np.linalg.norm(3.0 * v) < 3.0:
-        np.testing.assert_allclose(limbs.to_vector(turn), 3.0 * v, atol=1e-7)
+        np.testing.assert_allclose(matrices.to_vector(turn), 3.0 * v, atol=1e-7)
 
 
 @given(vector, vector, vector)
 def test_carry_is_the_shortest_turn(a: np.ndarray, b: np.ndarray, v: np.ndarray) -> None:
     if min(np.linalg.norm(a), np.linalg.norm(b)) < 0.1:
         return
-    a, b = limbs.unit(a), limbs.unit(b)
+    a, b = matrices.unit(a), matrices.unit(b)
     if a @ b < -0.99:
         return
-    np.testing.assert_allclose(limbs.carry(a, b, a), b, atol=1e-9)
+    np.testing.assert_allclose(matrices.carry(a, b, a), b, atol=1e-9)
     axis = np.cross(a, b)
-    np.testing.assert_allclose(limbs.carry(a, b, axis), axis, atol=1e-9)
-    np.testing.assert_allclose(np.linalg.norm(limbs.carry(a, b, v)), np.linalg.norm(v), atol=1e-9)
+    np.testing.assert_allclose(matrices.carry(a, b, axis), axis, atol=1e-9)
+    np.testing.assert_allclose(np.linalg.norm(matrices.carry(a, b, v)), np.linalg.norm(v), atol=1e-9)
 
 
-@settings(max_examples=200)
+@examples(80)
 @given(
     direction=vector, share=st.floats(0.35, 0.98), swivel=st.floats(-1.5, 1.5), side=st.sampled_from(SIDES)
 )
 def test_a_limb_ends_where_it_should(direction: np.ndarray, share: float, swivel: float, side: str) -> None:
     if np.linalg.norm(direction) < 0.1:
         return
-    arm = anatomy.arm(side, BODIES["gibbon"])
+    arm = arm_limb(side, BODIES["gibbon"])
     start, frame = np.array([[0.3, 1.2, -0.4]]), np.eye(3)[None]
-    goal = start + limbs.unit(direction) * share * arm.longest
+    goal = start + matrices.unit(direction) * share * arm.longest
     upper, lower = limbs.bend(arm, start, goal, frame, np.array([swivel]))
     for turn in (upper, lower):
         np.testing.assert_allclose(turn[0] @ turn[0].T, np.eye(3), atol=1e-9)
@@ -79,7 +84,7 @@ def test_a_limb_ends_where_it_should(direction: np.ndarray, share: float, swivel
 
 
 def test_goals_out_of_reach_are_neared_smoothly() -> None:
-    arm = anatomy.arm("left", BODIES["ada"])
+    arm = arm_limb("left", BODIES["ada"])
     away = np.linspace(0.02, 2.0, 4000)
     made = limbs._within(away * arm.longest, arm) / arm.longest
     assert made.max() < 1.0
@@ -92,11 +97,11 @@ def test_goals_out_of_reach_are_neared_smoothly() -> None:
 
 def test_natural_elbows_point_down_and_back() -> None:
     for side, out in (("left", 1.0), ("right", -1.0)):
-        arm = anatomy.arm(side, BODIES["ada"])
+        arm = arm_limb(side, BODIES["ada"])
         start, frame, still = np.zeros((1, 3)), np.eye(3)[None], np.zeros(1)
         for goal in ([0.1 * out, -0.9, 0.1], [0.1 * out, 0.0, 0.8], [0.5 * out, 0.3, 0.5]):
             upper, _ = limbs.bend(arm, start, np.array([goal]) * arm.longest, frame, still)
-            elbow, line = upper[0] @ arm.bone, limbs.unit(np.array(goal))
+            elbow, line = upper[0] @ arm.bone, matrices.unit(np.array(goal))
             off = elbow - line * (elbow @ line)
             assert off[1] < 0.05
             assert off[2] < 0.05 or off[1] < -0.2
@@ -115,7 +120,7 @@ def test_a_body_twice_as_large_moves_twice_as_far(name: str) -> None:
     for score in scores()[:5]:
         small, large = solve(score, body), solve(score, scaled(body, 2.0))
         np.testing.assert_allclose(large.root, 2.0 * small.root, atol=1e-9)
-        np.testing.assert_allclose(large.turned, small.turned, atol=1e-9)
+        np.testing.assert_allclose(large.orientations, small.orientations, atol=1e-9)
         assert np.array_equal(large.planted, small.planted)
 
 
@@ -125,14 +130,14 @@ def test_how_a_rest_pose_is_drawn_changes_nothing() -> None:
     solution = solve(scores()[0], drawn[0])
     characters = [rigs.character(body) for body in drawn]
     motions = [
-        rigs.motion(rigs.rotations(solution, body, who), solution.root, who)
+        who.motion(rigs.rotations(solution.orientations, body, who), solution.root, FPS)
         for body, who in zip(drawn, characters, strict=True)
     ]
     for other in motions[1:]:
         np.testing.assert_allclose(other.positions, motions[0].positions, atol=1e-9)
         assert np.abs(other.rotations - motions[0].rotations).max() > 0.3
     np.testing.assert_allclose(
-        motions[0].positions, drawn[0].place(solution.turned, solution.root), atol=1e-9
+        motions[0].positions, drawn[0].positions(solution.orientations, solution.root), atol=1e-9
     )
 
 
@@ -141,7 +146,7 @@ def test_another_manner_is_another_answer_with_the_same_contacts() -> None:
     for score in scores():
         for body in (BODIES["boris"], BODIES["gibbon"]):
             one, two = solve(score, body), solve(score, body, other)
-            first, second = (body.place(each.turned, each.root) for each in (one, two))
+            first, second = (body.positions(each.orientations, each.root) for each in (one, two))
             assert np.array_equal(one.planted, two.planted)
             feet = [body.part[part] for part in ("left_foot", "left_toe", "right_foot", "right_toe")]
             rests = one.planted[..., None]
@@ -154,14 +159,14 @@ def test_travel_is_in_leg_lengths() -> None:
     for score in walks:
         ways = []
         for body in BODIES.values():
-            feet = body.place(*_solution(score, body))[:, body.part["left_foot"]]
+            feet = body.positions(*_solution(score, body))[:, body.part["left_foot"]]
             ways.append(np.linalg.norm((feet[-1] - feet[0])[[0, 2]]) / body.proportions.leg)
         assert np.ptp(ways) < 0.12
 
 
 def _solution(score: Score, body: Body) -> tuple[np.ndarray, np.ndarray]:
     found = solve(score, body)
-    return found.turned, found.root
+    return found.orientations, found.root
 
 
 # -------------------------------------------------------------------------------------------- curves

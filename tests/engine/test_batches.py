@@ -22,6 +22,8 @@ from retarget_bench.results import store
 from retarget_bench.results.header import STATUSES
 from retarget_bench.training import validate
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 HERE = Path(__file__).parent
 TOYS = (
     HERE / "toys" / "toy_cases.py",
@@ -110,7 +112,7 @@ def test_cases_are_asked_together_and_the_refused_are_left_out(tmp_path):
         ("raise", "failed", "RuntimeError: no idea"),
         ("nan", "invalid", "not finite"),
         ("few", "failed", "IndexError"),
-        ("die", "failed", "signal SIGKILL"),
+        pytest.param("die", "failed", "signal SIGKILL", marks=pytest.mark.processes),
     ],
 )
 def test_a_fault_in_a_batch_costs_its_own_row(tmp_path, does, status, words):
@@ -137,7 +139,7 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
     data = registry.create("datasets", "toy_cases")
     if where == "retarget":
         monkeypatch.setattr(method, "retarget_batch", None, raising=False)
-    judge = validate.Judge(data, method, 2, torch.device("cpu"), lambda done, total: None)
+    judge = validate.Validator(data, method, 2, torch.device("cpu"), lambda done, total: None)
     usual = getattr(method, where)
     monkeypatch.setattr(method, where, interrupted)
     with pytest.raises(KeyboardInterrupt):
@@ -145,6 +147,7 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
     assert pressed
 
 
+@pytest.mark.processes
 def test_what_dies_beside_a_batch_does_not_move_it(tmp_path):
     (alone,) = carry_out(tmp_path / "a", "toy_batches")
     _, beside = carry_out(tmp_path / "b", "toy_batches[does=die]", "toy_batches")
@@ -185,6 +188,7 @@ def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
     assert len(list((first.place.folder / "toy_batches").glob("*.npz"))) == 4
 
 
+@pytest.mark.processes
 def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
     (both,) = carry_out(tmp_path / "a", "toy_batches", clips=20)
     runner.run(

@@ -7,8 +7,8 @@ import pytest
 from gates import FOLDER, measured, metrics
 
 from retarget_bench.api import CaseFeatures, MetricCard, Value
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.verification.gate import compare, frozen, golden, sets, smoke
@@ -233,7 +233,7 @@ def test_clouds_are_the_same_for_ever():
 
 
 def test_another_threshold_of_contacts_is_seen(ours, monkeypatch):
-    from retarget_bench.evaluation import comparison
+    from retarget_bench.api import comparison
 
     before = comparison.planted
     monkeypatch.setattr(comparison, "planted", lambda p, h, fps: before(p, 1.1 * h, fps))

@@ -14,6 +14,8 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 TOYS = Path(__file__).parent / "toys"
 
 

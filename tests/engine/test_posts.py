@@ -12,6 +12,7 @@ from small_plans import asked, carry_out
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import Context, MethodCard
+from retarget_bench.api.offers import takes_batches
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict, runner
@@ -19,6 +20,8 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.post_processors import composed
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+
+pytestmark = pytest.mark.usefixtures("in_process")
 
 HERE = Path(__file__).parent
 TOYS = (
@@ -82,8 +85,8 @@ def test_batches_stay_batches(tmp_path):
     offs = {case: root - roots(lifted)[case] for case, root in roots(plain).items()}
     assert all(off == pytest.approx(np.tile([0, -0.5, 0], (12, 1)), abs=1e-6) for off in offs.values())
     built = registry.create("methods", "toy_batches+toy_post")
-    assert predict.takes_batches(built)
-    assert not predict.takes_batches(registry.create("methods", "toy_method+toy_post"))
+    assert takes_batches(built)
+    assert not takes_batches(registry.create("methods", "toy_method+toy_post"))
 
 
 @pytest.mark.parametrize("method", ["reference", "toy_method[does=peek]", "toy_method"])
@@ -185,7 +188,7 @@ def test_the_code_of_a_post_process_counts(tmp_path, monkeypatch):
     spec = Spec.parse("toy_method+then")
     plans.method_code.cache_clear()
     before, alone = plans.method_code(spec), plans.method_code(spec.alone)
-    post.write_text(post.read_text() + "MORE = 1\n")
+    post.write_text(post.read_text() + "\nMORE = 1\n")
     plans.method_code.cache_clear()
     assert plans.method_code(spec) != before
     assert plans.method_code(spec.alone) == alone

@@ -23,6 +23,8 @@ from retarget_bench.verification.probe.asking import Subject, ask, pieces, sprea
 from retarget_bench.verification.probe.blindness import dependence
 from retarget_bench.verification.probe.probes import PROBES, ProbeCase, deviation
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 TOY_CASES = Path(__file__).parent / "toys" / "toy_cases.py"
 
 

@@ -23,6 +23,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.header import Counts
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 TOYS = Path(__file__).parent / "toys"
 SHIFT = 0.01  # as in toys/toy_cases.py
 
@@ -66,7 +68,7 @@ def test_rows_are_sorted_text_with_nine_digits(tmp_path):
         ("far", "invalid", "lengths are in metres"),
         ("interrupt", "failed", "KeyboardInterrupt"),
         ("leak", "failed", "AttributeError"),
-        ("die", "failed", "signal SIGKILL"),
+        pytest.param("die", "failed", "signal SIGKILL", marks=pytest.mark.processes),
     ],
 )
 def test_a_bad_method_costs_its_rows_and_says_why(tmp_path, does, status, words):
@@ -78,6 +80,7 @@ def test_a_bad_method_costs_its_rows_and_says_why(tmp_path, does, status, words)
     assert all(not entry.values for entry in bad.entries)
 
 
+@pytest.mark.processes
 def test_a_case_that_kills_its_worker_costs_that_case_only(tmp_path):
     angle = round(np.sin(0.15 * np.sin(2 * np.pi * 3 / 30 / 2)), 3)  # clip 0, frame 3
     (results,) = carry_out(tmp_path, f"toy_method[does=die,on={angle}]", jobs=2)
@@ -250,6 +253,7 @@ def test_a_torn_journal_line_is_dropped(tmp_path):
     assert not place.journal.exists()
 
 
+@pytest.mark.processes
 def test_the_number_of_processes_changes_nothing(tmp_path):
     one = carry_out(tmp_path / "1", "toy_method", "toy_method[does=noise]")
     two = carry_out(tmp_path / "2", "toy_method", "toy_method[does=noise]", jobs=2)
@@ -258,18 +262,19 @@ def test_the_number_of_processes_changes_nothing(tmp_path):
         assert a.place.arrays.read_bytes() == b.place.arrays.read_bytes()
 
 
-def test_killed_at_random_moments_gives_the_same_bytes(tmp_path):
-    """SIGKILL to the whole run, twenty times, then one run to the end."""
+@pytest.mark.parametrize(("kills", "clips"), [(3, 20), pytest.param(20, 40, marks=pytest.mark.slow)])
+def test_killed_at_random_moments_gives_the_same_bytes(tmp_path, kills, clips):
+    """SIGKILL to the whole run, again and again, then one run to the end."""
     toys = [f"--plugin={file}" for file in sorted(TOYS.glob("*.py"))]
     line = [sys.executable, "-m", "retarget_bench", "run", "toy_method", "toy_method[does=shaken]"]
-    line += ["-d", "toy_cases[clips=40]", "-s", "intra", "-j", "2", *toys]
+    line += ["-d", f"toy_cases[clips={clips}]", "-s", "intra", "-j", "2", *toys]
     environment = os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])}
     start = time.monotonic()
     subprocess.run([*line, "--out", tmp_path / "whole"], env=environment, check=True, capture_output=True)
     whole = time.monotonic() - start
     moments = random.Random(5)
     finished = 0
-    for _ in range(20):
+    for _ in range(kills):
         process = subprocess.Popen(
             [*line, "--out", tmp_path / "killed"],
             env=environment,
@@ -285,7 +290,7 @@ def test_killed_at_random_moments_gives_the_same_bytes(tmp_path):
         except subprocess.TimeoutExpired:
             os.killpg(process.pid, signal.SIGKILL)
             process.wait()
-    assert finished < 20
+    assert finished < kills
     subprocess.run([*line, "--out", tmp_path / "killed"], env=environment, check=True, capture_output=True)
     for wanted in sorted((tmp_path / "whole").rglob("intra/*")):
         if wanted.suffix in (".csv", ".npz") and not wanted.name.endswith(".timing.csv"):

@@ -15,6 +15,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.header import parsed
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 TOYS = Path(__file__).parent / "toys"
 NOISE, COPY = "toy_method[does=noise]", "toy_method"
 VALUE = "mpjpe_h.world"

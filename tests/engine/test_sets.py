@@ -19,6 +19,8 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 HERE = Path(__file__).parent
 TOYS = (*sorted((HERE / "toys").glob("*.py")), HERE / "set_toys" / "toy_sets.py")
 

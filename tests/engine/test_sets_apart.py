@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from retarget_bench.api import CaseFeatures, CaseInfo
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.evaluation import runner, set_metrics
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.evaluation.plan import Plan, dataset
 from retarget_bench.evaluation.predict import context_for
 from retarget_bench.evaluation.set_metrics import draw, files

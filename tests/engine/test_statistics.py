@@ -8,12 +8,13 @@ import math
 import numpy as np
 import pytest
 from clip_simulation import OWN, RECKLESS, STEADY, errors
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy import optimize, stats
 
 from retarget_bench.analysis import statistics
+from tests.examples import examples
 
 SIZES = st.integers(1, 8).flatmap(
     lambda n: arrays(float, (1, n), elements=st.floats(-10, 10).map(lambda x: round(x, 3)))
@@ -41,7 +42,7 @@ def by_brute_force(differences: np.ndarray) -> float:
     return sum(size >= observed * (1 - 1e-8) for size in sizes) / len(sizes)
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(SIZES)
 def test_few_clips_give_exactly_the_share_of_all_flips(differences):
     assert statistics.sign_flip(differences)[0] == by_brute_force(differences[0])
@@ -72,7 +73,7 @@ FIRST_SIGNS = [-1.0, 1.0, 1.0, -1.0, -1.0, 1.0, -1.0, -1.0, -1.0, -1.0]
 
 
 @given(SIZES, st.floats(0.001, 1000))
-@settings(max_examples=50, deadline=None)
+@examples(50)
 def test_unit_order_and_direction_do_not_matter(differences, unit):
     p = statistics.sign_flip(differences)[0]
     assert statistics.sign_flip(-differences)[0] == p

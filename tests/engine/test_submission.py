@@ -20,6 +20,8 @@ from retarget_bench.exchange.submission.manifest import CARD_SECTIONS
 from retarget_bench.results import store
 from retarget_bench.tables.rendering import RENDERERS
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 TOYS = Path(__file__).parent / "toys"
 
 

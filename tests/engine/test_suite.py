@@ -9,6 +9,8 @@ from retarget_bench.commands.run import command
 from retarget_bench.errors import FileError
 from retarget_bench.plugins import suite
 
+pytestmark = pytest.mark.usefixtures("in_process")
+
 TOYS = Path(__file__).parent / "toys"
 
 

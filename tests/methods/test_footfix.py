@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.api import Context
@@ -12,6 +12,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.methods.posts.footfix import ease, held
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
+from tests.examples import examples
 from tests.methods.method_bodies import body
 
 FRAMES = 40
@@ -245,7 +246,7 @@ def blended_by_hand(places: np.ndarray, rests: np.ndarray, reach: int) -> np.nda
     return out
 
 
-@settings(deadline=None, max_examples=60)
+@examples(60)
 @given(st.lists(st.booleans(), min_size=1, max_size=40), st.integers(0, 8), st.integers(0, 2**32 - 1))
 def test_blending_is_what_its_description_says(labels, reach, seed):
     rests = np.array(labels)

@@ -8,13 +8,14 @@ from dataclasses import replace
 import pytest
 import torch
 from humot_reference import PlainDecoder, PlainEncoder, batch
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from torch import Tensor, nn
 
 from retarget_bench.methods.humot.design import PAPER_COUNT, SMALL, TEXT, Design
 from retarget_bench.methods.humot.network import Decoder, Encoder
 from retarget_bench.methods.humot.network import block as blocks
+from tests.examples import examples
 
 TINY = {"width": 16, "latent": 8, "heads": 4, "blocks": (2, 2), "template": (4, 6), "motion": (3, 5, 8)}
 DESIGNS = {
@@ -168,7 +169,7 @@ def check_alone(nets: tuple[Encoder, Decoder], given: Batch) -> None:
 
 
 @every_design
-@settings(max_examples=12, deadline=None)
+@examples(12)
 @given(sizes=sequences, more=more, seed=st.integers(0, 99))
 def test_answers_are_those_of_a_sequence_alone(design, sizes, more, seed):
     given = padded(batch([one for one, _ in sizes], [two for _, two in sizes], seed), *more)
@@ -176,7 +177,7 @@ def test_answers_are_those_of_a_sequence_alone(design, sizes, more, seed):
 
 
 @pytest.mark.parametrize("design", by_token, ids=["affine", "free of parameters"])
-@settings(max_examples=12, deadline=None)
+@examples(12)
 @given(sizes=sequences, more=more, seed=st.integers(0, 99))
 def test_by_tokens_so_are_those_in_training(design, sizes, more, seed):
     given = padded(batch([one for one, _ in sizes], [two for _, two in sizes], seed), *more)

@@ -6,7 +6,7 @@ import humot_material
 import numpy as np
 import pan_material
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.methods.humot.body import USUAL, body, stature, upright
@@ -14,6 +14,7 @@ from retarget_bench.methods.humot.variety import LIMITS, REACH, build, proportio
 from retarget_bench.motion import neutral
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
+from tests.examples import examples
 
 BODIES, THREE, WINDOW = humot_material.BODIES, humot_material.THREE, humot_material.WINDOW
 SEEDS = st.integers(0, 2**31)
@@ -39,7 +40,7 @@ def resized(character, factors):
     )
 
 
-@settings(max_examples=10, deadline=None)
+@examples(10)
 @given(SEEDS)
 def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
     motion = dance("one")
@@ -59,7 +60,7 @@ def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
     )
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(SEEDS)
 def test_both_sides_of_a_body_have_the_same_proportions(seed):
     mine = body(BODIES["one"])
@@ -81,7 +82,7 @@ def test_half_of_the_bodies_keep_their_own_and_the_others_differ_by_a_fifth_or_s
     assert abs(np.log(every[~own]).mean()) < 0.02
 
 
-@settings(max_examples=20, deadline=None)
+@examples(20)
 @given(SEEDS, st.sampled_from(sorted(THREE)))
 def test_a_limb_turns_as_one_piece_about_its_first_joint(seed, name):
     mine = body(BODIES[name])
@@ -146,7 +147,9 @@ def test_limbs_are_arms_and_legs():
 @pytest.fixture(scope="module")
 def drawn():
     options = humot_material.PLAIN | {"sized": True, "varied": True}
-    return humot_material.batch(humot_material.learner(subsampling=False, lengths=(WINDOW,), **options), 60)
+    return humot_material.batch(
+        humot_material.training_module(subsampling=False, lengths=(WINDOW,), **options), 60
+    )
 
 
 def test_what_is_given_and_asked_for_differ_in_proportions_and_not_in_what_is_done(drawn):

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Contacts, Ground, Metric, Prediction, Touch
-from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.contact import CONTACT_ROLES, planted

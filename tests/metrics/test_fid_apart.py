@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from retarget_bench.api import Case, Sample
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.metrics.fid import Fid
 from retarget_bench.training.features import windows
 

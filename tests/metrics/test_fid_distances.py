@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import scipy.linalg
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.api import Sample
@@ -13,6 +13,7 @@ from retarget_bench.metrics.fid import Fid
 from retarget_bench.metrics.fid.frechet import factor, frechet, trace, without
 from retarget_bench.metrics.fid.kernel import kid
 from retarget_bench.metrics.fid.neighbours import fit
+from tests.examples import examples
 
 
 def sets(seed: int, n: int, d: int, m: int | None = None) -> tuple[np.ndarray, np.ndarray]:
@@ -74,7 +75,7 @@ def test_frechet_of_known_gaussians_is_the_closed_form():
     assert value == pytest.approx(mu @ mu + ((np.sqrt(s) - np.sqrt(t)) ** 2).sum(), rel=1e-9)
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(st.integers(0, 10**6), st.integers(2, 40), st.integers(1, 20))
 def test_frechet_does_not_care_for_order_sides_places_or_turns(seed, n, d):
     a, b = sets(seed, n, d)

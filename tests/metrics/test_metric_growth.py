@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from metric_cases import SCORED, compute, index, metric, sides
 
-from retarget_bench.evaluation.comparison import Comparison
+from retarget_bench.api.comparison import Comparison
 
 by_second = importlib.import_module("retarget_bench.metrics.growth").by_second
 

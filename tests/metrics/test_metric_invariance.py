@@ -7,12 +7,13 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from metric_cases import METRICS, Sides, everything, labelled, metric, moved
 from metric_cases import sides as unlabelled
 
 from retarget_bench.motion import rotation
+from tests.examples import examples
 
 Values = dict[str, float | Mapping[str, float]]
 
@@ -52,7 +53,7 @@ coordinates = st.floats(-5.0, 5.0)
 shifts = st.tuples(coordinates, coordinates, coordinates).map(np.array)
 angles = st.floats(-3.0, 3.0)
 turns = st.tuples(angles, angles, angles).map(lambda v: rotation.from_rotation_vector(np.array(v)))
-few = settings(max_examples=12, deadline=None)
+few = examples(12)
 
 FRAMES = 125
 

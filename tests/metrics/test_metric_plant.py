@@ -10,8 +10,8 @@ import pytest
 from metric_cases import FEET, Sides, character, compute, index, labelled, motion, sides
 
 from retarget_bench.api import Contacts, Ground
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.metrics.plant import plugin as Plant
 from retarget_bench.motion.contact import CONTACT_ROLES
 

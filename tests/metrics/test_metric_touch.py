@@ -10,9 +10,9 @@ from metric_cases import character, compute, labelled, motion, sides
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.api import Touch
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.metrics.touch import plugin as SelfTouch
 from retarget_bench.motion import kinematics
 

@@ -5,18 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from alignment_rigs import performance, reframed, rewritten, t_pose
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import bvh, kinematics, rotation
-from retarget_bench.motion.alignment import from_relative, reference_pose, relative
+from retarget_bench.motion.alignment import from_relative, relative
 from retarget_bench.motion.body import PosedBody, quarter_turns
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.correspondence import carry
 from retarget_bench.motion.importer import load
+from retarget_bench.motion.reference_pose import reference_pose
 from retarget_bench.motion.roles import find
 from retarget_bench.motion.skeleton import Skeleton
+from tests.examples import examples
 
 X, Y, Z = np.eye(3)
 T_POSE = Character.of("t", t_pose())
@@ -123,7 +125,7 @@ def test_from_relative_undoes_relative():
     assert (np.einsum("fjc,fjc->fj", again[1:], again[:-1]) > 0).all()  # continuous in sign
 
 
-@settings(max_examples=25, deadline=None)
+@examples(25)
 @given(st.lists(st.integers(0, 23), min_size=3, max_size=3))
 def test_any_quarter_turns_of_the_trunk_are_found(turns):
     """Hips, spine and head of a rig along axes may be framed in any way: the result is the same."""
@@ -290,7 +292,7 @@ def test_knees_and_elbows_bend_the_right_way_on_a_t_pose_body(real_data, file):
 
 
 # ------------------------------------------------------------------------------------------ odd bodies
-@settings(max_examples=150, deadline=None)
+@examples(60)
 @given(st.data())
 def test_no_body_is_so_odd_that_its_reference_pose_is_not_a_pose(data):
     """Any tree of body joints with any offsets, zero ones and all along one line included."""

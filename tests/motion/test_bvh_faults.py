@@ -9,11 +9,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import HealthCheck, given
 from hypothesis import strategies as st
 
 from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh
+from tests.examples import examples
 
 GOOD = b"""HIERARCHY
 ROOT Hips
@@ -159,7 +160,7 @@ def test_cut_anywhere_it_is_an_error_or_the_whole(tmp_path: Path) -> None:
         np.testing.assert_array_equal(values.ravel()[:-1], whole.ravel()[:-1])
 
 
-@settings(max_examples=300, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(100, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(data=st.data())
 def test_random_damage_never_gives_anything_but_a_file_error(tmp_path: Path, data: st.DataObject) -> None:
     text = bytearray(GOOD)
@@ -186,7 +187,7 @@ def test_random_damage_never_gives_anything_but_a_file_error(tmp_path: Path, dat
     assert recording.rotations.shape[1] == len(recording.skeleton)
 
 
-@settings(max_examples=200, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@examples(80, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     data=st.one_of(st.binary(max_size=300), st.binary(max_size=300).map(lambda tail: b"HIERARCHY\n" + tail))
 )

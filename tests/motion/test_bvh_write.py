@@ -7,7 +7,7 @@ from types import SimpleNamespace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
@@ -17,6 +17,7 @@ from retarget_bench.motion.bvh.digits import number_text, table_text
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Document, Hierarchy
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import EndSite, Skeleton
+from tests.examples import examples
 
 BODY = Skeleton(
     names=("Hips", "Spine", "LeftUpLeg", "LeftFoot", "Head"),
@@ -39,7 +40,6 @@ def _body(skeleton: Skeleton) -> SimpleNamespace:
 
 
 # --------------------------------------------------------------------------------------------- numbers
-@settings(deadline=None)
 @given(
     hnp.arrays(
         np.float64,
@@ -56,7 +56,6 @@ def test_fixed_decimals_are_written_as_c_does(values: np.ndarray, decimals: int)
     assert table_text(values).decode() == expected
 
 
-@settings(deadline=None)
 @given(
     hnp.arrays(
         np.float64,
@@ -102,7 +101,7 @@ def documents(draw: st.DrawFn) -> Document:
     return Document(hierarchy, 1 / 60, draw(hnp.arrays(np.float64, shape, elements=number)))
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(document=documents())
 def test_documents_come_back_bit_for_bit(
     tmp_path_factory: pytest.TempPathFactory, document: Document

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from fit_bodies import along_x, noisy, puppets, random_tree, wiggle
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import least_squares
 from scipy.spatial.transform import Rotation
@@ -20,6 +20,7 @@ from retarget_bench.motion.fitting.fit import Fitted, fit
 from retarget_bench.motion.fitting.tree import Tree
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
+from tests.examples import examples
 from tests.methods.method_bodies import about, body, dance, pose, squat
 
 EXACT = 1e-4
@@ -266,7 +267,7 @@ def test_an_elbow_that_bends_the_wrong_way_turns_the_arm_over_time(fps):
 trees = st.tuples(st.integers(0, 2**32 - 1), st.integers(1, 40), st.integers(1, 20))
 
 
-@settings(deadline=None, max_examples=40)
+@examples(40)
 @given(trees)
 def test_any_tree_gets_its_positions_back(tree):
     seed, joints, frames = tree
@@ -276,7 +277,7 @@ def test_any_tree_gets_its_positions_back(tree):
     assert np.linalg.norm(fitted.motion.rotations, axis=-1) == pytest.approx(1.0, abs=1e-9)
 
 
-@settings(deadline=None, max_examples=30)
+@examples(30)
 @given(trees, st.floats(0.0, 10.0))
 def test_any_finite_positions_get_an_answer_with_the_body_s_bones(tree, size):
     seed, joints, frames = tree
@@ -289,7 +290,7 @@ def test_any_finite_positions_get_an_answer_with_the_body_s_bones(tree, size):
     )
 
 
-@settings(deadline=None, max_examples=15)
+@examples(15)
 @given(st.integers(0, 2**32 - 1), st.floats(-np.pi, np.pi), st.sampled_from(["t_pose", "h36m17", "dog21"]))
 def test_a_body_that_is_moved_and_turned_about_is_fitted_alike(seed, angle, name):
     motion = wiggle(BODIES[name], 12, seed)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from alignment_rigs import t_pose
 from fit_bodies import along_x, noisy
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -20,6 +20,7 @@ from retarget_bench.motion.hinges import HINGES
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.verification.probe import rewriting
+from tests.examples import examples
 from tests.methods.method_bodies import about, body, first, pose
 
 ARMS = ("left_arm", "right_arm")
@@ -60,7 +61,7 @@ def apart(motion: Motion, found: Motion, role: str) -> np.ndarray:
     return np.degrees(rotation.angle(*turned))
 
 
-@settings(deadline=None, max_examples=20)
+@examples(20)
 @given(st.floats(-60.0, 60.0), st.integers(0, 100))
 def test_the_axis_is_the_one_that_elbows_were_bent_about(degrees, seed):
     found = rig(degrees, seed).hinges

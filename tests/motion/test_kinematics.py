@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import torch
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
@@ -13,8 +13,9 @@ from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import kinematics, kinematics_torch, rotation
 from retarget_bench.motion.kinematics_torch import Tree, pad
 from retarget_bench.motion.skeleton import Skeleton
+from tests.examples import examples
 
-patient = settings(deadline=None, max_examples=50)
+patient = examples(50)
 seeds = st.integers(0, 2**32 - 1)
 
 

@@ -12,9 +12,9 @@ from hypothesis import strategies as st
 from test_alignment import REFRAMED
 
 from retarget_bench.motion import bvh, rotation
-from retarget_bench.motion.alignment import reference_pose
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.measures import Measures, measure
+from retarget_bench.motion.reference_pose import reference_pose
 from retarget_bench.motion.roles import find
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 

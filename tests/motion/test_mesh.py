@@ -80,7 +80,7 @@ def test_what_does_not_fit_is_refused():
     with pytest.raises(SkeletonError, match="pose of shape"):
         Mesh(mesh.vertices, mesh.faces, mesh.weights, rotation.identity(2))
     two = Mesh(mesh.vertices, mesh.faces, mesh.weights[:, :2])
-    with pytest.raises(SkeletonError, match="cannot follow stick, which has 3"):
+    with pytest.raises(SkeletonError, match="cannot follow a body of 3 joints"):
         two.skinned(moved(1))
 
 

@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 import roma
 import torch
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.spatial.transform import Rotation, Slerp
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import rotation
+from tests.examples import examples
 
 ORDERS = ["".join(o) for o in itertools.product("XYZ", repeat=3) if o[0] != o[1] and o[1] != o[2]]
 IDENTITY = (1.0, 0.0, 0.0, 0.0)
@@ -33,7 +34,6 @@ quaternions = (
 magnitudes = st.one_of(
     st.floats(0, np.pi), st.floats(0, 1e-7), st.floats(0, 1e-7).map(lambda small: np.pi - small)
 )
-patient = settings(deadline=None)  # the machine may be busy with something else
 directions = arrays(np.float64, 3, elements=numbers).filter(lambda v: np.linalg.norm(v) > 1e-3)
 
 
@@ -116,7 +116,6 @@ def test_conversions_round_trip(q: np.ndarray, order: str) -> None:
     assert same_rotation(rotation.from_euler(rotation.to_euler(q, order), order), q)
 
 
-@patient
 @given(axis=directions, magnitude=magnitudes)
 def test_rotation_vectors_keep_tiny_and_half_turns(axis: np.ndarray, magnitude: float) -> None:
     vector = unit(axis) * magnitude
@@ -128,7 +127,7 @@ def test_rotation_vectors_keep_tiny_and_half_turns(axis: np.ndarray, magnitude: 
     assert angle == pytest.approx(magnitude, rel=1e-9, abs=1e-15)
 
 
-@settings(max_examples=300, deadline=None)
+@examples(100)
 @given(
     first=st.floats(-np.pi, np.pi),
     last=st.floats(-np.pi, np.pi),
@@ -150,7 +149,6 @@ def test_euler_angles_near_gimbal_lock(
     assert np.abs(angles[[0, 2]]).max() <= np.pi + 1e-12
 
 
-@patient
 @given(u=directions, v=directions, flip=st.floats(0, 1e-6))
 def test_between_is_the_shortest_turn(u: np.ndarray, v: np.ndarray, flip: float) -> None:
     for target in (v, u, -u, -2 * u + flip * v):
@@ -162,7 +160,6 @@ def test_between_is_the_shortest_turn(u: np.ndarray, v: np.ndarray, flip: float)
         assert scipy(q).magnitude() == pytest.approx(straight, abs=1e-7)
 
 
-@patient
 @given(q=quaternions, axis=directions)
 def test_twist_leaves_a_swing_across_the_axis(q: np.ndarray, axis: np.ndarray) -> None:
     twist = rotation.twist(q, axis)
@@ -172,7 +169,6 @@ def test_twist_leaves_a_swing_across_the_axis(q: np.ndarray, axis: np.ndarray) -
         assert abs(swing[1:] @ unit(axis)) < 1e-9
 
 
-@patient
 @given(q=quaternions, p=quaternions, share=st.floats(0, 1))
 def test_slerp_goes_at_constant_speed(q: np.ndarray, p: np.ndarray, share: float) -> None:
     whole = rotation.angle(q, p)

@@ -11,7 +11,7 @@ from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
-from tests.viewing.small_runs import InThisProcess
+from tests.in_process import InThisProcess
 from tests.viewing.viewing_toys.toy_moves import DOG, PERSON, body, moving
 
 HERE = Path(__file__).parent

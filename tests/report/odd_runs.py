@@ -13,7 +13,7 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
-from tests.viewing.small_runs import InThisProcess
+from tests.in_process import InThisProcess
 
 HERE = Path(__file__).parent
 LABEL = "<script>alert('m')</script> & \"q\""

@@ -16,8 +16,8 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from tests.engine import stored
+from tests.in_process import InThisProcess
 from tests.report.odd_runs import bench, report
-from tests.viewing.small_runs import InThisProcess
 
 TOYS = Path(__file__).parents[1] / "tasks" / "toys" / "toy_people.py"
 SPEEDS = {"slow": (9.0, 30.0), "even": (4.0, 300.0), "quick": (6.0, 3000.0)}

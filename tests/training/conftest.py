@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +11,7 @@ import pytest
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, train
+from tests.in_process import InThisProcess
 
 TOYS = Path(__file__).parent / "toys"
 
@@ -35,9 +36,9 @@ class Silent:
     def began(self, asked: Any, at: Any) -> None:
         pass
 
-    def show(self, moment: Any) -> None:
-        self.moments.append(moment)
-        if moment.step == self.stop:
+    def show(self, status: Any) -> None:
+        self.moments.append(status)
+        if status.step == self.stop:
             raise KeyboardInterrupt
 
 
@@ -49,24 +50,12 @@ def toy_plugins(monkeypatch: pytest.MonkeyPatch) -> None:
         registry.add_file(TOYS / f"{name}.py")
 
 
-class Inline:
-    """An executor that runs jobs here and now."""
-
-    def __init__(self, workers: int) -> None:
-        pass
-
-    def run(self, function: Callable[[Any], Any], payloads: list[Any]) -> Iterator[Any]:
-        from retarget_bench.evaluation.process_pool import Done
-
-        return (Done(number, function(payload)) for number, payload in enumerate(payloads))
-
-
 @pytest.fixture
 def toy_run(
     toy_plugins: None, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Callable[..., tuple[Any, Silent]]:
     """Train in this process: options by name; ``stop``, the step after which it is interrupted."""
-    monkeypatch.setattr(clips, "LocalPool", Inline)
+    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
     monkeypatch.setattr(train.curve, "draw", lambda *_: None)  # takes longer than all the rest
 
     def run(
@@ -75,8 +64,8 @@ def toy_run(
         data: str | None = "toy_walks",
         **others: Any,
     ) -> tuple[Any, Silent]:
-        voice = Silent(others.pop("stop", 0))
-        asked = train.Asked(
+        reporter = Silent(others.pop("stop", 0))
+        asked = train.TrainingOptions(
             Spec.parse(method) if method else None,
             Spec.parse(data) if data else None,
             out=tmp_path / out,
@@ -84,8 +73,8 @@ def toy_run(
             **others,
         )
         try:
-            return train.train(asked, voice), voice
+            return train.train(asked, reporter), reporter
         except KeyboardInterrupt:
-            return None, voice
+            return None, reporter
 
     return run

@@ -4,10 +4,10 @@ import json
 import re
 
 import pytest
-from conftest import TOYS
 
 from retarget_bench import cli
 from retarget_bench.training import checkpoint, train
+from tests.training.conftest import TOYS
 
 PLUGINS = ("--plugin", str(TOYS / "toy_walks.py"), "--plugin", str(TOYS / "toy_trainee.py"))
 
@@ -80,7 +80,7 @@ def test_torchrun_is_told_the_sentence_too(bench, tmp_path, monkeypatch):
 
 
 def test_ctrl_c_says_how_to_go_on(bench, tmp_path, monkeypatch):
-    def interrupted(asked, voice):
+    def interrupted(asked, reporter):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(train, "train", interrupted)

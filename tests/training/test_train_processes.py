@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 import torch
-from conftest import Inline
 
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, clips, log, weights
 from retarget_bench.training.data import gather
+from tests.in_process import InThisProcess
 
 TOYS = Path(__file__).parent / "toys"
 TRAIN = [
@@ -57,10 +57,10 @@ def rows(folder):
 def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path):
     toy_run("whole")
     cut = tmp_path / "cut"
-    process = bench("toy_trainee[pause=0.1]", "-d", "toy_walks", "--out", str(cut))
+    process = bench("toy_trainee[pause=0.04]", "-d", "toy_walks", "--out", str(cut))
     until = time.monotonic() + PATIENCE
     while not (cut / checkpoint.NAME).exists() and process.poll() is None and time.monotonic() < until:
-        time.sleep(0.05)
+        time.sleep(0.01)
     process.send_signal(signal.SIGKILL)
     process.communicate()
     assert process.returncode == -signal.SIGKILL
@@ -69,7 +69,7 @@ def test_a_killed_run_goes_on_as_if_it_had_not_been(toy_run, tmp_path):
     assert status == 0, err
     assert rows(cut) == rows(tmp_path / "whole")
     assert weights.read(cut).hash == weights.read(tmp_path / "whole").hash
-    assert f"toy_trainee[pause=0.1,weights={cut}]" in out
+    assert f"toy_trainee[pause=0.04,weights={cut}]" in out
     assert (cut / "loss.png").exists()
 
 
@@ -115,23 +115,23 @@ def test_every_process_has_the_same_parameters_in_every_step(pair, name):
 
 def test_the_gradient_is_the_mean_over_the_batches_of_all_processes(pair, toy_plugins, monkeypatch):
     """The first step by hand: Adam's first step is the sign of the mean gradient, nearly."""
-    monkeypatch.setattr(clips, "LocalPool", Inline)
+    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
     built = registry.create("methods", "toy_trainee")
-    recipe = built.presets["default"]
-    material = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
+    config = built.presets["default"]
+    training_data = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
     torch.manual_seed(5)
-    learner = built.learner(material, recipe)
-    mine = list(learner.modules["map"].parameters())
+    module = built.training_module(training_data, config)
+    mine = list(module.modules["map"].parameters())
     total = [torch.zeros_like(each) for each in mine]
     for rank in (0, 1):
         sequence = np.random.SeedSequence([5, 0, rank])
         torch.manual_seed(int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1)))
-        batch = learner.draw(np.random.default_rng(sequence), recipe.batch // 2)
-        terms = learner.losses("generator", {"root": torch.from_numpy(batch["root"])}, {})
+        batch = module.draw(np.random.default_rng(sequence), config.batch // 2)
+        terms = module.losses("generator", {"root": torch.from_numpy(batch["root"])}, {})
         grads = torch.autograd.grad(sum(terms.values()), mine)
         total = [t + g / 2 for t, g in zip(total, grads, strict=True)]
     norm = torch.cat([each.flatten() for each in total]).norm()
-    rate = recipe.rate_at(0, 0.0)
+    rate = config.rate_at(0, 0.0)
     wanted = []
     for p, g in zip(mine, total, strict=True):
         clipped = g * min(1.0, 1.0 / (float(norm) + 1e-6))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import safetensors.torch
 import torch
-from hypothesis import example, given, settings
+from hypothesis import example, given
 from hypothesis import strategies as st
 from torch import nn
 
@@ -19,7 +19,8 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.learned_method import LearnedMethod
+from tests.examples import examples
 
 CARD = {"method": "mine", "version": "2", "facts": {"cell": "torch", "layers": 2, "dropout": 0.1}}
 SHIPPED = sorted((Path(__file__).parents[2] / "methods").glob("*/weights/*.json"))
@@ -40,7 +41,7 @@ def some(seed: int = 0) -> dict[str, torch.Tensor]:
 SHAPES = st.lists(st.integers(0, 24), max_size=3).map(tuple)
 
 
-@settings(max_examples=50, deadline=None)
+@examples(50)
 @example(shapes={"at most": (64, 64), "more": (4097,)}, seed=0)
 @given(shapes=st.dictionaries(st.text("abc._1", min_size=1), SHAPES, max_size=5), seed=st.integers(0, 99))
 def test_what_comes_back_is_what_half_precision_leaves_of_many_numbers(tmp_path_factory, shapes, seed):
@@ -280,7 +281,7 @@ def test_shipped_weights_are_small_and_fit_their_method_as_it_is(place):
     card = weights.read_card(place)
     assert place.with_suffix(".safetensors").stat().st_size < weights.LARGEST
     built = registry.create("methods", Spec(card["method"], {**card["facts"], "weights": place.stem}))
-    assert isinstance(built, Learned)
+    assert isinstance(built, LearnedMethod)
     assert built.weights_hash == card["hash"]
     assert all(torch.isfinite(tensor).all() for tensor in built.tensors.values())
     assert set(card["training_manifest"]) >= {"characters", "structures"}

@@ -2,32 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
 from retarget_bench.evaluation import runner as run
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.evaluation.process_pool import Done
-from retarget_bench.evaluation.worker import work
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
+from tests.in_process import InThisProcess
 from tests.viewing.viewing_toys.toy_moves import PERSON, body, moving
 
 HERE = Path(__file__).parent
 CASE = "toy_moves/small>tall/<b>nod</b>"
 OTHER = "toy_moves/tall>small/<b>nod</b>"
-
-
-class InThisProcess:
-    """An executor that starts no process; jobs that ask for anything but cases have none to do here."""
-
-    def run(self, function: str, payloads: Sequence[Any]) -> Iterator[Done]:
-        del function
-        for number, job in enumerate(payloads):
-            yield Done(number, work(job))
 
 
 def toys() -> None:

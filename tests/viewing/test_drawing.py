@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from viewing_toys.toy_moves import DOG, body, moving
 
@@ -22,6 +22,7 @@ from retarget_bench.viewer.figures import figure_of
 from retarget_bench.viewer.lettering import font, plain, short, wrapped
 from retarget_bench.viewer.scene import Figure, Scene
 from retarget_bench.viewer.solids import RIM, tube
+from tests.examples import examples
 
 LEVEL = Ground(heights=np.zeros((2, 2)))
 """A floor without shadows."""
@@ -61,7 +62,7 @@ def test_a_camera_is_a_pinhole():
     assert seen == pytest.approx([320 + 0.5 * 200, 240 - 1.0 * 200])
 
 
-@settings(max_examples=40, deadline=None)
+@examples(40)
 @given(st.integers(0, 2**32 - 1), st.floats(0.01, 100), st.sampled_from([(300, 200), (90, 400)]))
 def test_whatever_is_fitted_is_in_the_picture_and_fills_it(seed, scale, size):
     points = scale * np.random.default_rng(seed).normal(size=(30, 3))
@@ -82,7 +83,7 @@ def test_a_following_camera_keeps_up_with_an_even_way():
     assert np.allclose(track(way, 0.0, 30.0, follow=False), [1.5, 0, -3])
 
 
-@settings(max_examples=60, deadline=None)
+@examples(60)
 @given(st.tuples(*[st.floats(-50, 50)] * 4), st.floats(0.5, 30), st.floats(0.5, 30))
 def test_the_outline_of_a_bone_is_convex_and_goes_around_its_discs(ends, first, second):
     middles = np.array(ends).reshape(2, 2)

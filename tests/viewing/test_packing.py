@@ -11,7 +11,7 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 from acted import EVIL, acted, figure, hostile, many_joints, scene
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 from viewing_toys.toy_moves import DOG, PERSON, body
 
@@ -21,6 +21,7 @@ from retarget_bench.figures import palette
 from retarget_bench.viewer import player, shapes
 from retarget_bench.viewer.packing import STEP, packed
 from retarget_bench.viewer.scene import Figure, Scene
+from tests.examples import examples
 
 HALF_A_MILLIMETRE = 5e-4
 
@@ -66,7 +67,7 @@ def test_every_series_comes_back_to_half_a_millimetre():
 
 
 @given(st.lists(st.tuples(*[st.floats(-1e5, 1e5, allow_subnormal=False)] * 3), min_size=1, max_size=9))
-@settings(max_examples=60, deadline=None)
+@examples(60)
 def test_places_however_far_and_jumps_however_wide_come_back(places):
     point = many_joints(1, 1).figures[0].character
     made = Scene("far", (Figure("far", "motion", point, np.array(places)[:, None]),), 30.0)

@@ -1,4 +1,4 @@
-"""Channels of two performances joined over a bridge of frames, without a jump in value or speed."""
+"""Cross-fades: channels of two performances joined over a bridge of frames without a jump."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from ..curves import bump, smooth
-from ..score import Air, Hand, Touch, Trunk
+from .score import Air, Hand, Touch, Trunk
 
 _FADE = 5.0
 """Frames in which a speed dies away."""

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from retarget_bench.api import Case, CaseFeatures, Prediction, SetMetric
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.evaluation.set_metrics.files import Arrays
 
 NO_REFERENCE = "needs reference motions, and this data set has none"

@@ -5,11 +5,12 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import TypeGuard, cast
+from typing import cast
 
-from retarget_bench.api import CaseFeatures, CaseInfo, Dataset, RealDataset, SetMetric
+from retarget_bench.api import CaseFeatures, CaseInfo, SetMetric
+from retarget_bench.api.comparison import Comparison
+from retarget_bench.api.offers import OffersReal
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.evaluation.plan import dataset, set_metrics
 from retarget_bench.plugins.spec import Spec
 
@@ -28,17 +29,12 @@ class RealSet:
     reason: str = ""
 
 
-def offers(data: Dataset) -> TypeGuard[RealDataset]:
-    """Whether a data set has real motion beside its cases."""
-    return callable(getattr(data, "real", None))
-
-
 @lru_cache(maxsize=8)
 def real_set(data: Spec, metrics: tuple[str, ...], name: str, task: str, structure: str) -> RealSet:
     """What a set metric sees of the real motion of bodies of a structure; kept for all methods that a
     process evaluates. Raises BenchError where the data set's real cases have no references."""
     (metric,) = (each for each in set_metrics(metrics) if each.card.name == name)
-    found = cast(RealDataset, dataset(data)).real(task, structure)
+    found = cast(OffersReal, dataset(data)).real(task, structure)
     infos = {info.id: info for info in found}
     if not infos:
         return RealSet({}, {}, NONE.format(structure))

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import TASKS, Case, CaseInfo, Dataset
+from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, offers
+from retarget_bench.api.offers import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.questions import QUESTIONS, Level, TaskQuestion
 from retarget_bench.motion.character import Character
@@ -35,8 +35,8 @@ class Derived:
         self.question: TaskQuestion = asked(str(task.parameters.get("levels", asked.LEVELS)))
         self._most = _whole(task.parameters.get("motions", 0))
         self.card = replace(data.card, tasks=(task.name,), splits=(SPLIT,))
-        if (unseen := getattr(data, "unseen", None)) is not None:
-            self.unseen = lambda info: unseen(self._listed[info.id][0])
+        if isinstance(data, OffersUnseen):
+            self.unseen = lambda info: data.unseen(self._listed[info.id][0])
 
     @property
     def content(self) -> str:
@@ -53,12 +53,12 @@ class Derived:
     def characters(self) -> Mapping[str, Character]:
         return self._data.characters()
 
-    def training(self) -> Any:
+    def training(self) -> offers.Cast:
         """What the data set has to train on."""
-        return getattr(self._data, "training", dict)()
+        return offers.training(self._data)
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
-        return getattr(self._data, "training_manifest", dict)()
+        return offers.data_manifest(self._data)
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Raises NotSupported for another task or split."""

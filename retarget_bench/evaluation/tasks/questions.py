@@ -10,8 +10,8 @@ from typing import ClassVar, Protocol
 import numpy as np
 
 from retarget_bench.api import Prediction
+from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.comparison import structure_joints
 from retarget_bench.evaluation.tasks import randomness
 from retarget_bench.evaluation.tasks.reduced import reduced
 from retarget_bench.motion.character import Character

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Literal
 
-from retarget_bench.api import TASKS, Dataset
+from retarget_bench.api import TASKS, Dataset, offers
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.plan import Plan, dataset, metric_versions, metrics
 from retarget_bench.evaluation.predict import as_scored
@@ -121,9 +121,7 @@ def _score(folder: Path, manifest: Manifest) -> None:
     plan = Plan(
         methods=(Spec(manifest.method.label),),
         datasets=(spec,),
-        metrics=tuple(
-            name for name, each in working.items() if TASKS[0] in getattr(each.card, "tasks", TASKS[:1])
-        ),
+        metrics=tuple(name for name, each in working.items() if TASKS[0] in offers.metric_tasks(each)),
         root=folder / ROWS,
         stage="score",
         external=folder / PREDICTIONS,

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
+from typing import BinaryIO
 
 from retarget_bench.errors import FileError
 from retarget_bench.motion.bvh import cache as bvh_cache
@@ -19,9 +19,7 @@ from retarget_bench.motion.bvh.recording import Recording, record
 from retarget_bench.motion.bvh.sniff import complaint, without_mark
 from retarget_bench.motion.bvh.values import read_values
 from retarget_bench.motion.bvh.writing import document_of, write_document
-
-if TYPE_CHECKING:
-    from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Motion
 
 __all__ = [
     "Document",

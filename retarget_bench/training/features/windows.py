@@ -22,8 +22,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from retarget_bench.api import Prediction
+from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.comparison import structure_joints
 from retarget_bench.motion import facing
 from retarget_bench.motion.character import Character
 

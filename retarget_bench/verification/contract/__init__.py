@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from retarget_bench import defaults
+from retarget_bench.api.offers import is_set_metric
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import Check, Checks
@@ -31,7 +32,7 @@ def check(kind: registry.Kind, spec: Spec | str, data: Spec | str = defaults.DAT
     if kind == "datasets":
         yield from check_dataset(spec)
     elif kind == "metrics":
-        sets = hasattr(registry.load("metrics", spec.name), "features")
+        sets = is_set_metric(registry.create("metrics", spec))
         look = check_set_metric if sets else check_metric
         yield from look(spec, registry.create("datasets", data))
     elif kind == "posts":

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
-from retarget_bench.evaluation.set_metrics.real import offers
+from retarget_bench.api.offers import offers_real
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -105,10 +105,11 @@ class _Trial:
         return None
 
     def real(self) -> str | None:
-        if not offers(self.data):
+        data: object = self.data
+        if not offers_real(data):
             return None
         for structure in {body.structure for body in self.data.characters().values()}:
-            infos = self.data.real("retarget", structure)
+            infos = data.real("retarget", structure)
             if len({(info.clip, info.target) for info in infos}) != len(infos):
                 return f"a clip of a body of {structure} is offered twice"
             for info in infos[:LOADED]:

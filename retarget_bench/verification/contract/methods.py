@@ -10,9 +10,11 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Method, Prediction
+from retarget_bench.api.offers import method_card, takes_batches
 from retarget_bench.evaluation import predict
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.plugins import parameters, registry
+from retarget_bench.plugins.answers import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import (
     Check,
@@ -74,9 +76,9 @@ class _Trial:
             return f"accepts {sorted(unknown)}; known are {', '.join(KINDS_OF_SOURCE)}"
         if unknown := set(card.needs) - set(PRIVILEGED):
             return f"needs {sorted(unknown)}; known are {', '.join(PRIVILEGED)}"
-        if unknown := set(predict.declared(self.method, "uses")) - set(UNPRIVILEGED):
+        if unknown := set(method_card(self.method).uses) - set(UNPRIVILEGED):
             return f"uses {sorted(unknown)}; known are {', '.join(UNPRIVILEGED)}"
-        if unknown := set(predict.declared(self.method, "tasks")) - set(TASKS):
+        if unknown := set(method_card(self.method).tasks) - set(TASKS):
             return f"tasks {sorted(unknown)}; known are {', '.join(TASKS)}"
         return undescribed("methods", self.spec, card.parameters)
 
@@ -144,7 +146,7 @@ class _Trial:
 
     def batch(self) -> str | None:
         method = self.method
-        if not predict.takes_batches(method):
+        if not takes_batches(method):
             return None
         cases = [resized(case, frames) for frames in BATCH_FRAMES for case in self.cases]
         alone = [(case, self._ask(case)) for case in cases]
@@ -159,7 +161,7 @@ class _Trial:
         if len(answers) != len(pairs):
             return f"gave {len(answers)} answers to {len(pairs)} cases"
         for (case, wanted), answer in zip(known, answers, strict=True):
-            given = predict.verified(answer, case)
+            given = verified(answer, case)
             off = float(np.abs(given.positions - wanted.positions).max(initial=0.0)) / case.target.height
             if off > BATCH_TOLERANCE:
                 return (

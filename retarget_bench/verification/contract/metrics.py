@@ -10,8 +10,8 @@ from typing import get_args
 import numpy as np
 
 from retarget_bench.api import Case, Dataset, Direction, Metric, Prediction, SetMetric, Value
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.evaluation import score
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry

@@ -7,8 +7,8 @@ from collections.abc import Iterator
 import numpy as np
 
 from retarget_bench.api import Case, CaseFeatures, Dataset, Sample, SetMetric
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.comparison import Comparison
 from retarget_bench.evaluation.set_metrics.collect import collect
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec

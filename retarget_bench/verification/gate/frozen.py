@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import cast
 
 from retarget_bench.api import Case, Metric, Prediction, SetMetric
+from retarget_bench.api.offers import is_set_metric
 from retarget_bench.errors import FileError
 from retarget_bench.evaluation import score
 from retarget_bench.verification.gate import packing, sets
@@ -61,13 +62,13 @@ def measure(
     for done, path in enumerate(paths, 1):
         held = read(path)
         for metric in metrics:
-            if not hasattr(metric, "compute") and (hash_ := sets.network(metric, held.case)):
+            if is_set_metric(metric) and (hash_ := sets.network(metric, held.case)):
                 found.networks.setdefault(metric.card.name, {})[held.case.target.structure] = hash_
             for name, case, prediction in _asked(held):
                 found.keep(name, metric, partial(_columns, metric, case, prediction))
         progress(done, len(paths))
     for metric in metrics:
-        if not hasattr(metric, "compute"):
+        if is_set_metric(metric):
             for name in sets.ROWS:
                 found.keep(name, metric, partial(sets.values, metric, name))
     return found
@@ -95,7 +96,7 @@ class FrozenMeasures:
 
 
 def _columns(metric: Metric | SetMetric, case: Case, prediction: Prediction) -> Mapping[str, float]:
-    if hasattr(metric, "compute"):
+    if not is_set_metric(metric):
         return flat(score.score([cast(Metric, metric)], case, prediction))
     return sets.features(metric, case, prediction)
 

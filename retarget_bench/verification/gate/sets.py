@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from retarget_bench.api import Case, Prediction, Sample, SetMetric
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import NotSupported
-from retarget_bench.evaluation.comparison import Comparison
 
 WINDOWS, FEATURES, CLIPS = 240, 16, 24
 """Size of the clouds: enough for every value to be defined, few enough to take no time."""

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench.analysis import summary
-from retarget_bench.api import CaseInfo, Dataset, Method
+from retarget_bench.api import CaseInfo, Dataset, Method, offers
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict as stage_one
@@ -109,12 +109,11 @@ def default_methods() -> list[str]:
     """Labels of the built-in methods that take part in a plain run and are deterministic, variants too."""
     found = []
     for name, method in registry.working("methods")[0].items():
-        card = method.card
+        card = offers.method_card(method)
         if registry.find("methods", name).origin != registry.BUILT_IN:
             continue
-        plain = getattr(card, "default", True) and "retarget" in getattr(card, "tasks", ("retarget",))
-        if plain and not getattr(card, "stochastic", False):
-            variants = [Spec(name, changes) for changes in getattr(card, "variants", ())]
+        if card.default and "retarget" in card.tasks and not card.stochastic:
+            variants = [Spec(name, changes) for changes in card.variants]
             found += [str(registry.canonical("methods", spec)) for spec in (Spec(name), *variants)]
     return found
 
@@ -137,8 +136,8 @@ def method_facts(spec: Spec) -> dict[str, str]:
     """Version, and the hash of the weights of a learned method ("" for others)."""
     method = plans.method(spec)
     return {
-        "version": str(getattr(method.card, "version", "")),
-        "weights": str(getattr(method, "weights_hash", "")),
+        "version": str(offers.method_card(method).version),
+        "weights": offers.weights_hash(method),
     }
 
 

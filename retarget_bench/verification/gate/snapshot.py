@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench.api import Metric, SetMetric
+from retarget_bench.api.offers import is_set_metric, metric_tasks
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.plugins import registry
@@ -70,7 +71,7 @@ def measure(request: GateRequest, progress: Progress) -> Snapshot:
     """Everything asked for. What cannot be measured is named in ``missing``; the rest goes on."""
     missing: list[str] = []
     metrics = _metrics(request.metrics, missing)
-    names = tuple(metric.card.name for metric in metrics if hasattr(metric, "compute"))
+    names = tuple(metric.card.name for metric in metrics if not is_set_metric(metric))
     found = Snapshot(
         complete=request.folder is not None,
         dataset={},
@@ -139,7 +140,7 @@ def _feature_facts(
         sets.feature_value(metric): {"metric": metric.card.name, **plain, "tolerance": sets.TOLERANCE}
         | {"networks": dict(networks[metric.card.name])}
         for metric in metrics
-        if not hasattr(metric, "compute") and metric.card.name in networks
+        if is_set_metric(metric) and metric.card.name in networks
     }
 
 
@@ -157,7 +158,6 @@ def own_metrics() -> tuple[str, ...]:
 def _retargets(name: str) -> bool:
     """Whether a metric is one of retargeting; what cannot be built counts, so that it is told of."""
     try:
-        card = registry.create("metrics", Spec(name)).card
+        return "retarget" in metric_tasks(registry.create("metrics", Spec(name)))
     except BenchError:
         return True
-    return "retarget" in getattr(card, "tasks", ("retarget",))

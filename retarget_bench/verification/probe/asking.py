@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
+from retarget_bench.api.offers import method_card
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.predict import predict
 from retarget_bench.motion.character import Character
@@ -71,7 +72,7 @@ def ask(
             target, to see whether answers depend on them.
     Raises BenchError for a method that needs what probes do not have (references, other clips).
     """
-    if needs := tuple(getattr(method.card, "needs", ())):
+    if needs := method_card(method).needs:
         raise BenchError(
             f"{label} is given {', '.join(n.replace('_', ' ') for n in needs)}, which a rewritten question "
             "does not have; only methods that see source and target alone can be probed"

@@ -1,0 +1,364 @@
+"""Joint sets, named after the rigs they stand for, and bodies built on them.
+
+- ``body22``: the 22-joint body of motion-capture data sets.
+- ``body28``: the 28-joint structure of the skeleton-aware retargeting papers: toe ends and head top are
+  joints, and each collar bone and one spine bone are split by a joint that never rotates on its own.
+- ``body23``: the other structure of these papers: a pelvis between the hips and the legs.
+- ``h36m17``: the 17 points of pose estimation: no collar bones, no hands, no feet beyond the ankle.
+
+All are drawn over one body: ``positions`` says where each part lies, a structure says which parts it has.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+
+import numpy as np
+
+from retarget_bench.motion.contact import CONTACT_ROLES
+from retarget_bench.motion.roles import is_role
+
+from ..conventions import SIDES, sign
+from .proportions import Proportions
+
+
+@dataclass(frozen=True)
+class Structure:
+    """names: of the joints. parts: what each joint is. parents: -1 for the root.
+
+    bending: the parts of the spine that bend, with their share of the whole bend.
+    levels:  all parts of the spine, with their height over the root, shares of the trunk; the last is the
+             chest.
+    silent:  parts that never turn on their own.
+    hidden:  how many of the last parts are no joints of the rig: leaves that the solver alone knows of.
+    roles:   per joint of the rig what the engine knows it as, or None.
+    """
+
+    name: str
+    names: tuple[str, ...]
+    parts: tuple[str, ...]
+    parents: tuple[int, ...]
+    bending: tuple[tuple[str, float], ...]
+    levels: tuple[tuple[str, float], ...]
+    silent: tuple[str, ...]
+    hidden: int = 0
+    roles: tuple[str | None, ...] = field(default=(), repr=False)
+
+    @property
+    def joints(self) -> int:
+        """Number of joints of the rig: the first of the parts."""
+        return len(self.parts) - self.hidden
+
+    @property
+    def chest(self) -> str:
+        return self.levels[-1][0]
+
+    @property
+    def collars(self) -> bool:
+        """Whether collar bones move."""
+        return "left_shoulder" not in self.silent
+
+    @property
+    def contacts(self) -> tuple[int, ...]:
+        """Indices of ``CONTACT_ROLES`` that are joints of the rig."""
+        return tuple(k for k, role in enumerate(CONTACT_ROLES) if role in self.roles)
+
+    @property
+    def labelled(self) -> tuple[str, ...]:
+        """The roles of the joints whose contacts are labelled."""
+        return tuple(CONTACT_ROLES[column] for column in self.contacts)
+
+    @property
+    def lever(self) -> float:
+        """How far the base of the neck comes forward when the spine bends, shares of the trunk a radian."""
+        height = dict(self.levels)
+        return sum(share * (1.0 - height[part]) for part, share in self.bending)
+
+    def positions(self, sizes: Proportions) -> dict[str, np.ndarray]:
+        """Part -> ``(3,)`` metres, standing in the T-pose on the floor."""
+        found = _trunk(sizes, dict(self.levels))
+        for side in SIDES:
+            out = np.array([sign(side), 1.0, 1.0])
+            limbs = {**_leg(sizes), **_arm(sizes)}
+            found |= {f"{side}_{part}": out * np.array(place) for part, place in limbs.items()}
+        return {part: found[part] for part in self.parts}
+
+    def tips(self, sizes: Proportions) -> dict[str, np.ndarray]:
+        """Where the last bones end, from their joint; parts that are ends themselves have none."""
+        ends = {}
+        for side in SIDES:
+            toe = np.array([0.0, 0.0, sizes.toes])
+            ends[f"{side}_hand"] = np.array([sign(side) * sizes.hand, 0.0, 0.0])
+            ends[f"{side}_toe"] = toe
+            ends[f"{side}_foot"] = np.array([0.0, -sizes.ankle, 0.0])
+        ends["head"] = np.array([0.0, sizes.head, 0.0])
+        parents = {self.parts[parent] for parent in self.parents[: self.joints] if parent >= 0}
+        rig = self.parts[: self.joints]
+        return {part: end for part, end in ends.items() if part in rig and part not in parents}
+
+
+# ---------------------------------------------------------------------------------------- the body
+_CURVE = ((0.0, 0.14, 0.38, 0.64, 1.0), (0.0, 0.0, 0.03, 0.01, -0.04))
+"""Heights over the root and how far forward the spine lies there, shares of the trunk: the small of the
+back lies forward, the upper back behind."""
+_HUNCH = (0.0, 0.0, -0.15, -0.30, 0.70)
+"""Likewise what a hunched back adds, shares of ``hunch``."""
+
+
+def _spine(sizes: Proportions, height: float) -> np.ndarray:
+    """A point of the spine at a height over the root, shares of the trunk."""
+    ahead = float(np.interp(height, *_CURVE)) * sizes.trunk
+    ahead += float(np.interp(height, _CURVE[0], _HUNCH)) * sizes.hunch
+    return np.array([0.0, sizes.leg + sizes.pelvis + height * sizes.trunk, ahead])
+
+
+def _trunk(sizes: Proportions, levels: Mapping[str, float]) -> dict[str, np.ndarray]:
+    neck = _spine(sizes, 1.0)
+    head = neck + np.array([0.0, sizes.neck, 0.25 * sizes.neck + 0.3 * sizes.hunch])
+    return {
+        "hips": _spine(sizes, 0.0),
+        "pelvis": np.array([0.0, sizes.leg + 0.3 * sizes.pelvis, 0.0]),
+        **{part: _spine(sizes, height) for part, height in levels.items()},
+        "neck": neck,
+        "head": head,
+        "head_top": head + np.array([0.0, sizes.head, 0.0]),
+    }
+
+
+def _leg(sizes: Proportions) -> dict[str, tuple[float, float, float]]:
+    """Outward, up and forward from the middle of the floor."""
+    out = sizes.hip_half
+    return {
+        "up_leg": (out, sizes.leg, 0.0),
+        "leg": (out, sizes.ankle + sizes.shank, 0.0),
+        "foot": (out, sizes.ankle, 0.0),
+        "toe": (out, sizes.ball_height, sizes.ball),
+        "toe_end": (out, sizes.ball_height, sizes.ball + sizes.toes),
+    }
+
+
+def _arm(sizes: Proportions) -> dict[str, tuple[float, float, float]]:
+    up = sizes.leg + sizes.pelvis + sizes.trunk - sizes.shoulder_drop
+    ahead = float(_spine(sizes, 0.64)[2]) + 0.4 * sizes.hunch
+    out = sizes.shoulder_half
+    return {
+        "shoulder": (sizes.clavicle, up, ahead),
+        "shoulder_split": (0.5 * (sizes.clavicle + out), up, ahead),
+        "arm": (out, up, ahead),
+        "forearm": (out + sizes.upper_arm, up, ahead),
+        "hand": (out + sizes.upper_arm + sizes.forearm, up, ahead),
+    }
+
+
+# ------------------------------------------------------------------------------------ the structures
+Row = tuple[str, str, str]
+"""Joint name, part, parent's part."""
+
+
+def _structure(
+    name: str,
+    rows: list[Row],
+    bending: dict[str, float],
+    levels: dict[str, float],
+    *,
+    hidden: list[Row] | None = None,
+    silent: tuple[str, ...] = (),
+    roles: Mapping[str, str] | None = None,
+) -> Structure:
+    """``rows``: the root first. hidden: likewise, what only the solver knows. roles: where they are not
+    the part's own name."""
+    more, told = hidden or [], roles or {}
+    parts = [part for _, part, _ in rows + more]
+    known = (told.get(part, part) for _, part, _ in rows)
+    return Structure(
+        name=name,
+        names=tuple(joint for joint, _, _ in rows),
+        parts=tuple(parts),
+        parents=tuple(parts.index(parent) if parent else -1 for _, _, parent in rows + more),
+        bending=tuple(bending.items()),
+        levels=tuple(levels.items()),
+        silent=(*(part for part in parts if part.endswith(("_split", "_end", "_top"))), *silent),
+        hidden=len(more),
+        roles=tuple(role if is_role(role) else None for role in known),
+    )
+
+
+def _both(rows: list[Row], sides: tuple[str, ...] = SIDES) -> list[Row]:
+    """The rows for one side, then for the other; ``*`` stands for the side, ``?`` for its first letter."""
+    centre = ("hips", "pelvis", "spine_3")
+    return [
+        (
+            joint.replace("*", side.capitalize()).replace("?", side[0]),
+            f"{side}_{part}",
+            parent if parent in centre else f"{side}_{parent}",
+        )
+        for side in sides
+        for joint, part, parent in rows
+    ]
+
+
+def _legs(toe: str, root: str = "hips", end: str = "") -> list[Row]:
+    rows = [
+        ("*UpLeg", "up_leg", root),
+        ("*Leg", "leg", "up_leg"),
+        ("*Foot", "foot", "leg"),
+        (toe, "toe", "foot"),
+    ]
+    return _both([*rows, (end, "toe_end", "toe")] if end else rows)
+
+
+_ARMS = [
+    ("*Shoulder", "shoulder", "spine_3"),
+    ("*Arm", "arm", "shoulder"),
+    ("*ForeArm", "forearm", "arm"),
+    ("*Hand", "hand", "forearm"),
+]
+_SPLIT_ARMS = [
+    _ARMS[0],
+    ("*Shoulder_split", "shoulder_split", "shoulder"),
+    ("*Arm", "arm", "shoulder_split"),
+    *_ARMS[2:],
+]
+_SPINE = [("Spine", "spine_1", "hips"), ("Spine1", "spine_2", "spine_1"), ("Spine2", "spine_3", "spine_2")]
+_SPLIT_SPINE = [
+    *_SPINE[:2],
+    ("Spine1_split", "spine_2_split", "spine_2"),
+    ("Spine2", "spine_3", "spine_2_split"),
+]
+_HEAD = [("Neck", "neck", "spine_3"), ("Head", "head", "neck")]
+
+_BENDING = {"spine_1": 0.30, "spine_2": 0.35, "spine_3": 0.35}
+_LEVELS = {"spine_1": 0.14, "spine_2": 0.38, "spine_3": 0.64}
+
+BODY22 = _structure(
+    "body22", [("Hips", "hips", ""), *_legs("*Toe"), *_SPINE, *_HEAD, *_both(_ARMS)], _BENDING, _LEVELS
+)
+
+BODY28 = _structure(
+    "body28",
+    [
+        ("Hips", "hips", ""),
+        *_legs("*ToeBase", end="*Toe_End"),
+        *_SPLIT_SPINE,
+        *_HEAD,
+        ("HeadTop_End", "head_top", "head"),
+        *_both(_SPLIT_ARMS),
+    ],
+    _BENDING,
+    {"spine_1": 0.14, "spine_2": 0.30, "spine_2_split": 0.46, "spine_3": 0.62},
+)
+
+BODY23 = _structure(
+    "body23",
+    [
+        ("Hips", "hips", ""),
+        ("Pelvis", "pelvis", "hips"),
+        *_legs("*ToeBase", root="pelvis"),
+        *_SPINE,
+        *_HEAD,
+        *_both(_ARMS),
+    ],
+    _BENDING,
+    _LEVELS,
+    silent=("pelvis",),
+)
+
+H36M17 = _structure(
+    "h36m17",
+    [
+        ("pelvis", "hips", ""),
+        *_both(
+            [("?_hip", "up_leg", "hips"), ("?_knee", "leg", "up_leg"), ("?_ankle", "foot", "leg")],
+            SIDES[::-1],
+        ),
+        ("spine", "spine_1", "hips"),
+        ("thorax", "spine_3", "spine_1"),
+        # the joint called neck lies at the base of the skull, the one called head at the crown
+        ("neck", "head", "spine_3"),
+        ("head", "head_top", "head"),
+        *_both(
+            [
+                ("?_shoulder", "arm", "spine_3"),
+                ("?_elbow", "forearm", "arm"),
+                ("?_wrist", "hand", "forearm"),
+            ]
+        ),
+    ],
+    bending={"spine_1": 0.90, "spine_3": 0.10},
+    levels={"spine_1": 0.40, "spine_3": 1.0},
+    hidden=[("", "neck", "spine_3"), *_both([("", "shoulder", "spine_3"), ("", "toe", "foot")])],
+    silent=("left_shoulder", "right_shoulder"),
+    roles={"spine_3": "spine_2", "head": "neck", "head_top": "head"},
+)
+
+STRUCTURES = {each.name: each for each in (BODY22, BODY28, BODY23, H36M17)}
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A performer, in the T-pose: Y up, facing +Z, left arm along +X, soles on the floor.
+
+    offsets: ``(parts, 3)`` metres, from parent to joint, along world axes; row 0 is the root's place.
+    part:    name of a part (``left_forearm``) -> joint. Parts are this package's own words; joint names
+             are the structure's. The rig has the first ``structure.joints`` of them.
+    rest:    how the rest pose is drawn (``rigs.py``).
+    held_out: never in a training set.
+    """
+
+    name: str
+    structure: Structure
+    proportions: Proportions
+    rest: str
+    held_out: bool = False
+
+    @cached_property
+    def part(self) -> Mapping[str, int]:
+        return {part: joint for joint, part in enumerate(self.structure.parts)}
+
+    @cached_property
+    def children(self) -> Mapping[str, list[tuple[int, str, bool]]]:
+        """Part -> joint and part of each of its children, and whether that is silent."""
+        structure = self.structure
+        found: dict[str, list[tuple[int, str, bool]]] = {part: [] for part in structure.parts}
+        for child, (part, parent) in enumerate(zip(structure.parts, structure.parents, strict=True)):
+            if parent >= 0:
+                found[structure.parts[parent]].append((child, part, part in structure.silent))
+        return found
+
+    @cached_property
+    def offsets(self) -> np.ndarray:
+        structure, positions = self.structure, self.structure.positions(self.proportions)
+        return np.array(
+            [
+                positions[part] - (positions[structure.parts[parent]] if parent >= 0 else 0.0)
+                for part, parent in zip(structure.parts, structure.parents, strict=True)
+            ]
+        )
+
+    @cached_property
+    def tips(self) -> Mapping[str, np.ndarray]:
+        """Part -> where its last bone ends, from its joint, for joints without children."""
+        return self.structure.tips(self.proportions)
+
+    def offset(self, part: str) -> np.ndarray:
+        return self.offsets[self.part[part]]
+
+    def reach(self, part: str, ancestor: str) -> np.ndarray:
+        """``(3,)`` from an ancestor's joint to a part's joint in the T-pose."""
+        total, joint = np.zeros(3), self.part[part]
+        while joint != self.part[ancestor]:
+            total = total + self.offsets[joint]
+            joint = self.structure.parents[joint]
+        return total
+
+    def positions(self, orientations: np.ndarray, root: np.ndarray) -> np.ndarray:
+        """Positions ``(frames, parts, 3)`` from world orientations ``(frames, parts, 3, 3)`` against the
+        T-pose and the root's positions ``(frames, 3)``."""
+        positions = np.empty((*orientations.shape[:2], 3))
+        positions[:, 0] = root
+        for joint, parent in enumerate(self.structure.parents):
+            if parent >= 0:
+                positions[:, joint] = positions[:, parent] + orientations[:, parent] @ self.offsets[joint]
+        return positions

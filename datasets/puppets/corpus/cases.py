@@ -1,0 +1,278 @@
+"""Lists of cases: which bodies perform which clip, and who is retargeted to whom, evenly mixed.
+
+Every choice takes what was taken least so far, counted in whole numbers: the lists are the same
+everywhere, every body comes as often as the others of its family, in either role, and so does every kind.
+Among those taken equally often pairs of unlike build come first, since for bodies that are built alike
+copying is an answer; a hash decides among the rest.
+
+Cases between legs, from people to dogs and back, have no right answer. Every clip of either family but
+those on stairs is given to bodies of the other one. Kinds are PAN's (section 7.2.2): ``sit`` for what is
+done sitting or lying, else ``move`` or ``idle`` by the speed along the path.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from functools import cache
+from itertools import product
+
+from retarget_bench.api import CaseInfo
+from retarget_bench.motion.actions import MOVING, Action, going
+
+from ..conventions import FPS
+from .clips import SIZES, Clip, clips, unable
+from .families import VALIDATION_BODIES, Family, Part, bodies_of, families, unlikeness
+
+Chosen = tuple[Clip, str, str]
+"""Clip, source and target."""
+
+
+@cache
+def cases(size: str, part: Part, seed: int, split: str) -> tuple[Chosen, ...]:
+    """The cases of a split, clip by clip."""
+    listed = clips(size, seed, part)
+    offers = _offers(size, part, seed, split)
+    numbers = _numbers(list(offers), _most(size, part, seed)[split], offers)
+    deal = _Deal(split)
+    dealt: dict[Clip, list[tuple[str, str]]] = {clip: [] for clip in listed}
+    for turn in range(max(numbers.values(), default=0)):
+        for clip, number in numbers.items():
+            if turn < number:
+                dealt[clip].append(deal.best(clip, [p for p in offers[clip] if p not in dealt[clip]]))
+    return tuple((clip, *pair) for clip in listed for pair in dealt[clip])
+
+
+_AGAIN = 30
+"""How much less unlike, in hundredths, a pair counts for each time that it was dealt."""
+
+
+class _Deal:
+    """Pairs given out so far."""
+
+    def __init__(self, split: str) -> None:
+        self.split = split
+        self.sources: Counter[str] = Counter()
+        self.targets: Counter[str] = Counter()
+        self.pairs: Counter[tuple[str, str]] = Counter()
+
+    def best(self, clip: Clip, offered: Sequence[tuple[str, str]]) -> tuple[str, str]:
+        unlike = unlikeness(clip.family)
+
+        def rank(pair: tuple[str, str]) -> tuple[int, int, int]:
+            return (
+                self.sources[pair[0]] + self.targets[pair[1]],
+                _AGAIN * self.pairs[pair] - unlike[pair],
+                _hash(self.split, clip.name, *pair),
+            )
+
+        chosen = min(offered, key=rank)
+        self.sources[chosen[0]] += 1
+        self.targets[chosen[1]] += 1
+        self.pairs[chosen] += 1
+        return chosen
+
+
+@cache
+def _offers(size: str, part: Part, seed: int, split: str) -> Mapping[Clip, tuple[tuple[str, str], ...]]:
+    """Clip -> its possible pairs, of clips that have some."""
+    troupes = _troupes(size, part, seed)
+    found = {clip: _pairs(clip.family, names, split) for clip, names in troupes.items()}
+    if part == "validation":
+        found = {
+            clip: tuple(p for p in pairs if not set(p).isdisjoint(VALIDATION_BODIES))
+            for clip, pairs in found.items()
+        }
+    return {clip: offered for clip, offered in found.items() if offered}
+
+
+@cache
+def _most(size: str, part: Part, seed: int) -> Mapping[str, int]:
+    """How many cases each split has: what the size says, or more for every clip to have one, while the sum
+    over the splits stays what the size says."""
+    asked = SIZES[size].cases if part == "test" else SIZES[size].validation
+    least = {split: len(_offers(size, part, seed, split)) for split in asked}
+    most = {split: max(number, least[split]) for split, number in asked.items()}
+    while sum(most.values()) > sum(asked.values()):
+        richest = max(
+            most, key=lambda split: (most[split] > least[split], most[split] - least[split], split)
+        )
+        most[richest] -= 1
+    return most
+
+
+def _numbers(listed: Sequence[Clip], most: int, offers: Mapping[Clip, Sequence[object]]) -> dict[Clip, int]:
+    """How many cases each clip has: as many as the others, a third of that where it is long."""
+    if most < len(listed):
+        return {listed[k * len(listed) // most]: 1 for k in range(most)}
+    weights = {clip: 1 if clip.long else 3 for clip in listed}
+    total = sum(weights.values())
+    numbers = {clip: max(most * weights[clip] // total, 1) for clip in listed}
+    for clip in listed:
+        numbers[clip] += sum(numbers.values()) < most and not clip.long
+    return {clip: min(number, len(offers[clip])) for clip, number in numbers.items()}
+
+
+@cache
+def _troupes(size: str, part: Part, seed: int) -> Mapping[Clip, tuple[str, ...]]:
+    """The bodies that perform each clip; those that cannot are left out."""
+    used: Counter[str] = Counter()
+    found = {}
+    for clip in clips(size, seed, part):
+        asked = bodies_of(clip.family, part)
+        names = [name for name in asked if name not in unable(clip, asked)]
+        sure = VALIDATION_BODIES if part == "validation" else ()
+        chosen = _troupe(clip, names, SIZES[size].troupe, used, sure)
+        used.update(chosen)
+        found[clip] = chosen
+    return found
+
+
+def _troupe(
+    clip: Clip, names: Sequence[str], most: int, used: Counter[str], sure: Sequence[str]
+) -> tuple[str, ...]:
+    """Out of every structure its share, and at least two: those who are sure to be asked, then those who
+    performed least so far."""
+    if not most or len(names) <= most:
+        return tuple(names)
+    by_structure: dict[str, list[str]] = {}
+    for name in names:
+        by_structure.setdefault(_structure(clip.family, name), []).append(name)
+    chosen = []
+    for mine in by_structure.values():
+        share = max(most * len(mine) // len(names), 2)
+        chosen += sorted(mine, key=lambda name: (name not in sure, used[name], _hash(clip.name, name)))[
+            :share
+        ]
+    return tuple(name for name in names if name in chosen)
+
+
+@cache
+def _pairs(family: Family, troupe: tuple[str, ...], split: str) -> tuple[tuple[str, str], ...]:
+    return tuple((a, b) for a, b in product(troupe, troupe) if split_of(family, a, b) == split)
+
+
+def split_of(family: Family, source: str, target: str) -> str:
+    if source == target:
+        return "self"
+    return "intra" if _structure(family, source) == _structure(family, target) else "cross"
+
+
+def _structure(family: Family, name: str) -> str:
+    return family.bodies[name].structure.name
+
+
+@cache
+def _hash(*names: str) -> int:
+    return int.from_bytes(hashlib.sha256("/".join(names).encode()).digest()[:6], "big")
+
+
+def performers(size: str, part: Part, seed: int) -> Mapping[Clip, tuple[tuple[str, ...], tuple[str, ...]]]:
+    """Clip -> the bodies that perform it in any case, and those of them that are targets."""
+    all_of: dict[Clip, dict[str, bool]] = {}
+    for split in SIZES[size].cases:
+        for clip, source, target in cases(size, part, seed, split):
+            mine = all_of.setdefault(clip, {})
+            mine.setdefault(source, False)
+            mine[target] = True
+    return {
+        clip: (tuple(mine), tuple(name for name, asked in mine.items() if asked))
+        for clip, mine in all_of.items()
+    }
+
+
+def family_by_body() -> dict[str, Family]:
+    """Body -> its family."""
+    return {name: family for family in families() for name in family.bodies}
+
+
+_NUMBERS = {"tiny": 26, "default": 390, "large": 390}
+"""Cases in each direction, at most."""
+_SITTING = ("sit", "get_up", "dog_sit", "dog_lie", "shake_paw")
+"""Kinds whose performer sits or lies for most of the clip, on the floor or on a seat."""
+_STAIRS = ("stairs_up", "stairs_down")
+"""Kinds with a floor that is no other family's."""
+
+
+@cache
+def between_legs(size: str, part: Part, seed: int) -> tuple[CaseInfo, ...]:
+    """Cases from people to dogs, then from dogs to people, clip by clip."""
+    people, dogs = families()
+    return (*_one_way(people, dogs, size, part, seed), *_one_way(dogs, people, size, part, seed))
+
+
+@cache
+def real_motions(size: str, part: Part, seed: int) -> tuple[CaseInfo, ...]:
+    """Every clip by every body that performs it in a case of the corpus, as a self case."""
+    performed = performers(size, part, seed)
+    return tuple(
+        _info(clip, name, name)
+        for clip, (names, _) in performed.items()
+        if clip.kind not in _STAIRS
+        for name in names
+    )
+
+
+@cache
+def clip_action(clip: Clip) -> Action:
+    """The main action of a clip, known without solving it."""
+    if clip.kind in _SITTING:
+        return "sit"
+    return "move" if going(clip.score().path, FPS) >= MOVING else "idle"
+
+
+def _one_way(source: Family, target: Family, size: str, part: Part, seed: int) -> list[CaseInfo]:
+    performed = performers(size, part, seed)
+    offered = {
+        clip: names
+        for clip, (names, _) in performed.items()
+        if clip.family is source and clip.kind not in _STAIRS
+    }
+    aims = bodies_of(target, part)
+    used: Counter[tuple[str, str]] = Counter()
+    dealt: dict[Clip, list[tuple[str, str]]] = {clip: [] for clip in offered}
+    listed = list(offered)
+    for turn in range(_NUMBERS[size]):
+        clip = listed[_place(turn, len(listed), _NUMBERS[size])]
+        free = [(a, b) for a in offered[clip] for b in aims if (a, b) not in dealt[clip]]
+        if free:
+            pair = min(free, key=lambda pair: _rank(used, clip, pair))
+            used.update([("source", pair[0]), ("target", pair[1])])
+            dealt[clip].append(pair)
+    return [_info(clip, *pair) for clip in listed for pair in dealt[clip]]
+
+
+def _place(turn: int, clips: int, number: int) -> int:
+    """Which clip has its turn: all in order again and again, or some, evenly, where not all have one."""
+    return turn % clips if number >= clips else turn * clips // number
+
+
+def _rank(used: Counter[tuple[str, str]], clip: Clip, pair: tuple[str, str]) -> tuple[int, int]:
+    asked = used["source", pair[0]] + used["target", pair[1]]
+    return asked, _legs_hash(clip.name, *pair)
+
+
+def _legs_hash(*names: str) -> int:
+    return int.from_bytes(hashlib.sha256("/".join(("legs", *names)).encode()).digest()[:6], "big")
+
+
+def _info(clip: Clip, source: str, target: str) -> CaseInfo:
+    return CaseInfo(
+        id=f"puppets/{source}>{target}/{clip.name}",
+        task="retarget",
+        split="self" if source == target else "cross",
+        source=source,
+        target=target,
+        clip=clip.name,
+        kind=clip_action(clip),
+        frames=clip.frames,
+    )
+
+
+def of_structure(infos: Sequence[CaseInfo], structure: str) -> list[CaseInfo]:
+    """The cases whose target is of a structure."""
+    everybody = family_by_body()
+    return [
+        info for info in infos if everybody[info.target].bodies[info.target].structure.name == structure
+    ]

@@ -1,0 +1,131 @@
+"""Several performances of a dog one after the other: all begin and end standing.
+
+Whoever sits or lies down gets up again. Paws stay where the part before left them until the next one lifts
+them; all other channels run on with fading speed and are cross-faded on a bridge.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
+
+import numpy as np
+
+from ...randomness import Stream
+from ..fading import bridged, joined_trunk
+from ..people.sequencing import TRANSITION
+from ..score import Act, DogScore, Paw, PawPlant, idle_hands
+from .gaits import trot, walk
+from .resting import backwards, settling, stand, turn
+
+BRIDGE = 16
+"""Frames between two parts."""
+_STRETCHED = 1.4
+"""How much longer parts are in performances of more than ten seconds."""
+
+
+def sequence(stream: Stream, frames: int, kinds: Sequence[str] = ()) -> DogScore:
+    """Walking, trotting, standing, turning, sitting and lying in some order, by one dog.
+
+    kinds: in this order, out of ``PARTS``; or as many as there is time for, none again until all others
+    have had their turn. ``Score.acts`` says what is done when.
+    """
+    order = list(kinds) or _drawn_order(stream, frames)
+    shares = np.cumsum([0.0, *(PARTS[kind][1] * stream.uniform(0.9, 1.1) for kind in order)])
+    room = frames - BRIDGE * (len(order) - 1)
+    ends = np.round(shares / shares[-1] * room).astype(int).tolist()
+    whole: DogScore | None = None
+    for number, kind in enumerate(order):
+        part = PARTS[kind][0](stream.part(number, kind), ends[number + 1] - ends[number])
+        whole = part if whole is None else joined(whole, part)
+    assert whole is not None
+    return replace(
+        whole, kind="dog_sequence", parameters={"kinds": "+".join(order)}, acts=whole.stretches()
+    )
+
+
+def _drawn_order(stream: Stream, frames: int) -> list[str]:
+    """Kinds that there is time for, beginning with something else than standing."""
+    usual = {kind: long * (_STRETCHED if frames > 300 else 1.0) for kind, (_, long) in PARTS.items()}
+    order: list[str] = []
+    left = 1.1 * frames
+    while True:
+        had = order[len(order) - len(order) % len(usual) :]
+        room = left - (BRIDGE if order else 0)
+        not_now = (*had, *order[-1:]) if order else ("dog_stand",)
+        fits = [kind for kind in usual if kind not in not_now and usual[kind] <= room]
+        if not fits:
+            return order or ["dog_turn"]
+        order.append(stream.choice(fits))
+        left = room - usual[order[-1]]
+
+
+def _down_and_up(stream: Stream, frames: int, kind: str) -> DogScore:
+    """To the floor, a while there, and up again."""
+    down = (frames - BRIDGE) // 2
+    first = settling(stream.part("down"), down, kind)
+    return joined(first, backwards(settling(stream.part("up"), frames - BRIDGE - down, kind)), kind)
+
+
+PARTS: dict[str, tuple[Callable[[Stream, int], DogScore], int]] = {
+    "dog_walk": (partial(walk, there=(True,)), 75),
+    "trot": (partial(trot, there=(True,)), 65),
+    "dog_stand": (stand, 45),
+    "dog_turn": (turn, 58),
+    "dog_sit": (partial(_down_and_up, kind="dog_sit"), 136),
+    "dog_lie": (partial(_down_and_up, kind="dog_lie"), 140),
+}
+"""Kinds that begin and end standing, and how many frames they ask for."""
+
+
+# --------------------------------------------------------------------------------------- two as one
+def joined(a: DogScore, b: DogScore, between: str = TRANSITION) -> DogScore:
+    """``a``, a bridge, and ``b`` brought to where ``a`` ends and facing as it does there.
+
+    between: the kind of the bridge.
+    """
+    b = _brought(a, b)
+    start = a.frames + BRIDGE
+
+    acts = tuple(replace(act, first=act.first + start, end=act.end + start) for act in b.stretches())
+    return replace(
+        a,
+        heading=bridged(a.heading, b.heading, BRIDGE),
+        path=bridged(a.path, b.path, BRIDGE),
+        sway=bridged(a.sway, b.sway, BRIDGE),
+        height=bridged(a.height, b.height, BRIDGE),
+        balance=bridged(a.balance, b.balance, BRIDGE),
+        support=bridged(a.support, b.support, BRIDGE),
+        fore=bridged(a.fore, b.fore, BRIDGE),
+        anchor=bridged(a.anchor, b.anchor, BRIDGE),
+        neck=bridged(a.neck, b.neck, BRIDGE),
+        tail=bridged(a.tail, b.tail, BRIDGE),
+        spread=bridged(a.spread, b.spread, BRIDGE),
+        trunk=joined_trunk(a.trunk, b.trunk, a.frames, b.frames, BRIDGE),
+        hands=idle_hands(start + b.frames),
+        paws={limb: _joined_paw(paw, b.paws[limb], start) for limb, paw in a.paws.items()},
+        acts=(*a.stretches(), Act(between, a.frames, start), *acts),
+        phase=np.concatenate([a.phases(), np.arange(BRIDGE) / BRIDGE, b.phases()]),
+    )
+
+
+def _brought(a: DogScore, b: DogScore) -> DogScore:
+    turned = float(a.heading[-1] - b.heading[0])
+    c, s = np.cos(turned), np.sin(turned)
+    path = (b.path - b.path[0]) @ np.array([[c, -s], [s, c]]) + a.path[-1]
+    return replace(b, heading=b.heading + turned, path=path)
+
+
+def _joined_paw(a: Paw, b: Paw, start: int) -> Paw:
+    """The last stay of ``a`` goes on until the first of ``b`` ends."""
+    stays, leaves = a.plants[-1], _later(b.plants[0], start)
+    names = ("lift", "off", "off_pitch", "lift_height", "curl")
+    stays = replace(stays, **{name: getattr(leaves, name) for name in names})
+    later = (_later(plant, start) for plant in b.plants[1:])
+    return Paw((*a.plants[:-1], stays, *later), bridged(a.flat, b.flat, BRIDGE))
+
+
+def _later(plant: PawPlant, frames: int) -> PawPlant:
+    moved = {name: getattr(plant, name) + frames for name in ("moment", "strike", "flat", "lift", "off")}
+    return replace(plant, **moved)

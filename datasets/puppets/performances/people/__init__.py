@@ -1,0 +1,131 @@
+"""Kinds of performance on two legs: each function draws a Score of so many frames from random numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+
+from ...randomness import Stream
+from ..score import Score
+from . import (
+    crawling,
+    dancing,
+    gestures,
+    jumping,
+    kneeling,
+    running,
+    sitting,
+    squatting,
+    stairs,
+    striking,
+    walking,
+)
+from .sequencing import strung
+
+
+def sequence(
+    stream: Stream, frames: int, kinds: Sequence[str] = (), among: Sequence[str] | None = None
+) -> Score:
+    """Several kinds one after the other by one person, with transitions: ``kinds`` in order, or drawn
+    ``among`` names (all kinds that begin and end standing). ``Score.acts`` says what is done when.
+
+    Raises ValueError where a kind does not stand where it is joined (``sequencing.py`` tells how to).
+    """
+    offered = STRUNG if among is None else among
+    whole = {name: FROM_STAND_TO_STAND.get(name, KINDS[name]) for name in (*offered, *kinds)}
+    return strung(stream, frames, whole, kinds, LEAST)
+
+
+STRUNG = (
+    "walk",
+    "walk_backwards",
+    "walk_sideways",
+    "turn",
+    "jump",
+    "leap",
+    "hop",
+    "wave",
+    "squat",
+    "stand",
+    "point",
+    "clap",
+    "hands_on_hips",
+    "arms_crossed",
+    "touch_head",
+    "touch_toe",
+    "salute",
+    "bow",
+    "kick_front",
+    "kick_side",
+    "punch",
+    "throw",
+    "catch",
+    "push",
+    "pull",
+    "dance_steps",
+    "dance_line",
+    "lunge",
+    "kneel",
+    "lift",
+    "touch_floor",
+    "arc",
+    "sneak",
+    "limp",
+)
+"""Kinds that sequences draw on their own: their performances begin and end standing, or often enough do."""
+
+LEAST: Mapping[str, int] = {"lunge": 112, "kneel": 112, "lift": 220, "touch_floor": 80}
+"""Frames that a kind takes from standing to standing: of fewer a clip shows a part."""
+
+KINDS: Mapping[str, Callable[..., Score]] = {
+    "walk": walking.walk,
+    "wave": gestures.wave,
+    "squat": squatting.squat,
+    "stand": gestures.stand,
+    "point": gestures.point,
+    "clap": gestures.clap,
+    "hands_on_hips": gestures.hands_on_hips,
+    "arms_crossed": gestures.arms_crossed,
+    "touch_head": gestures.touch_head,
+    "touch_toe": gestures.touch_toe,
+    "salute": gestures.salute,
+    "bow": gestures.bow,
+    "kick_front": striking.kick_front,
+    "kick_side": striking.kick_side,
+    "punch": striking.punch,
+    "throw": striking.throw,
+    "catch": striking.catch,
+    "push": striking.push,
+    "pull": striking.pull,
+    "arc": walking.arc,
+    "walk_backwards": walking.walk_backwards,
+    "walk_sideways": walking.walk_sideways,
+    "turn": walking.turn,
+    "sneak": walking.sneak,
+    "march": walking.march,
+    "limp": walking.limp,
+    "jog": running.jog,
+    "run": running.run,
+    "stairs_up": stairs.stairs_up,
+    "stairs_down": stairs.stairs_down,
+    "jump": jumping.jump,
+    "leap": jumping.leap,
+    "hop": jumping.hop,
+    "dance_steps": dancing.dance_steps,
+    "dance_line": dancing.dance_line,
+    "lunge": kneeling.lunge,
+    "kneel": kneeling.kneel,
+    "sit": sitting.sit,
+    "get_up": sitting.get_up,
+    "crawl": crawling.crawl,
+    "lift": squatting.lift,
+    "touch_floor": squatting.touch_floor,
+    "sequence": sequence,
+}
+"""Kind -> the function that draws one performance of so many frames."""
+
+FROM_STAND_TO_STAND: Mapping[str, Callable[[Stream, int], Score]] = {
+    kind: partial(KINDS[kind], mode="there")
+    for kind in ["walk", "walk_backwards", "walk_sideways", "turn", "arc", "sneak", "limp", "jump", "leap"]
+}
+"""How kinds that need not stand at either end are drawn for sequences."""

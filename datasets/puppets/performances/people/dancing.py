@@ -1,0 +1,264 @@
+"""Two dance routines: steps in bars of four beats with figures of the arms, and a line dance of touches."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from ...conventions import SIDES, sign
+from ...curves import ramp, through
+from ...randomness import Stream
+from ..score import Score
+from . import arms
+from .arms import Shape, other
+from .scene import Scene, step_to
+
+_QUICKEST = 14
+"""Frames of a beat below which there is time for neither steps nor great figures."""
+_SWAY = 0.30
+"""How far the weight goes to a side on a beat without a step."""
+
+
+class _Floor:
+    """The dancer's place on the floor and the course of the weight. place: (x, z) leg lengths, of the
+    middle."""
+
+    def __init__(self, scene: Scene, beat: int, start: int) -> None:
+        self.scene, self.beat, self.start = scene, beat, start
+        self.heading, self.place = float(scene.feet.heading[0]), np.zeros(2)
+        self.turned = np.zeros(scene.frames)
+        self.weight = [(-40.0, 0.5), (start - 4.0, 0.5)]
+
+    def at(self, number: float) -> float:
+        """Frame of a beat."""
+        return self.start + self.beat * number
+
+    def step(self, number: int, side: str, left: float, ahead: float, turn: float = 0.0) -> None:
+        """On a beat a foot goes to a place beside the middle, seen from where the bar began."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        place = self.place + left * np.array([c, -s]) + ahead * np.array([s, c])
+        scene, start = self.scene, round(self.at(number))
+        scene.feet = step_to(
+            scene.feet, side, start, (float(place[0]), float(place[1])), self.heading + turn, self.beat
+        )
+        self.weight.append((start + 0.5 * self.beat, 0.5 - 0.36 * sign(side)))
+
+    def sway(self, number: int, side: str) -> None:
+        self.weight.append((self.at(number) + 0.5 * self.beat, 0.5 + _SWAY * sign(side)))
+
+    def moved(self, number: int, left: float, ahead: float, turn: float = 0.0) -> None:
+        """The bar from a beat on has brought the body there."""
+        c, s = np.cos(self.heading), np.sin(self.heading)
+        self.place = self.place + left * np.array([c, -s]) + ahead * np.array([s, c])
+        self.heading += turn
+        self.turned += turn * ramp(self.scene.k, self.at(number), self.at(number + 4))
+
+    def close(self) -> None:
+        """The weight and the heading as the steps have made them."""
+        last = self.weight[-1][0] + self.beat
+        times, values = zip(*self.weight, (last, 0.5), (last + 60.0, 0.5), strict=True)
+        feet = self.scene.feet
+        support = through(self.scene.k, list(times), list(values))
+        self.scene.feet = replace(feet, heading=feet.heading + self.turned, support=support)
+
+
+# ------------------------------------------------------------------------------------------ steps
+def _vine(floor: _Floor, number: int, lead: str) -> None:
+    """Side, together, side, together."""
+    way = 0.24 * sign(lead)
+    for beat, (side, to) in enumerate(
+        ((lead, way), (other(lead), way), (lead, 2 * way), (other(lead), 2 * way))
+    ):
+        floor.step(number + beat, side, to, 0.0)
+    floor.moved(number, 2 * way, 0.0)
+
+
+def _march(floor: _Floor, number: int, lead: str, way: float) -> None:
+    """Three steps ahead or back, and together."""
+    for beat, to in enumerate((0.26, 0.52, 0.70, 0.70)):
+        floor.step(number + beat, lead if beat % 2 == 0 else other(lead), 0.0, way * to)
+    floor.moved(number, 0.0, 0.70 * way)
+
+
+def _turn(floor: _Floor, number: int, lead: str) -> None:
+    """Round by a quarter or more on the spot, the inner foot first."""
+    angle = 1.6 * sign(lead)
+    for beat, share in enumerate((0.5, 0.5, 1.0, 1.0)):
+        floor.step(number + beat, lead if beat % 2 == 0 else other(lead), 0.0, 0.0, angle * share)
+    floor.moved(number, 0.0, 0.0, angle)
+
+
+def _sway(floor: _Floor, number: int, lead: str) -> None:
+    for beat in range(4):
+        floor.sway(number + beat, lead if beat % 2 == 0 else other(lead))
+
+
+# ------------------------------------------------------------------------------------------ arms
+def _figure(floor: _Floor, number: int, name: str, lead: str) -> None:
+    """Move both arms in a bar; they stay where the next bar finds them."""
+    scene, at, beat = floor.scene, floor.at, floor.beat
+    if name in ("hips", "shoulders", "belly"):
+        point = {"hips": "hip", "shoulders": "shoulder", "belly": "belly"}[name]
+        for late, side in enumerate((lead, other(lead))):
+            scene.arm(
+                side,
+                at(number) - 2,
+                at(number + 1) + 0.4 * beat * late,
+                arms.on(point, side),
+                (0.08, 0.0, 0.12),
+            )
+            if beat >= _QUICKEST:
+                scene.arm(side, at(number + 3) + 0.2 * beat * late, at(number + 4), _READY)
+    elif name == "raise":
+        for side in SIDES:
+            scene.arm(
+                side,
+                at(number),
+                at(number + 1.4),
+                Shape((0.42, 0.80, 0.20), (-0.2, 0.0, -0.5), upright=0.8),
+            )
+            scene.arm(side, at(number + 2), at(number + 3.5), _READY, (0.25, 0.0, 0.0))
+    elif name == "clap":
+        for side in SIDES:
+            for half in (0, 2):
+                met = round(at(number + 1 + half))
+                scene.arm(side, at(number + half), met, _together(side), (0.06, 0.0, 0.0))
+                scene.arm(side, met + 1, met + 0.8 * beat, _READY)
+    elif name == "diagonal":
+        for half in (0, 2):
+            up, down = Shape((0.62, 0.68, 0.25), upright=0.8), Shape((-0.42, -0.60, 0.42), upright=0.6)
+            begin = at(number + half)
+            scene.arm(lead, begin, begin + 0.9 * beat, up, (0.0, 0.0, 0.22))
+            scene.arm(lead, begin + beat, begin + 1.95 * beat, down, (0.05, 0.0, 0.28))
+        scene.arm(
+            other(lead), at(number) - 2, at(number + 1), arms.on("hip", other(lead)), (0.1, 0.0, 0.05)
+        )
+        scene.arm(other(lead), at(number + 3), at(number + 4), _READY)
+    else:
+        for half in range(4):
+            ahead, back = (lead, other(lead)) if half % 2 == 0 else (other(lead), lead)
+            scene.arm(
+                ahead, at(number + half), at(number + half + 1), Shape((0.10, -0.45, 0.58), upright=0.8)
+            )
+            scene.arm(
+                back, at(number + half), at(number + half + 1), Shape((0.28, -0.68, -0.20), upright=0.8)
+            )
+
+
+_READY = Shape((0.22, -0.52, 0.38), (0.0, 0.0, 0.2), swivel=0.1, upright=0.7)
+
+
+def _together(side: str) -> Shape:
+    """Palm to palm before the chest."""
+    return Shape(
+        (0.035, -0.22, 0.56),
+        swivel=0.25,
+        upright=0.5,
+        middle=1.0,
+        touch="left_palm" if side == "right" else "",
+        palm=(-1.0, 0.0, 0.0),
+        fingers=(0.0, 0.4, 0.92),
+    )
+
+
+def dance_steps(stream: Stream, frames: int) -> Score:
+    """Bars of side steps, steps ahead and back, turns and sways, each with a figure of the arms."""
+    scene, floor, bars = _begun(stream, frames, (15, 18))
+    steps, figures = [], []
+    side, before = stream.choice(SIDES), ""
+    for bar in range(bars):
+        name = stream.choice(("vine", "march", "turn", "sway"))
+        # what led away leads back
+        name = before if before in ("vine", "march") and bar % 2 else name
+        name = "sway" if floor.beat < _QUICKEST else name
+        again = bar % 2 == 1 and name == before
+        number = 4 * bar
+        if name == "vine":
+            _vine(floor, number, other(side) if again else side)
+        elif name == "march":
+            _march(floor, number, side, -1.0 if again else 1.0)
+        elif name == "turn":
+            side = other(side)
+            _turn(floor, number, side)
+        else:
+            _sway(floor, number, side)
+        before = name
+        quick = ("hips", "belly")
+        slow = ("swing", "raise", "clap", "diagonal", "shoulders", *quick)
+        figure = stream.choice(quick if floor.beat < _QUICKEST else slow)
+        _figure(floor, number, figure, side)
+        steps.append(name)
+        figures.append(figure)
+    return _ended(scene, floor, bars, "dance_steps", steps="+".join(steps), figures="+".join(figures))
+
+
+def dance_line(stream: Stream, frames: int) -> Score:
+    """A line dance: one hand after the other ahead, turned up, to shoulders, to head, belly or knees, to
+    the hips; then it begins anew, turned to another wall."""
+    scene, floor, bars = _begun(stream, frames, (18, 22))
+    first = stream.choice(SIDES)
+    third = stream.choice(("head", "belly", "knees"))
+    for bar in range(bars):
+        number, phrase = 4 * bar, bar % 4
+        if floor.beat < _QUICKEST:
+            phrase = 3
+        _line_bar(floor, number, ("ahead", "shoulders", third, "hips")[phrase], first)
+        if phrase == 3 and floor.beat >= _QUICKEST:
+            _turn(floor, number, first)
+        else:
+            _sway(floor, number, first)
+    return _ended(scene, floor, bars, "dance_line", third=third, first=first)
+
+
+def _line_bar(floor: _Floor, number: int, name: str, first: str) -> None:
+    """Four beats: each hand has one of its own and rests in the next."""
+    scene, at, beat = floor.scene, floor.at, floor.beat
+    for late, side in enumerate((first, other(first))):
+        begin = at(number + late)
+        end = begin + 0.85 * beat
+        if name == "ahead":
+            flat = Shape((0.10, -0.04, 0.86), (-0.1, 0.0, 0.0), 0.15, 0.9, palm=(0.0, -1.0, 0.0))
+            scene.arm(side, begin, end, flat, (0.0, 0.0, 0.05))
+            up = replace(flat, palm=(-0.85, 0.5, 0.0))
+            scene.arm(side, at(number + 2 + late), at(number + 2 + late) + 0.8 * beat, up)
+        elif name == "shoulders":
+            scene.arm(side, begin, at(number + 2 + late) - 2, arms.on("shoulder", side))
+        elif name == "head":
+            scene.arm(side, begin, at(number + 2 + late) - 2, arms.on("head", side), (0.05, 0.0, 0.10))
+        elif name == "belly":
+            scene.arm(side, begin, at(number + 2 + late) - 4, arms.on("belly", side), (0.05, 0.0, 0.08))
+        elif name == "knees":
+            scene.arm(side, at(number) + 2 * late, at(number + 2), arms.on("knee", side), (0.05, 0.0, 0.10))
+            scene.arm(side, at(number + 2.8), at(number + 4), _READY, (0.0, 0.0, 0.10))
+        else:
+            scene.arm(side, begin, at(number + 2 + late) - 4, arms.on("hip", side), (0.10, 0.0, 0.12))
+    if name == "knees":
+        down = scene.held(at(number), at(number + 1.9), at(number + 2.7), at(number + 4))
+        scene.low += 0.26 * down
+        scene.bend(down, pelvis=(0.0, 0.48, 0.0), chest=(0.0, 0.36, 0.0), gaze=(0.0, 0.3, 0.0))
+
+
+# ------------------------------------------------------------------------------------------ both
+def _begun(stream: Stream, frames: int, beats: tuple[int, int]) -> tuple[Scene, _Floor, int]:
+    """A dancer who stands, the floor, and how many whole bars the time is right for."""
+    scene = Scene(stream, frames, width=stream.uniform(1.1, 1.5), shift=0.1)
+    beat = min(round(stream.uniform(*beats)), (frames - 20) // 4)
+    floor = _Floor(scene, beat, 5)
+    return scene, floor, max((frames - 20) // (4 * beat), 1)
+
+
+def _ended(scene: Scene, floor: _Floor, bars: int, kind: str, **parameters: str) -> Score:
+    """Arms come to rest; knees and chest go with every beat."""
+    end = floor.at(4 * bars)
+    for side in SIDES:
+        scene.arm(side, end - 6, min(end + 18, scene.frames - 1.0), None, (0.12, 0.0, 0.04))
+    floor.close()
+    beats = np.pi * (scene.k - floor.start) / floor.beat
+    dancing = scene.held(floor.start, floor.start + 12.0, end - 8.0, end + 8.0)
+    bounce = scene.stream.uniform(0.6, 1.3)
+    scene.low += bounce * dancing * (0.016 + 0.012 * np.cos(2.0 * beats))
+    aside = dancing * np.sin(beats)
+    scene.bend(bounce * aside, pelvis=(0.05, 0.0, 0.0), chest=(-0.09, 0.0, 0.03), gaze=(0.0, 0.0, -0.05))
+    scene.bend(bounce * dancing * np.cos(2.0 * beats), chest=(0.0, 0.03, 0.0), gaze=(0.0, 0.04, 0.0))
+    return scene.score(kind, beat=floor.beat, bars=bars, **parameters)

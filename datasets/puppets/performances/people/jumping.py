@@ -1,0 +1,390 @@
+"""Jumps on the spot and forward, and hopping on one leg.
+
+Take-off, flight and landing follow each other like a thrown body's; how far the legs give in landing
+grows with the speed they stop.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from ...conventions import GRAVITY, SIDES, sign
+from ...curves import plateau, spline, through, wander
+from ...randomness import Stream
+from ..score import Air, Foot, Hand, Plant, Score, Trunk
+from .scene import EVER, shifting
+from .striding import carried, hung
+from .style import Style, hand, hanging, idle_hand, seconds, trunk
+
+STAND = 0.990
+"""Height of the hip joints of who stands, leg lengths."""
+
+
+@dataclass(frozen=True)
+class _Jump:
+    """One jump. down: frame at which the knees begin to bend. off, strike: last frame on the toes, first
+    frame on them again. deep, soft: height of the hips at the lowest before and after. tall, land: at
+    take-off and landing, leg lengths. far: how far the feet travel."""
+
+    down: float
+    off: int
+    strike: int
+    deep: float
+    soft: float
+    tall: float
+    land: float
+    far: float
+
+    @property
+    def rise(self) -> float:
+        """Speed at take-off, leg lengths a frame."""
+        time = self.strike - self.off
+        return (self.land - self.tall) / time + 0.5 * GRAVITY * time
+
+    @property
+    def fall(self) -> float:
+        return GRAVITY * (self.strike - self.off) - self.rise
+
+    @property
+    def low(self) -> float:
+        """Frame of the lowest point before: the push has one acceleration."""
+        return self.off - 1.8 * (self.tall - self.deep) / self.rise
+
+    @property
+    def caught(self) -> float:
+        """Frame of the lowest point after."""
+        return self.strike + 2.0 * (self.land - self.soft) / self.fall
+
+    @property
+    def up(self) -> float:
+        """Frame at which the body stands again."""
+        return self.caught + 14.0 + 22.0 * (STAND - self.soft)
+
+    def heights(self) -> list[tuple[float, float, float]]:
+        """Time, height and slope at the turning points."""
+        return [
+            (self.down, STAND, 0.0),
+            (self.low, self.deep, 0.0),
+            (float(self.off), self.tall, self.rise),
+            (float(self.strike), self.land, -self.fall),
+            (self.caught, self.soft, 0.0),
+            (self.up, STAND, 0.0),
+        ]
+
+
+def _jumps(
+    stream: Stream, frames: int, time: tuple[float, float], far: tuple[float, float], whole: bool
+) -> list[_Jump]:
+    """As many jumps as the clip holds; the first begins soon, the last ends before the clip, or is cut off
+    unless all are to be ``whole``."""
+    shallow = 0.13 if whole and frames < 110 else 0.0
+    deep, soft = stream.uniform(0.62 + shallow, 0.80), stream.uniform(0.66 + shallow, 0.84)
+    air, travel = stream.uniform(*time), stream.uniform(*far)
+    pause, at = stream.uniform(2.0, 22.0), stream.uniform(0.0 if whole else -4.0, 4.0 if shallow else 10.0)
+    found: list[_Jump] = []
+    while at < frames:
+        off = round(at + 14.0 + 40.0 * (0.98 - deep) * stream.uniform(0.9, 1.3))
+        jump = _Jump(
+            down=at,
+            off=off,
+            strike=off + round(air * stream.uniform(0.93, 1.07)),
+            deep=deep * stream.uniform(0.97, 1.03),
+            soft=soft * stream.uniform(0.97, 1.03),
+            tall=1.005,
+            land=0.955,
+            far=travel * stream.uniform(0.9, 1.1),
+        )
+        if whole and found and jump.up > frames - 2:
+            break
+        found.append(jump)
+        at = jump.up + pause * stream.uniform(0.5, 1.5)
+    return found
+
+
+def jump(stream: Stream, frames: int, mode: str = "") -> Score:
+    """Straight up from both feet, arms thrown up, legs hanging or drawn up."""
+    style = Style.draw(stream)
+    jumps = _jumps(stream, frames, (10.0, 15.5), (0.0, 0.0), mode == "there")
+    tuck = stream.choice((0.0, 0.0, 0.6, 1.0))
+    return _jumping(stream, "jump", frames, style, jumps, tuck)
+
+
+def leap(stream: Stream, frames: int, mode: str = "") -> Score:
+    """A standing long jump, feet together, arms swinging through."""
+    style = Style.draw(stream)
+    jumps = _jumps(stream, frames, (10.5, 14.5), (0.75, 1.45), mode == "there")
+    return _jumping(stream, "leap", frames, style, jumps, stream.uniform(0.5, 1.0))
+
+
+def _jumping(
+    stream: Stream, kind: str, frames: int, style: Style, jumps: Sequence[_Jump], tuck: float
+) -> Score:
+    t, heading = np.arange(frames, dtype=float), stream.uniform(-np.pi, np.pi)
+    knots = [knot for each in jumps for knot in each.heights()]
+    way, loose = _way(jumps, t), np.zeros(frames)
+    for each in jumps:
+        if each.far > 0.0:
+            loose += plateau(t, each.low - 6.0, each.off - 1.0, each.strike, each.caught + 16.0)
+    crouch = _crouch(jumps, t)
+    direction = np.array([np.sin(heading), np.cos(heading)])
+    feet = {side: _feet(jumps, frames, style, heading, tuck) for side in SIDES}
+    return Score(
+        kind=kind,
+        heading=np.full(frames, heading),
+        path=way[:, None] * direction,
+        sway=np.zeros((frames, 2)),
+        height=spline(t, *zip(*knots, strict=True)),
+        balance=1.0 - loose,
+        support=shifting(stream, frames, 0.06),
+        trunk=_trunk(stream, style, seconds(frames), crouch),
+        feet=feet,
+        hands={side: _arm(stream, style, jumps, side, t) for side in SIDES},
+        parameters={"jumps": float(len(jumps)), "tuck": tuck, "far": jumps[0].far},
+        flights=tuple((each.off, each.strike) for each in jumps if each.off < frames - 1),
+        impacts=tuple(frame for each in jumps for frame in (each.off, each.strike) if frame < frames),
+    )
+
+
+def _way(jumps: Sequence[_Jump], t: np.ndarray) -> np.ndarray:
+    """How far the body has come ``(frames,)``, leg lengths: falling forward before the take-off, landing
+    behind the feet."""
+    way, start = np.zeros_like(t), 0.0
+    for each in jumps:
+        ahead, behind = 0.24 * min(each.far, 1.0), 0.22 * min(each.far, 1.0)
+        end = start + each.far
+        speed = (each.far - ahead - behind) / (each.strike - each.off)
+        times = (each.low - 4.0, each.off, each.strike, each.caught + 12.0)
+        values = (start, start + ahead, end - behind, end)
+        way = np.where(t >= times[0], spline(t, times, values, (0.0, speed, speed, 0.0)), way)
+        way = np.where(t > times[-1], end, way)
+        start = end
+    return way
+
+
+def _crouch(jumps: Sequence[_Jump], t: np.ndarray) -> np.ndarray:
+    """0 standing, about 1 in the deepest crouch, below 0 stretched in the air."""
+    times, values = [-float(EVER)], [0.0]
+    for each in jumps:
+        times += [each.down, each.low, each.off - 0.5, 0.5 * (each.off + each.strike)]
+        values += [0.0, 3.2 * (STAND - each.deep), 0.0, -0.12]
+        times += [float(each.strike), each.caught + 1.0, each.up]
+        values += [0.2, 2.8 * (STAND - each.soft), 0.0]
+    return through(t, [*times, 2 * EVER], [*values, 0.0])
+
+
+def _feet(jumps: Sequence[_Jump], frames: int, style: Style, heading: float, tuck: float) -> Foot:
+    plants, start, strike, flat = [], 0.0, -EVER, -EVER
+    for each in [*jumps, None]:
+        off = each.off if each else EVER
+        plants.append(
+            Plant(
+                place=(start * float(np.sin(heading)), start * float(np.cos(heading))),
+                width=1.1 * style.stance,
+                heading=heading,
+                toe_out=style.toe_out,
+                strike=strike,
+                flat=flat,
+                lift=off - 5 if each else EVER,
+                off=off,
+                strike_pitch=0.42,
+                off_pitch=0.70,
+                lift_height=0.12,
+                hurry=0.6,
+            )
+        )
+        if each:
+            start += each.far
+            strike, flat = each.strike, each.strike + 3
+    reach = 1.0 if jumps[0].far > 0.0 else 0.0
+    air = carried(
+        plants,
+        frames,
+        (0.0, 0.3, 0.55, 0.8, 1.0),
+        (-8.0, 20.0 * tuck, 12.0 + 55.0 * tuck, 14.0 + 32.0 * tuck + 8.0 * reach, 14.0 + 20.0 * reach),
+        (22.0, 26.0 + 40.0 * tuck, 26.0 + 72.0 * tuck, 24.0 + 36.0 * tuck, 26.0),
+        full=(0.50, 0.60),
+        point=0.40,
+        out=0.01,
+    )
+    return Foot(tuple(plants), np.zeros(frames), air)
+
+
+def _trunk(stream: Stream, style: Style, t: np.ndarray, crouch: np.ndarray) -> Trunk:
+    still = np.zeros_like(t)
+    pelvis = np.stack([still, 0.02 + 0.34 * crouch, still], axis=-1)
+    chest = np.stack([still, 0.32 * crouch, still], axis=-1)
+    gaze = np.stack([still, 0.10 * crouch, still], axis=-1)
+    return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze)
+
+
+def _arm(stream: Stream, style: Style, jumps: Sequence[_Jump], side: str, frame: np.ndarray) -> Hand:
+    """Back with the crouch, thrown forward and up with the push, down again over the landing."""
+    t, own = seconds(len(frame)), 1.0 + sign(side) * 0.5 * style.asymmetry
+    high = own * (0.95 + 0.65 * style.swing)
+    times, values, bends = [-float(EVER)], [0.0], [0.0]
+    for each in jumps:
+        back = each.down + 0.55 * (each.low - each.down)
+        times += [each.down - 2.0, back, each.low + 1.0, 0.5 * (each.off + each.strike)]
+        values += [0.0, -0.75 * own * style.swing, 0.1, high]
+        bends += [0.0, 0.1, 0.45, 0.3]
+        times += [each.strike + 1.0, each.caught + 5.0, each.up + 3.0]
+        values += [1.0, -0.05 + 0.4 * min(each.far, 1.0), 0.0]
+        bends += [0.45, 0.40, 0.0]
+    late = frame - 1.4 * sign(side) * style.asymmetry / 0.08
+    curve = [through(late, [*times, 2 * EVER], [*row, 0.0]) for row in (values, bends)]
+    ahead = curve[0] - 0.08 + wander(stream, t, 0.03 * style.loose)
+    bend = style.elbow + curve[1] + wander(stream, t, 0.03 * style.loose)
+    aside = style.aside + 0.12 * np.abs(curve[0]) + wander(stream, t, 0.02 * style.loose)
+    return hand(stream, t, hanging(ahead, aside, bend), style, upright=0.6)
+
+
+def hop(stream: Stream, frames: int) -> Score:
+    """Standing, then several hops on one leg, on the spot or forward; the other leg is held up."""
+    style, side = Style.draw(stream), stream.choice(SIDES)
+    t, heading = np.arange(frames, dtype=float), stream.uniform(-np.pi, np.pi)
+    contacts = _hops(stream, frames)
+    step = stream.choice((0.0, stream.uniform(0.18, 0.5)))
+    way = _hopping_way(contacts, step, t)
+    first, last = contacts[0][1], contacts[-1][0]
+    aloft = plateau(t, first - 20.0, first - 8.0, last + 8.0, last + 21.0)
+    one = plateau(t, first - 28.0, first - 17.0, last + 16.0, last + 27.0)
+    moving = plateau(t, first - 12.0, first - 2.0, last + 2.0, last + 14.0)
+    foot, other = _hopping_feet(stream, contacts, step, heading, style, frames)
+    direction = np.array([np.sin(heading), np.cos(heading)])
+    over = sign(side)
+    return Score(
+        kind="hop",
+        heading=np.full(frames, heading),
+        path=way[:, None] * direction,
+        sway=np.stack([0.075 * over * moving, 0.02 * moving], axis=-1),
+        height=_hopping_height(contacts, t),
+        balance=1.0 - moving,
+        support=0.5 + 0.49 * over * one,
+        trunk=_hopping_trunk(stream, style, seconds(frames), contacts, aloft * over),
+        feet={side: foot, SIDES[side == "left"]: other},
+        hands={each: _hopping_arm(stream, style, contacts, t, aloft) for each in SIDES},
+        parameters={"side": side, "hops": float(len(contacts) - 1), "step": step},
+        flights=_gaps(contacts),
+        impacts=tuple(frame for contact in contacts for frame in contact if 0 < frame < frames),
+    )
+
+
+def _hops(stream: Stream, frames: int) -> list[tuple[int, int]]:
+    """(first, last) frames of every stay of the hopping foot; the outer ones last as the standing does."""
+    time, down = stream.uniform(7.0, 10.0), stream.uniform(7.0, 10.0)
+    at = round(stream.uniform(21.0, 27.0))
+    contacts = [(-EVER, at)]
+    while at + 2.0 * time + down < frames - 24.0 or len(contacts) < 2:
+        strike = at + round(time * stream.uniform(0.94, 1.06))
+        at = strike + round(down * stream.uniform(0.95, 1.05))
+        contacts.append((strike, at))
+    return [*contacts[:-1], (contacts[-1][0], EVER)]
+
+
+def _gaps(contacts: Sequence[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
+    return tuple((a[1], b[0]) for a, b in pairwise(contacts))
+
+
+def _hopping_height(contacts: Sequence[tuple[int, int]], t: np.ndarray) -> np.ndarray:
+    tall, first, last = 0.965, contacts[0][1], contacts[-1][0]
+    knots = [(first - 19.0, STAND, 0.0), (first - 8.0, 0.895, 0.0)]
+    for off, strike in _gaps(contacts):
+        rise = 0.5 * GRAVITY * (strike - off)
+        knots += [(float(off), tall, rise), (float(strike), tall, -rise)]
+    knots += [(last + 5.0, tall - 2.4 * rise, 0.0), (last + 26.0, STAND, 0.0)]
+    return spline(t, *zip(*knots, strict=True))
+
+
+def _hopping_way(contacts: Sequence[tuple[int, int]], step: float, t: np.ndarray) -> np.ndarray:
+    """Even travel from the first take-off to the last landing, over every foot half way of its stay."""
+    first, last, count = contacts[0][1], contacts[-1][0], len(contacts) - 1
+    speed = step * count / (last - first + 8.0)
+    values = (0.0, 4.0 * speed, step * count - 4.0 * speed, step * count)
+    way = spline(t, (first - 8.0, first, last, last + 8.0), values, (0.0, speed, speed, 0.0))
+    return np.clip(way, 0.0, step * count)
+
+
+def _hopping_feet(
+    stream: Stream,
+    contacts: Sequence[tuple[int, int]],
+    step: float,
+    heading: float,
+    style: Style,
+    frames: int,
+) -> tuple[Foot, Foot]:
+    """Feet of the hopping and of the other leg."""
+    count = len(contacts) - 1
+
+    def plant(k: float, strike: int, off: int, width: float, roll: int) -> Plant:
+        place = (step * k * float(np.sin(heading)), step * k * float(np.cos(heading)))
+        down, away = strike > -EVER, off < EVER
+        return Plant(
+            place=place,
+            width=width * style.stance,
+            heading=heading,
+            toe_out=style.toe_out,
+            strike=strike,
+            flat=strike + 3 if down else strike,
+            lift=off - roll if away else off,
+            off=off,
+            strike_pitch=0.30,
+            off_pitch=0.68 if roll < 6 else 0.45,
+            lift_height=0.10,
+            hurry=0.6,
+        )
+
+    own = tuple(plant(k, *contact, 0.9, 4) for k, contact in enumerate(contacts))
+    leaves, returns = contacts[0][1] - 18, contacts[-1][0] + 20
+    held = (plant(0.0, -EVER, leaves, 0.9, 6), plant(float(count), returns, EVER, 0.9, 6))
+    t, zero = np.arange(frames, dtype=float), np.zeros(frames)
+    weight = plateau(t, leaves, leaves + 11.0, returns - 12.0, returns)
+    thigh = np.radians(stream.uniform(-5.0, 45.0)) + wander(stream, seconds(frames), 0.08)
+    thigh = thigh - 0.10 * _beat(contacts, t)
+    knee = np.radians(stream.uniform(60.0, 95.0)) + 0.12 * _beat(contacts, t)
+    air = Air(hung(thigh, knee, 0.02), weight, zero, zero + 0.4)
+    hopping = carried(
+        own, frames, (0.0, 0.5, 1.0), (0.0, 10.0, 14.0), (24.0, 38.0, 26.0), full=(0.35, 0.65), out=0.0
+    )
+    return Foot(own, zero, hopping), Foot(held, zero, air)
+
+
+def _beat(contacts: Sequence[tuple[int, int]], t: np.ndarray) -> np.ndarray:
+    """1 in the middle of every flight, -1 in the middle of every stay, 0 before and after."""
+    times, values = [-float(EVER), contacts[0][1] - 18.0, contacts[0][1] - 8.0], [0.0, 0.0, -1.0]
+    for off, strike in _gaps(contacts):
+        times.append(0.5 * (off + strike))
+        values.append(1.0)
+    for strike, off in contacts[1:]:
+        times.append(min(0.5 * (strike + off), strike + 5.0))
+        values.append(-1.0)
+    order = np.argsort(times)
+    times, values = [times[k] for k in order], [values[k] for k in order]
+    return through(t, [*times, times[-1] + 20.0, 2 * EVER], [*values, 0.0, 0.0])
+
+
+def _hopping_trunk(
+    stream: Stream, style: Style, t: np.ndarray, contacts: Sequence[tuple[int, int]], over: np.ndarray
+) -> Trunk:
+    beat, still = _beat(contacts, t * 30.0), np.zeros_like(t)
+    pelvis = np.stack([still, 0.05 - 0.05 * beat, -0.05 * over], axis=-1)
+    chest = np.stack([0.05 * over, 0.10 * np.abs(over) - 0.10 * beat, 0.12 * over], axis=-1)
+    gaze = np.stack([still, 0.16 * np.abs(over), still], axis=-1)
+    return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze)
+
+
+def _hopping_arm(
+    stream: Stream, style: Style, contacts: Sequence[tuple[int, int]], frame: np.ndarray, aloft: np.ndarray
+) -> Hand:
+    """Bent and off the body for balance, rising with every flight."""
+    t = seconds(len(frame))
+    calm = idle_hand(stream, len(frame), style)
+    beat = _beat(contacts, frame - 1.5)
+    ahead = 0.15 + 0.30 * style.swing * beat + wander(stream, t, 0.06 * style.loose)
+    aside = 0.45 + 0.12 * beat + wander(stream, t, 0.06 * style.loose)
+    bend = 1.1 + 0.25 * beat + wander(stream, t, 0.06 * style.loose)
+    reach = calm.reach + aloft[:, None] * (hanging(ahead, aside, bend) - calm.reach)
+    return hand(stream, t, reach, style, upright=0.7)

@@ -1,0 +1,211 @@
+"""Lunging, and kneeling down on one knee or both and getting up again."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...conventions import SIDES
+from ...curves import plateau, smooth
+from ...randomness import Stream
+from ..score import Foot, Plant, Score
+from . import arms
+from .arms import Shape, other
+from .scene import Scene
+from .sequencing import cut
+
+
+def lunge(stream: Stream, frames: int) -> Score:
+    """A long step ahead, down until the hind knee is a hand above the floor, and back; the heel rises."""
+    count = max(1, int((frames - 6) / stream.uniform(108.0, 140.0)))
+    whole = max(frames, 112)
+    scene = Scene(stream, whole, width=stream.uniform(0.9, 1.2), shift=0.1, loose=0.3)
+    long, deep = stream.uniform(0.68, 0.84), stream.uniform(0.28, 0.35)
+    style, front = stream.choice(("hips", "ahead", "hang")), stream.choice(SIDES)
+    share = (whole - 6.0) / count
+    for number in range(count):
+        start, end = round(4.0 + share * number), round(share * (number + 1.0))
+        _one_lunge(scene, front, start, end, long, deep, style)
+        front = other(front)
+    score = _carried(scene.score("lunge", arms=style, deep=deep, long=long), scene, 0.48 * long)
+    return cut(score, stream.choice((0, whole - frames)), frames)
+
+
+def _one_lunge(
+    scene: Scene, front: str, start: int, end: int, long: float, deep: float, style: str
+) -> None:
+    back = other(front)
+    scene.step(front, start, ahead=long, lasting=24)
+    scene.step(front, end - 26, ahead=-long, lasting=24)
+    top, fall = start + 48.0, end - 58.0
+    if fall < top:
+        top = fall = 0.5 * (top + fall)
+    down = scene.held(start + 18.0, top, fall, end - 20.0)
+    scene.low += deep * down
+    risen = scene.held(start + 4.0, top, fall, end - 8.0)
+    foot = scene.feet.feet[back]
+    scene.feet = scene.feet.moved(back, replace(foot, heel=foot.heel + 1.15 * risen), scene.feet.support)
+    scene.bend(down, pelvis=(0.0, 0.12, 0.0), chest=(0.0, -0.02, 0.0), gaze=(0.0, 0.08, 0.0))
+    scene.ahead += scene.held(start + 2.0, start + 28.0, end - 34.0, end - 6.0)
+    for side in SIDES:
+        if style == "hips":
+            scene.arm(side, start, top - 12.0, arms.on("hip", side), (0.12, 0.0, 0.06))
+            scene.arm(side, fall + 12.0, end)
+        elif style == "ahead":
+            to = Shape((0.02, -0.08, 0.90), (0.0, 0.0, 0.2), 0.2, 1.0)
+            scene.arm(side, start + 6.0, top - 4.0, to)
+            scene.arm(side, fall + 6.0, end)
+
+
+def _carried(score: Score, scene: Scene, far: float) -> Score:
+    """The score with the body carried ``far`` leg lengths ahead where ``scene.ahead`` is 1, whatever its
+    balance."""
+    heading = scene.feet.heading
+    line = np.stack([np.sin(heading), np.cos(heading)], axis=-1)
+    free = smooth(3.0 * scene.ahead)
+    return replace(score, path=(far * scene.ahead)[:, None] * line, balance=1.0 - free)
+
+
+@dataclass(frozen=True)
+class Times:
+    """Frames of kneeling down: the step begins, the hind knee is down, the fore foot leaves for the second
+    knee and that one is down, and mirrored for getting up; ``second`` is whether there is one."""
+
+    step: int
+    knee: int
+    leave: int
+    both: int
+    forth: int
+    stands: int
+    rise: int
+    close: int
+    second: bool
+
+
+_SWING = 30
+"""Frames in which a foot goes from before the body to kneeling, or back."""
+
+
+def _times(whole: int, second: bool) -> Times:
+    """The time that is left over is spent on the knees."""
+    step, knee = 5, 46
+    rise = whole - 54
+    leave, forth = knee + 4, rise - 6 - _SWING
+    return Times(step, knee, leave, leave + _SWING + 6, forth, rise - 4, rise, whole - 28, second)
+
+
+def kneel(stream: Stream, frames: int) -> Score:
+    """Kneeling down on one knee, or on both and back on the heels, a while there, and up the same way."""
+    return _down_and_up(stream, frames, "kneel", stream.choice((0.0, 1.0)))
+
+
+def rising(stream: Stream, frames: int) -> Score:
+    """Up from both knees."""
+    return _down_and_up(stream, frames, "get_up", 1.0, True)
+
+
+def _down_and_up(stream: Stream, frames: int, kind: str, late: float, rises: bool = False) -> Score:
+    """late: which part of it is shown where the clip is too short for all, from 0 to 1."""
+    second = rises or stream.choice((True, False))
+    whole = max(frames, 240 if rises or second else 112)
+    if rises and frames > 120:
+        whole = frames + 110
+    times = _times(whole, second)
+    scene = Scene(stream, whole, width=stream.uniform(0.9, 1.15), shift=0.1, loose=0.3)
+    scene.style = replace(scene.style, toe_out=0.6 * scene.style.toe_out)
+    hind = stream.choice(SIDES)
+    fore, long = other(hind), stream.uniform(0.72, 0.82)
+    feet = {hind: _hind(scene, hind, times), fore: _fore(scene, fore, times, whole, long)}
+    one = plateau(scene.k, times.step + 10.0, times.knee, times.rise, times.close + 6.0)
+    back = _on_both(scene, times) if second else 0.0 * one
+    _upper(scene, times, fore, one, back, second)
+    score = scene.score(kind, knees="both" if second else hind, long=long)
+    scene.ahead = scene.held(times.step + 2.0, times.step + 28.0, times.close - 10.0, times.close + 18.0)
+    score = replace(
+        _carried(score, scene, 0.45 * long),
+        feet=feet,
+        support=_support(scene, fore, times),
+        height=score.height - 0.40 * one,
+        sit_back=back * stream.uniform(0.45, 0.85) + 0.05 * one,
+    )
+    return cut(score, round(late * (whole - frames)), frames)
+
+
+def _hind(scene: Scene, side: str, times: Times) -> Foot:
+    """Stays on its toes while the heel rises and the knee goes down."""
+    k, foot = scene.k, scene.feet.feet[side]
+    # the heel is up before the knee goes down and comes down after the hips are up
+    heel = 0.45 * plateau(k, times.step + 6.0, times.step + 18.0, times.step + 20.0, times.knee - 4.0)
+    heel += 0.55 * plateau(k, times.rise, times.close - 2.0, times.close + 6.0, times.close + 24.0)
+    kneel = plateau(k, times.step + 10.0, times.knee, times.rise, times.close + 6.0)
+    return replace(foot, heel=heel, kneel=kneel)
+
+
+def _fore(scene: Scene, side: str, times: Times, whole: int, long: float) -> Foot:
+    """Steps ahead; for the second knee back beside the other foot, ahead again to rise; at last back."""
+    stands = scene.feet.feet[side].plants[0]
+    h = stands.heading
+    ahead = replace(stands, place=(long * float(np.sin(h)), long * float(np.cos(h))))
+    start, close = times.step, times.close
+    plants: list[Plant] = [
+        replace(stands, lift=start, off=start + 5, off_pitch=0.45, lift_height=0.06),
+        replace(ahead, strike=start + 20, flat=start + 24, strike_pitch=0.12),
+    ]
+    kneel, heel = None, np.zeros(whole)
+    if times.second:
+        down, up = times.leave, times.forth
+        plants[-1] = replace(plants[-1], lift=down + 4, off=down + 4, off_pitch=0.0, lift_height=0.03)
+        kneeling = replace(
+            stands,
+            strike=down + _SWING,
+            flat=down + _SWING,
+            lift=up,
+            off=up,
+            off_pitch=0.0,
+            strike_pitch=0.0,
+        )
+        plants += [
+            replace(kneeling, lift_height=0.03),
+            replace(ahead, strike=up + _SWING - 8, flat=up + _SWING - 8, strike_pitch=0.0),
+        ]
+        kneel = plateau(scene.k, down + 9.0, down + _SWING + 6.0, up - 4.0, up + 18.0)
+        heel = 0.86 * plateau(scene.k, down - 8.0, down + 8.0, down + 14.0, down + _SWING + 6.0)
+        heel += 0.85 * plateau(scene.k, up - 4.0, up + 12.0, up + _SWING - 12.0, up + _SWING + 4.0)
+    plants[-1] = replace(plants[-1], lift=close, off=close + 5, off_pitch=0.15, lift_height=0.06)
+    plants.append(replace(stands, strike=close + 20, flat=close + 24, strike_pitch=0.18))
+    return Foot(tuple(plants), heel, kneel=kneel)
+
+
+def _support(scene: Scene, fore: str, times: Times) -> np.ndarray:
+    """The hind foot bears the weight while the other is on its way."""
+    support = scene.feet.support
+    hind = 1.0 if fore == "right" else 0.0
+    for start, end in ((times.step, times.step + 24), (times.close, times.close + 24)):
+        away = 0.9 * scene.held(start - 16.0, start + 1.0, end - 3.0, end + 14.0)
+        support = support + away * (hind - support)
+    return support
+
+
+def _on_both(scene: Scene, times: Times) -> np.ndarray:
+    """How far the body sits back on its heels."""
+    return scene.held(times.both, times.both + 26.0, times.forth - 30.0, times.forth - 2.0)
+
+
+def _upper(scene: Scene, times: Times, fore: str, one: np.ndarray, back: np.ndarray, second: bool) -> None:
+    """The trunk leans into going down and up; hands on the fore knee, on the thighs or at ease."""
+    stream = scene.stream
+    for start, end in ((times.step + 8.0, times.knee + 6.0), (times.rise - 8.0, times.close + 6.0)):
+        middle = 0.5 * (start + end)
+        lean = scene.held(start, middle, middle, end)
+        scene.bend(lean, pelvis=(0.0, 0.14, 0.0), chest=(0.0, 0.16, 0.0), gaze=(0.0, 0.22, 0.0))
+    scene.bend(back, pelvis=(0.0, 0.22, 0.0), chest=(0.0, -0.06, 0.0), gaze=(0.0, 0.05, 0.0))
+    scene.bend(one, gaze=(0.0, 0.10, 0.0))
+    if second:
+        lap = Shape((0.02, -0.74, 0.40), (-0.2, 0.0, -0.2), swivel=0.35, upright=1.0)
+        for side in SIDES:
+            scene.arm(side, times.both - 4.0, times.both + 22.0, lap, (0.08, 0.0, 0.04))
+            scene.arm(side, times.forth - 26.0, times.forth)
+    elif stream.choice((True, True, False)):
+        scene.touch(fore, arms.on("knee", fore), times.knee - 24.0, times.rise + 20.0, 24.0)
+        scene.bend(one, pelvis=(0.0, 0.08, 0.0), chest=(0.0, 0.12, 0.0))

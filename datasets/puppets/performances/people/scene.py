@@ -1,0 +1,305 @@
+"""Performances on the spot: a stance, its steps and shifts of weight, and a builder of Scores."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from ...conventions import FPS, SIDES, sign
+from ...curves import plateau, ramp, through
+from ...randomness import Stream
+from ..score import Air, Foot, Plant, Score
+from .arms import Move, Shape, Triple, moving
+from .style import Style, seconds, trunk
+
+EVER = 10_000
+"""A frame after every clip's end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Stance:
+    """Feet on the spot. heading: ``(frames,)``. support: ``(frames,)`` share of the weight on the left."""
+
+    heading: np.ndarray
+    feet: Mapping[str, Foot]
+    support: np.ndarray
+
+    @property
+    def tip(self) -> np.ndarray:
+        """``(frames,)`` -1 to 1: how far the weight is on the left rather than on the right."""
+        return 2.0 * self.support - 1.0
+
+    def moved(self, side: str, foot: Foot, support: np.ndarray) -> Stance:
+        """A stance with another course of one foot, and of the weight."""
+        return replace(self, feet={**self.feet, side: foot}, support=support)
+
+
+def stance(heading: float, style: Style, frames: int, support: np.ndarray, width: float) -> Stance:
+    """Both feet side by side for the whole clip. width: half hip widths."""
+    plant = Plant(
+        place=(0.0, 0.0),
+        width=width,
+        heading=heading,
+        toe_out=style.toe_out,
+        strike=-EVER,
+        flat=-EVER,
+        lift=EVER,
+        off=EVER,
+    )
+    feet = {side: Foot((plant,), np.zeros(frames)) for side in SIDES}
+    return Stance(np.full(frames, heading), feet, support)
+
+
+def shifting(stream: Stream, frames: int, size: float) -> np.ndarray:
+    """Weight that goes from one foot to the other every second or two; ``size`` up to 0.5."""
+    times, values = [-40.0], [0.5]
+    direction = stream.sign()
+    while times[-1] < frames + 60:
+        times.append(times[-1] + stream.uniform(24.0, 60.0))
+        values.append(0.5 + direction * size * stream.uniform(0.4, 1.0))
+        direction = -direction
+    return through(np.arange(frames, dtype=float), times, values)
+
+
+def lift_heel(feet: Stance, side: str, start: int, end: int, angle: float) -> Stance:
+    """The heel of the foot that bears little weight rises and comes down; its toe stays planted."""
+    t = np.arange(len(feet.support), dtype=float)
+    rise = min(12.0, 0.4 * (end - start))
+    foot = feet.feet[side]
+    heel = foot.heel + angle * plateau(t, start, start + rise, end - rise, end)
+    return feet.moved(side, replace(foot, heel=heel), _relieved(feet, side, start, end, 0.6))
+
+
+STEP = 18
+"""Frames from lifting a heel to the sole's being flat again, in a small step."""
+
+
+def small_step(
+    feet: Stance,
+    side: str,
+    start: int,
+    ahead: float = 0.0,
+    wider: float = 0.0,
+    turned: float = 0.0,
+    lasting: int = STEP,
+) -> Stance:
+    """One foot is lifted, toe last, and set down elsewhere, toe first, while the other bears the weight.
+
+    ahead: leg lengths. wider: half hip widths outward. turned: radians, of the foot and of its place
+    around the body. lasting: frames from lifting the heel to the sole's being flat again.
+    """
+    foot = feet.feet[side]
+    last = foot.plants[-1]
+    off, strike, flat = start + 5, start + lasting - 4, start + lasting
+    # a foot that goes back is not pushed off
+    pitch = (0.45 if ahead >= 0.0 else 0.15) * STEP / lasting
+    leaving = replace(last, lift=start, off=off, off_pitch=pitch, lift_height=0.06)
+    heading = last.heading + turned
+    x, z = last.place
+    landing = replace(
+        last,
+        place=(x + ahead * float(np.sin(heading)), z + ahead * float(np.cos(heading))),
+        width=last.width + wider,
+        heading=heading,
+        strike=strike,
+        flat=flat,
+        strike_pitch=0.20,
+    )
+    plants = (*foot.plants[:-1], leaving, landing)
+    return feet.moved(side, replace(foot, plants=plants), _relieved(feet, side, start, flat, 0.95))
+
+
+def step_to(
+    feet: Stance, side: str, start: int, place: tuple[float, float], heading: float, lasting: int
+) -> Stance:
+    """One foot goes within so many frames to its place beside a middle (leg lengths), toe first, as in a
+    dance. The weight is left to the caller."""
+    foot = feet.feet[side]
+    last = foot.plants[-1]
+    off, flat = start + max(round(0.28 * lasting), 3), start + lasting - 1
+    leaving = replace(last, lift=start, off=off, off_pitch=0.40, lift_height=0.05)
+    landing = replace(last, place=place, heading=heading, strike=flat - 3, flat=flat, strike_pitch=0.16)
+    return feet.moved(side, replace(foot, plants=(*foot.plants[:-1], leaving, landing)), feet.support)
+
+
+def turn(feet: Stance, start: int, angle: float) -> Stance:
+    """Two small steps turn the body on the spot; the foot on the inside goes first."""
+    first, second = SIDES if angle > 0.0 else SIDES[::-1]
+    feet = small_step(feet, first, start, turned=angle)
+    feet = small_step(feet, second, start + STEP + 3, turned=angle)
+    t = np.arange(len(feet.support), dtype=float)
+    return replace(feet, heading=feet.heading + angle * ramp(t, start - 2.0, start + 2.0 * STEP))
+
+
+def _relieved(feet: Stance, side: str, start: int, end: int, share: float) -> np.ndarray:
+    """The support with so much of the weight taken off a foot while it is not flat."""
+    t = np.arange(len(feet.support), dtype=float)
+    away = share * plateau(t, start - 16.0, start + 1.0, end - 3.0, end + 14.0)
+    other = 0.0 if sign(side) > 0 else 1.0
+    return feet.support + away * (other - feet.support)
+
+
+_NONE = (0.0, 0.0, 0.0)
+
+
+class Scene:
+    """A performance on the spot of ``frames`` frames in the making; all times are in frames.
+
+    Begins and ends standing on both soles with the arms at ease, so that it may follow anything. How soft
+    the knees are, how far off the body the arms hang and how upright the trunk is belongs to the moment,
+    not to the person.
+    """
+
+    def __init__(
+        self, stream: Stream, frames: int, width: float = 1.2, shift: float = 0.3, loose: float = 1.0
+    ) -> None:
+        """width: of the stance, half hip widths, times the style's. shift: how far weight wanders.
+        loose: how far knees and trunk are what they happen to be at the moment."""
+        self.stream, self.frames, self.style = stream, frames, Style.draw(stream)
+        self.k = np.arange(frames, dtype=float)
+        heading = stream.uniform(-np.pi, np.pi)
+        support = shifting(stream, frames, shift)
+        self.feet: Stance = stance(heading, self.style, frames, support, width * self.style.stance)
+        # most knees are nearly straight, some quite soft
+        self.soft = loose * (0.065 * stream.uniform(0.0, 1.0) ** 2.2 - 0.008)
+        self.upright = loose * stream.normal(0.075)
+        aside = self.style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5
+        self.style = replace(self.style, aside=aside)
+        self.moves: dict[str, list[Move]] = {side: [] for side in SIDES}
+        self.pelvis, self.chest, self.gaze = (np.zeros((frames, 3)) for _ in range(3))
+        self.low, self.ahead = np.zeros(frames), np.zeros(frames)
+        self.parameters: dict[str, float | str] = {}
+
+    # ------------------------------------------------------------------------------------- telling
+    def bend(
+        self, share: np.ndarray, pelvis: Triple = _NONE, chest: Triple = _NONE, gaze: Triple = _NONE
+    ) -> None:
+        """Add angles (turn left, lean forward, lean left) in proportion to ``share``."""
+        for angles, added in ((self.pelvis, pelvis), (self.chest, chest), (self.gaze, gaze)):
+            angles += share[:, None] * np.array(added)
+
+    def held(self, start: float, top: float, fall: float, end: float) -> np.ndarray:
+        """``(frames,)`` up between the first two frames, down between the last two."""
+        return plateau(self.k, start, top, fall, end)
+
+    def weight(self, on_left: float, start: float, top: float, fall: float, end: float) -> None:
+        """The weight goes to a share of the left foot, and back to where it would have been."""
+        away = self.held(start, top, fall, end)
+        self.feet = replace(self.feet, support=self.feet.support + away * (on_left - self.feet.support))
+
+    def shift_weight(self, share: np.ndarray, on_left: np.ndarray) -> None:
+        """The weight goes, so far as ``share`` says, to a course of shares of the left foot."""
+        self.feet = replace(self.feet, support=self.feet.support + share * (on_left - self.feet.support))
+
+    def arm(
+        self, side: str, start: float, end: float, to: Shape | None = None, arc: Triple = _NONE
+    ) -> None:
+        self.moves[side].append(Move(start, end, to, arc))
+
+    def touch(self, side: str, to: Shape, start: float, end: float, up: float) -> None:
+        """A hand goes before a place, then onto it, and leaves the same way; ``up`` frames each."""
+        before = replace(to, touch="")
+        self.arm(side, start, start + 0.7 * up, before, (0.10, 0.0, 0.10))
+        self.arm(side, start + 0.3 * up, start + up, to)
+        self.arm(side, end - up, end - 0.3 * up, before)
+        self.arm(side, end - 0.7 * up, end, None, (0.10, 0.0, 0.10))
+
+    def step(
+        self,
+        side: str,
+        start: float,
+        ahead: float = 0.0,
+        wider: float = 0.0,
+        turned: float = 0.0,
+        lasting: int = STEP,
+    ) -> None:
+        self.feet = small_step(self.feet, side, round(start), ahead, wider, turned, lasting)
+
+    def air(self, side: str, air: Air) -> None:
+        """A foot's way through the air, after those it already has."""
+        foot, before = self.feet.feet[side], self.feet.feet[side].air
+        if before is not None:
+            mine = air.weight > 0.0
+            air = Air(
+                np.where(mine[:, None], air.reach, before.reach),
+                np.where(mine, air.weight, before.weight),
+                np.where(mine, air.swivel, before.swivel),
+                np.where(mine, air.point, before.point),
+            )
+        self.feet = self.feet.moved(side, replace(foot, air=air), self.feet.support)
+
+    def fidget(self) -> None:
+        """Now and then a heel lifts, or a foot is set elsewhere, or the body turns a little."""
+        stream, latest = self.stream, self.frames - 62
+        what = stream.choice(("turn", "step", "heel", "nothing"))
+        start, side = round(stream.uniform(14.0, max(latest, 15.0))), stream.choice(SIDES)
+        if latest < 15:
+            return
+        if what == "turn":
+            self.feet = turn(self.feet, start, stream.sign() * stream.uniform(0.2, 0.5))
+        elif what == "step":
+            self.step(side, start, stream.uniform(-0.12, 0.15), stream.uniform(-0.2, 0.4))
+        elif what == "heel":
+            length = round(stream.uniform(24.0, 45.0))
+            self.feet = lift_heel(self.feet, side, start, start + length, stream.uniform(0.2, 0.45))
+
+    # ------------------------------------------------------------------------------------- telling all
+    def score(self, kind: str, **parameters: float | str) -> Score:
+        """The performance. The hip drops over the idle leg, the chest evens that out, as anyone's does."""
+        feet, still = self.feet, np.zeros(self.frames)
+        self.bend(feet.tip, pelvis=(0.05, 0.0, -0.07), chest=(-0.03, 0.0, 0.09))
+        upright = self.upright
+        leans, sinks = self.pelvis[:, 1] + self.chest[:, 1], self.low / 0.1
+        soft = self.soft / (1.0 + sinks * sinks)
+        self.bend(
+            1.0 / (1.0 + (leans / 0.3) ** 2),
+            pelvis=(0.0, 0.3 * upright, 0.0),
+            chest=(0.0, 0.7 * upright, 0.0),
+        )
+        hands = {side: moving(self.stream, self.frames, self.style, self.moves[side]) for side in SIDES}
+        return Score(
+            kind=kind,
+            heading=feet.heading,
+            path=np.zeros((self.frames, 2)),
+            sway=np.zeros((self.frames, 2)),
+            height=0.990 - soft - 0.012 * np.abs(feet.tip) - self.low,
+            balance=still + 1.0,
+            support=feet.support,
+            trunk=trunk(
+                self.stream,
+                seconds(self.frames),
+                self.style,
+                pelvis=self.pelvis,
+                chest=self.chest,
+                gaze=self.gaze,
+                follow=0.1,
+            ),
+            feet=feet.feet,
+            hands=hands,
+            parameters={**self.parameters, **parameters},
+        )
+
+
+def slots(
+    stream: Stream, frames: int, shortest: float, longest: float, calm: float = 0.0
+) -> list[tuple[float, float]]:
+    """Stretches (start, end), whole frames, in which things happen one after the other: as many as fit when
+    each takes between so many seconds, at least one; the clip's first and last five frames stay free.
+
+    calm: up to how many times as long as something takes nothing happens besides, where there is time."""
+    length = FPS * stream.uniform(shortest, longest)
+    rest = length * stream.uniform(0.4 * calm, calm)
+    room = frames - 11.0
+    count = max(1, int(room / (length + rest)))
+    share = room / count
+    # of each share so much is filled: all of it where there is no time to spare
+    filled = 1.0 if calm == 0.0 else min(1.0, 1.1 * length / share)
+    found = []
+    for number in range(count):
+        first = stream.uniform(0.0, 1.0) * (1.0 - filled)
+        start = 5.0 + share * (number + first + stream.uniform(0.0, 0.08) * filled)
+        end = 5.0 + share * (number + first + stream.uniform(0.92, 1.0) * filled)
+        found.append((float(round(start)), float(round(end))))
+    return found

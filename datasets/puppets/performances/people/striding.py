@@ -1,0 +1,389 @@
+"""Striding: when each foot comes down, where the path leads, and what the rest of the body does."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise
+
+import numpy as np
+
+from ...conventions import GRAVITY, SIDES, sign
+from ...curves import plateau, ramp, through, wander
+from ...randomness import Stream
+from ..score import Air, Foot, Hand, Plant, Score, Trunk
+from .style import Carriage, Style, hand, hanging, seconds, trunk
+
+MARGIN = 90
+"""Frames drawn before and after the clip, so that it may begin and end in the middle of a way."""
+EVER = 10_000
+"""A frame after every clip's end."""
+
+
+@dataclass(frozen=True, eq=False)
+class Gait:
+    """mode: steady, start, stop, or there: from stand to stand. frames: of the clip. stride: frames from
+    one strike of a foot to its next. first: frame of a strike of the leading side. step: leg lengths. duty:
+    share of a stride that a foot is down. turned: angle gone along the clip. heading: in the middle of the
+    clip. bearing: of the way against the heading. lame: the side that is spared; limp: by what share of a
+    stride."""
+
+    mode: str
+    frames: int
+    stride: float
+    first: float
+    lead: str
+    step: float
+    duty: float
+    turned: float
+    heading: float
+    style: Style
+    bearing: float = 0.0
+    lame: str = ""
+    limp: float = 0.0
+
+    def strike(self, k: int) -> float:
+        """Frame of the k-th strike; even ones are the leading side's."""
+        sooner = self.limp if self.lame and self.side(k) != self.lame else 0.0
+        return self.first + (0.5 * k - sooner) * self.stride
+
+    def side(self, k: int) -> str:
+        return self.lead if k % 2 == 0 else SIDES[self.lead == "left"]
+
+    def down(self, side: str) -> float:
+        """Share of a stride that this foot is down."""
+        if not self.lame:
+            return self.duty
+        return self.duty - 1.3 * self.limp if side == self.lame else self.duty + 0.7 * self.limp
+
+    @property
+    def speed(self) -> float:
+        """Leg lengths per frame."""
+        return 2.0 * self.step / self.stride
+
+    @property
+    def steps(self) -> range:
+        """The strikes that matter to the clip."""
+        half = 0.5 * self.stride
+        low = int(np.floor((-1.2 * self.stride - self.first) / half))
+        high = int(np.ceil((self.frames + 1.2 * self.stride - self.first) / half))
+        if self.starts:
+            low = 0
+        if self.stops:
+            high = int(np.floor((self.frames - 0.5 * self.stride - self.first) / half)) + 1
+        return range(low, high)
+
+    @property
+    def starts(self) -> bool:
+        return self.mode in ("start", "there")
+
+    @property
+    def stops(self) -> bool:
+        return self.mode in ("stop", "there")
+
+    @cached_property
+    def phase(self) -> np.ndarray:
+        """``(frames,)`` 0 at every strike of the left foot, 2 pi a stride."""
+        shift = 0.0 if self.lead == "left" else 0.5 * self.stride
+        return 2.0 * np.pi * (np.arange(self.frames) - self.first - shift) / self.stride
+
+
+@dataclass(frozen=True, eq=False)
+class Course:
+    """Where the way leads, on frames from ``-MARGIN`` on: activity (0 standing, 1 under way), heading,
+    place ``(n, 2)`` leg lengths."""
+
+    activity: np.ndarray
+    heading: np.ndarray
+    place: np.ndarray
+
+    @classmethod
+    def of(cls, gait: Gait) -> Course:
+        k = np.arange(gait.frames + 2 * MARGIN) - float(MARGIN)
+        activity = np.ones_like(k)
+        if gait.starts:
+            begin = gait.strike(0)
+            activity = activity * ramp(k, begin - 0.45 * gait.stride, begin + 0.35 * gait.stride)
+        if gait.stops:
+            end = gait.strike(gait.steps[-1])
+            activity = activity * (1.0 - ramp(k, end - 0.85 * gait.stride, end + 0.25 * gait.stride))
+        share = ramp(k, -0.35 * gait.frames, 1.35 * gait.frames)
+        heading = gait.heading + gait.turned * 1.2 * (share - 0.5)
+        speed, way = activity * gait.speed, heading + gait.bearing
+        place = np.cumsum(np.stack([speed * np.sin(way), speed * np.cos(way)], axis=-1), axis=0)
+        return cls(activity, heading, place - place[MARGIN + gait.frames // 2])
+
+    def at(self, frame: float) -> tuple[float, tuple[float, float], float]:
+        """Heading, place and activity at any frame, held at the ends."""
+        k = np.arange(len(self.heading)) - float(MARGIN)
+        rows = (self.heading, self.place[:, 0], self.place[:, 1], self.activity)
+        heading, x, z, activity = (float(np.interp(frame, k, row)) for row in rows)
+        return heading, (x, z), activity
+
+
+@dataclass(frozen=True)
+class Tread:
+    """How a foot comes down and leaves.
+
+    landing: pitch of the sole at first touch, and what a step of a leg length adds to it.
+    leaving: pitch when the toe leaves, and what a step adds.
+    flat: share of a stride from first touch to the flat sole. peel: from the heel's rising to the toe's
+    leaving, and what being under way adds. lift: clearance, leg lengths, and what the style's bounce adds.
+    width: against the style's stance. under: share of a stride from first touch to the body's being over
+    the foot.
+    """
+
+    landing: tuple[float, float] = (-0.06, -0.40)
+    leaving: tuple[float, float] = (0.42, 0.54)
+    flat: float = 0.10
+    peel: tuple[float, float] = (0.14, 0.08)
+    lift: tuple[float, float] = (0.055, 0.02)
+    width: float = 0.75
+    under: float = 0.296
+
+
+def plants(gait: Gait, course: Course, side: str, tread: Tread) -> tuple[Plant, ...]:
+    """The stays of one foot along the way."""
+    found = []
+    mine = [k for k in gait.steps if gait.side(k) == side]
+    down = gait.down(side)
+    if gait.starts:
+        off = round(gait.strike(mine[0]) - (1.0 - down) * gait.stride)
+        found.append(_plant(gait, course, tread, -EVER, off, place_at=-MARGIN))
+    for k in mine:
+        strike = round(gait.strike(k))
+        off = round(gait.strike(k) + down * gait.stride)
+        place_at = gait.strike(k) + tread.under * gait.stride
+        if gait.stops and k >= gait.steps[-2]:
+            off, place_at = EVER, float(EVER)
+        found.append(_plant(gait, course, tread, strike, off, place_at))
+    return tuple(found)
+
+
+def _plant(gait: Gait, course: Course, tread: Tread, strike: int, off: int, place_at: float) -> Plant:
+    heading, place, _ = course.at(place_at)
+    landing, leaving = course.at(strike)[2], course.at(off)[2]
+    stays = off == EVER
+    return Plant(
+        place=place,
+        width=gait.style.stance * (tread.width + (1.0 - tread.width) * (1.0 - landing)),
+        heading=heading,
+        toe_out=gait.style.toe_out,
+        strike=strike,
+        flat=strike + max(round(tread.flat * gait.stride), 2),
+        lift=EVER
+        if stays
+        else off - max(round((tread.peel[0] + tread.peel[1] * leaving) * gait.stride), 3),
+        off=off,
+        strike_pitch=tread.landing[0] + tread.landing[1] * landing * gait.step,
+        off_pitch=tread.leaving[0] + tread.leaving[1] * leaving * gait.step,
+        lift_height=tread.lift[0] + tread.lift[1] * gait.style.bounce,
+    )
+
+
+def support(gait: Gait) -> np.ndarray:
+    """The foot that bears the weight while standing: before a start on the one that stays."""
+    even = np.full(gait.frames, 0.5)
+    if not gait.starts:
+        return even
+    off = gait.strike(0) - (1.0 - gait.duty) * gait.stride
+    return even - 0.42 * sign(gait.lead) * ramp(np.arange(gait.frames), off - 0.45 * gait.stride, off)
+
+
+_THIGH, _SHANK = 0.455, 0.468
+"""Leg lengths, of a usual leg."""
+
+
+def hung(thigh: np.ndarray, knee: np.ndarray, out: float | np.ndarray = 0.0) -> np.ndarray:
+    """``(..., 3)`` reach from hip to ankle of a usual leg with the thigh so far forward and the knee so far
+    bent, radians; ``out``: leg lengths outward."""
+    shin = thigh - knee
+    return np.stack(
+        [
+            np.zeros_like(thigh) + out,
+            -_THIGH * np.cos(thigh) - _SHANK * np.cos(shin),
+            _THIGH * np.sin(thigh) + _SHANK * np.sin(shin),
+        ],
+        axis=-1,
+    )
+
+
+def carried(
+    plants: Sequence[Plant],
+    frames: int,
+    shares: Sequence[float],
+    thigh: Sequence[float],
+    knee: Sequence[float],
+    *,
+    full: tuple[float, float] = (0.3, 0.75),
+    most: float = 1.0,
+    point: float = 0.25,
+    out: float = -0.02,
+    curve: Callable[[np.ndarray, Sequence[float], Sequence[float]], np.ndarray] = through,
+) -> Air:
+    """The air of every swing between plants.
+
+    shares, thigh, knee: degrees at shares of a swing. full: shares between which the foot is where these
+    angles say, to the part ``most``. point: of the toes, radians. curve: through the angles.
+    """
+    t, zero = np.arange(frames, dtype=float), np.zeros(frames)
+    weight, bent = zero.copy(), [zero.copy(), zero.copy()]
+    for plant, after in pairwise(plants):
+        inside = (t > plant.off) & (t < after.strike)
+        share = (t[inside] - plant.off) / (after.strike - plant.off)
+        weight[inside] = most * plateau(share, 0.0, full[0], full[1], 1.0)
+        for row, values in zip(bent, (thigh, knee), strict=True):
+            row[inside] = np.radians(curve(share, shares, values))
+    return Air(reach=hung(bent[0], bent[1], out), weight=weight, swivel=zero, point=zero + point)
+
+
+def flowing(t: np.ndarray, times: Sequence[float], values: Sequence[float]) -> np.ndarray:
+    """The natural cubic spline through points, between the first and the last: its acceleration is
+    continuous, which ``through`` does not promise."""
+    at, y = np.array(times, dtype=float), np.array(values, dtype=float)
+    span, last = np.diff(at), len(at) - 1
+    slope = np.diff(y) / span
+    system, right = np.eye(last + 1), np.zeros(last + 1)
+    for k in range(1, last):
+        system[k, k - 1 : k + 2] = span[k - 1], 2.0 * (span[k - 1] + span[k]), span[k]
+        right[k] = 6.0 * (slope[k] - slope[k - 1])
+    bent = np.linalg.solve(system, right)
+    piece = np.clip(np.searchsorted(at, t, side="right") - 1, 0, last - 1)
+    since, left, h = t - at[piece], at[piece + 1] - t, span[piece]
+    curve = (bent[piece] * left**3 + bent[piece + 1] * since**3) / (6.0 * h)
+    curve += (y[piece] / h - bent[piece] * h / 6.0) * left
+    curve += (y[piece + 1] / h - bent[piece + 1] * h / 6.0) * since
+    return np.asarray(curve)
+
+
+_QUICK = (1.5, 4.0)
+"""Hertz, of the unsteadiness that is left in practised movements."""
+
+
+def striding(
+    stream: Stream,
+    kind: str,
+    gait: Gait,
+    course: Course,
+    feet: Mapping[str, Foot],
+    carriage: Carriage,
+    **parameters: float | str,
+) -> Score:
+    """The whole performance over given feet."""
+    style, t, phase = gait.style, seconds(gait.frames), gait.phase
+    inside = slice(MARGIN, MARGIN + gait.frames)
+    active = course.activity[inside]
+    over_left = phase - 0.6 * np.pi
+    told: dict[str, float | str] = {
+        "mode": gait.mode,
+        "step": gait.step,
+        "stride": gait.stride,
+        "turned": gait.turned,
+    }
+    sway = [carriage.sway * active * np.cos(over_left), 0.014 * active * np.sin(2.0 * over_left)]
+    sway[0] = sway[0] + wander(stream, t, 0.004 * style.loose) + 0.25 * _into_the_bend(gait, course)
+    # hips stay behind a trunk that leans ahead
+    leaning = np.cos(gait.bearing) * (carriage.lean + style.posture - 0.05)
+    sway[1] = sway[1] - carriage.back * leaning * active
+    sway = [row + wander(stream, t, 0.0022 * style.loose, *_QUICK) for row in sway]
+    return Score(
+        kind=kind,
+        heading=course.heading[inside],
+        path=course.place[inside],
+        sway=np.stack(sway, axis=-1),
+        height=_height(stream, gait, carriage, t, active),
+        balance=1.0 - active,
+        support=support(gait),
+        trunk=_trunk(stream, gait, course, carriage, t, active),
+        feet=feet,
+        hands={side: _arm(stream, gait, carriage, side, t, active) for side in SIDES},
+        parameters=told | parameters,
+        phase=phase / (2.0 * np.pi),
+    )
+
+
+def _height(
+    stream: Stream, gait: Gait, carriage: Carriage, t: np.ndarray, active: np.ndarray
+) -> np.ndarray:
+    """Highest over either foot, lowest between them, and shaken a little by every landing."""
+    over_left = gait.phase - 0.64 * np.pi
+    wave = np.cos(2.0 * over_left) + carriage.shock * np.cos(4.0 * over_left - 1.0)
+    bob = carriage.bob * gait.style.bounce * wave + wander(stream, t, 0.0021 * gait.style.loose, *_QUICK)
+    return 0.994 + active * (bob - carriage.low)
+
+
+def stepping(gait: Gait, course: Course, tread: Tread | Mapping[str, Tread]) -> dict[str, Foot]:
+    """Feet that go by the gait, from place to place."""
+    treads = dict.fromkeys(SIDES, tread) if isinstance(tread, Tread) else tread
+    still = np.zeros(gait.frames)
+    return {side: Foot(plants(gait, course, side, treads[side]), still) for side in SIDES}
+
+
+def with_air(feet: Mapping[str, Foot], air: Mapping[str, Air]) -> dict[str, Foot]:
+    """The same steps, carried higher."""
+    return {side: Foot(foot.plants, foot.heel, air[side]) for side, foot in feet.items()}
+
+
+def _trunk(
+    stream: Stream, gait: Gait, course: Course, carriage: Carriage, t: np.ndarray, active: np.ndarray
+) -> Trunk:
+    """The pelvis turns with the leg in front and drops on the swinging side, the chest counters both."""
+    style = gait.style
+    size = active * gait.step / 0.7
+    way = np.cos(gait.bearing)
+    turn = -carriage.turn * way * size * np.cos(gait.phase)
+    drop = -carriage.drop * size * style.bounce * np.cos(gait.phase - 0.35 * np.pi)
+    tilt = carriage.tilt * active + 0.02 * size * np.cos(2.0 * gait.phase)
+    ahead = np.array([course.at(frame)[0] for frame in np.arange(len(t)) + 9.0])
+    looking = ahead - course.heading[MARGIN : MARGIN + len(t)]
+    into = _into_the_bend(gait, course)
+    pelvis = np.stack([turn, tilt, drop + 0.35 * into], axis=-1)
+    chest = np.stack(
+        [
+            -turn * carriage.counter * (1.0 + 0.8 * style.swing),
+            carriage.lean * active + 0.015 * size * np.cos(2.0 * gait.phase - 0.8),
+            -0.8 * drop + 0.4 * into,
+        ],
+        axis=-1,
+    )
+    nod = carriage.gaze - 0.012 * size * np.cos(2.0 * gait.phase)
+    gaze = np.stack([1.6 * looking, nod, 0.0 * t], axis=-1)
+    return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze, follow=0.15)
+
+
+def _into_the_bend(gait: Gait, course: Course) -> np.ndarray:
+    """Lean to the left ``(frames,)``, radians, that keeps a body in balance along its bend."""
+    turning = np.gradient(course.heading)[MARGIN : MARGIN + gait.frames]
+    active = course.activity[MARGIN : MARGIN + gait.frames]
+    return np.cos(gait.bearing) * gait.speed * active * turning / GRAVITY
+
+
+def _arm(
+    stream: Stream, gait: Gait, carriage: Carriage, side: str, t: np.ndarray, active: np.ndarray
+) -> Hand:
+    """Each arm swings with the other side's leg, a little late, and bends more in front."""
+    style = gait.style
+    still = carriage.still[side == "right"]
+    own = (1.0 + sign(side) * style.asymmetry) * (1.0 - still)
+    way = np.cos(gait.bearing)
+    wave = -sign(side) * way * np.cos(gait.phase - 0.15)
+    swing = carriage.swing * style.swing * own * active * min(gait.step / 0.7, 1.3)
+    ahead = swing * wave + (carriage.ahead + 0.14) * active - 0.14 + wander(stream, t, 0.03 * style.loose)
+    ahead = ahead + wander(stream, t, 0.014 * style.loose, *_QUICK)
+    lagging = -sign(side) * way * np.cos(gait.phase - 0.55)
+    bend = (
+        style.elbow
+        + (carriage.bend + 0.4 * still) * active
+        + swing * (0.2 + carriage.hinge * (0.35 + lagging))
+    )
+    bend = bend + wander(stream, t, 0.05 * style.loose) + wander(stream, t, 0.028 * style.loose, *_QUICK)
+    aside = style.aside + carriage.aside * active + wander(stream, t, 0.025 * style.loose)
+    swivel = carriage.out * active + carriage.behind * swing * (1.0 - wave)
+    reach = hanging(ahead, aside, _flexed(bend))
+    return hand(stream, t, reach, style, upright=0.8, swivel=swivel)
+
+
+def _flexed(bend: np.ndarray) -> np.ndarray:
+    """Bends of an elbow, eased where it would be straight."""
+    return 0.5 * (bend + 0.12 + np.sqrt((bend - 0.12) ** 2 + 0.01))

@@ -1,1 +1,0 @@
-"""Dogs: bodies, scores, solver and performances of four-legged puppets."""

@@ -1,0 +1,133 @@
+"""Knees on the floor: where they rest, where the hips are then, and how the trunk lies on all fours.
+
+A kneeling leg stands on its toes and its knee. Toes rest where the foot's plant is; how far before them the
+knee does follows from the body's own foot and shin, so the hip joint is held on a sphere about the knee.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from ..bodies.structures import Body
+from ..conventions import SIDES
+from ..matrices import unit
+from ..performances.score import HandPlant, Score
+from .feet import FootPath
+from .scaling import KNEELING_PITCH
+
+KNEE_HEIGHT = 0.8
+"""Of a knee joint over the floor on which it rests, shares of the body's girth."""
+
+SEAT_HEIGHT = 1.3
+"""Of a hip joint over what is sat on, likewise."""
+
+
+def knee_height(body: Body) -> float:
+    """Height of the knee joint over the floor, metres."""
+    return KNEE_HEIGHT * body.proportions.girth
+
+
+def knee_ahead(body: Body) -> float:
+    """How far before the toe joint the knee rests, metres."""
+    p = body.proportions
+    c, s = np.cos(KNEELING_PITCH), np.sin(KNEELING_PITCH)
+    up = p.ball_height - p.ankle
+    ankle_height = p.ball_height - (up * c - p.ball * s)
+    rise = ankle_height - knee_height(body)
+    return float(np.sqrt(p.shank**2 - rise**2) - (up * s + p.ball * c))
+
+
+def resting(foot: FootPath, body: Body) -> np.ndarray:
+    """``(frames, 3)`` metres: where the knee is while the leg kneels; it goes along with the toes."""
+    p = body.proportions
+    toe = foot.ankle + foot.sole @ np.array([0.0, p.ball_height - p.ankle, p.ball])
+    ahead = np.stack([np.sin(foot.yaw), np.zeros_like(foot.yaw), np.cos(foot.yaw)], axis=-1)
+    return toe + knee_ahead(body) * ahead + [0.0, knee_height(body) - p.ball_height, 0.0]
+
+
+def knees(score: Score, feet: Mapping[str, FootPath], body: Body) -> np.ndarray | None:
+    """``(2, frames, 3)`` positions of resting knees, left and right; None where no leg ever kneels."""
+    if not any(kneels(score, side).any() for side in SIDES):
+        return None
+    return np.stack([resting(feet[side], body) for side in SIDES])
+
+
+def kneels(score: Score, side: str) -> np.ndarray:
+    """``(frames,)`` how far a leg kneels."""
+    kneel = score.feet[side].kneel
+    return np.zeros(score.frames) if kneel is None else kneel
+
+
+def _bears(score: Score, side: str) -> np.ndarray:
+    bears = score.feet[side].bears
+    return np.ones(score.frames) if bears is None else bears
+
+
+def on_knees(
+    score: Score, middle: np.ndarray, hips: np.ndarray, knees: np.ndarray, body: Body
+) -> np.ndarray:
+    """Where the middle between the hip joints goes ``(frames, 3)``, so far as the body kneels.
+
+    hips: ``(2, frames, 3)`` of either hip joint from the middle; knees: ``(2, frames, 3)`` at rest.
+    """
+    weight = {side: kneels(score, side)[:, None] for side in SIDES}
+    thigh = body.proportions.thigh
+    back = np.zeros(score.frames) if score.sit_back is None else score.sit_back
+    most = _most_back(body)
+    back = most * np.tanh(back / most)
+    s = np.sin(back)
+    upward = np.stack([-s * np.sin(score.heading), np.cos(back), -s * np.cos(score.heading)], axis=-1)
+    centre = dict(zip(SIDES, knees - hips, strict=True))
+    one = {side: centre[side] + thigh * upward for side in SIDES}
+    apart = centre["right"] - centre["left"]
+    square = (apart * apart).sum(axis=-1, keepdims=True)
+    # eased where the two knees are side by side and the direction between their spheres means nothing
+    across = (apart * upward).sum(axis=-1, keepdims=True) * apart / (square + (0.12 * thigh) ** 2)
+    high = np.sqrt(np.maximum(thigh * thigh - 0.25 * square, 0.01 * thigh * thigh))
+    both = 0.5 * (centre["left"] + centre["right"]) + high * unit(upward - across)
+    left, right = weight["left"], weight["right"]
+    found = (1.0 - left) * ((1.0 - right) * middle + right * one["right"])
+    found = found + left * ((1.0 - right) * one["left"] + right * both)
+    # while the second knee comes or goes the first one stays: back onto its sphere
+    bears = {side: weight[side] * _bears(score, side)[:, None] for side in SIDES}
+    for side, own, others in zip(SIDES, bears.values(), reversed(bears.values()), strict=True):
+        line = found - centre[side]
+        found = found + own**4 * (1.0 - others**8) * (thigh * unit(line) - line)
+    return found
+
+
+def _most_back(body: Body) -> float:
+    """How far thighs lean back before the knees bend by more than 138 degrees, radians."""
+    p = body.proportions
+    along = (
+        knee_ahead(body)
+        + (p.ball_height - p.ankle) * np.sin(KNEELING_PITCH)
+        + p.ball * np.cos(KNEELING_PITCH)
+    )
+    return float(np.radians(48.0) - np.arccos(along / p.shank))
+
+
+def over_floor(height: np.ndarray, body: Body) -> np.ndarray:
+    """Heights ``(frames,)`` of the hip joints, no lower than sitting on the floor; unchanged from a little
+    above that on."""
+    seat = SEAT_HEIGHT * body.proportions.girth
+    ease = 0.25 * seat
+    deep = np.clip(seat + ease - height, 0.0, 2.0 * ease)
+    return np.maximum(height, seat - ease) + deep * deep / (4.0 * ease)
+
+
+def all_fours(body: Body) -> tuple[float, float]:
+    """How far the trunk leans forward on hands and knees, radians, and how far the shoulder joints are then
+    before the knees, metres: the arms all but straight, elbows bent where they are too long for that.
+    Where no collar bone follows a hand, the shoulders are lower, for the arms to reach as far."""
+    p = body.proportions
+    shoulder = body.reach("left_arm", "hips") - body.reach("left_up_leg", "hips")
+    far = float(np.sqrt(shoulder[1] ** 2 + shoulder[2] ** 2))
+    wrist = float(p.hand * np.sin(HandPlant.tilt))
+    straight = 0.91 if body.structure.collars else 0.875
+    share = (straight * p.arm + wrist - knee_height(body) - p.thigh) / far
+    share = min(max(share, -0.30), 0.75)
+    lean = float(np.arccos(share)) - float(np.arctan2(shoulder[2], shoulder[1]))
+    return lean, far * float(np.sqrt(1.0 - share * share))

@@ -1,0 +1,199 @@
+"""Paws: on their plants exactly, between them in a swing; and when each is in contact."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..bodies.dogs import DogSizes
+from ..bodies.structures import Body
+from ..conventions import sign
+from ..curves import bump, hermite, smooth
+from ..matrices import about
+from ..performances.score import LIMBS, DogScore, Paw, PawPlant
+
+THICK = 0.055
+"""Height of the middle of a leg that lies on the floor, hind leg lengths."""
+
+
+@dataclass(frozen=True, eq=False)
+class Grounds:
+    """References that paws are placed by: ``(frames, 2)`` the points of the floor under hips and shoulders,
+    metres, their heights ``(frames,)`` as the score wants them, and their headings ``(frames,)``."""
+
+    hind: np.ndarray
+    fore: np.ndarray
+    hind_height: np.ndarray
+    fore_height: np.ndarray
+    hind_heading: np.ndarray
+    fore_heading: np.ndarray
+
+
+def sizes_of(body: Body) -> DogSizes:
+    assert isinstance(body.proportions, DogSizes)
+    return body.proportions
+
+
+def across(heading: np.ndarray | float) -> np.ndarray:
+    """Unit (x, z) to the left of a heading."""
+    return np.stack([np.cos(heading), -np.sin(heading)], axis=-1)
+
+
+def along(heading: np.ndarray | float) -> np.ndarray:
+    return np.stack([np.sin(heading), np.cos(heading)], axis=-1)
+
+
+def span(body: Body) -> float:
+    """Distance from the hip joints to the shoulder joints along the floor, standing."""
+    return float((body.reach("left_arm", "hips") - body.reach("left_up_leg", "hips"))[2])
+
+
+def low(body: Body) -> tuple[float, float]:
+    """Heights of hip and shoulder joints while the body lies, metres."""
+    sizes = sizes_of(body)
+    return 1.3 * THICK * sizes.leg + sizes.girth, THICK * sizes.leg + _ELBOW * sizes.upper_arm
+
+
+_ELBOW = 0.72
+"""How high the shoulder joint of a lying dog is over its elbow, lengths of the upper arm."""
+
+
+def lain(body: Body) -> tuple[float, float]:
+    """How far before hips and shoulders the tips of the paws are while the body lies, metres."""
+    sizes = sizes_of(body)
+    paws = (float(np.hypot(sizes.ankle, sizes.ball)), float(np.hypot(sizes.hand, 0.8 * sizes.ball)))
+    elbow = -sizes.upper_arm * float(np.sqrt(1.0 - _ELBOW * _ELBOW))
+    return 0.58 * sizes.shank + 0.95 * paws[0], elbow + sizes.forearm + 0.93 * paws[1]
+
+
+def grounds(score: DogScore, body: Body) -> Grounds:
+    """The trunk keeps its length: where one end sinks, the ends come nearer."""
+    sizes, half = sizes_of(body), 0.5 * span(body)
+    bent = 0.5 * score.trunk.chest[:, 0]
+    hind, fore = score.heading - bent, score.heading + bent
+    middle = sizes.leg * score.path
+    lying = low(body)
+    up = lying[0] + (sizes.leg - lying[0]) * score.height
+    ahead = lying[1] + (sizes.fore_leg - lying[1]) * score.fore
+    length = 4.0 * half * half + (sizes.fore_leg - sizes.leg) ** 2
+    nearer = 2.0 * half - np.sqrt(length - (ahead - up) ** 2)
+    share = score.anchor
+    return Grounds(
+        middle - (half - share * nearer)[:, None] * along(hind),
+        middle + (half - (1.0 - share) * nearer)[:, None] * along(fore),
+        up,
+        ahead,
+        hind,
+        fore,
+    )
+
+
+def at(values: np.ndarray, moment: float) -> np.ndarray:
+    """A channel between frames; beyond the ends it goes on as it went over the last quarter second."""
+    last = len(values) - 1
+    low = min(max(int(np.floor(moment)), 0), last - 1)
+    if moment < 0.0 or moment > last:
+        back = min(8, last)
+        low = 0 if moment < 0.0 else last - back
+        start = values[low] if moment < 0.0 else values[last]
+        slope = (values[low + back] - values[low]) / back
+        return np.asarray(start + slope * (moment - (0.0 if moment < 0.0 else last)))
+    return np.asarray(values[low] + (moment - low) * (values[low + 1] - values[low]))
+
+
+@dataclass(frozen=True, eq=False)
+class PawPath:
+    """joint: ``(frames, 3)`` of the joint over the paw. orientation: ``(frames, 3, 3)`` of the paw.
+    planted, pivoting: ``(frames,)`` bool. down: likewise, whether the tip is on the floor at all."""
+
+    joint: np.ndarray
+    orientation: np.ndarray
+    planted: np.ndarray
+    pivoting: np.ndarray
+    down: np.ndarray
+
+
+def paw_path(score: DogScore, limb: str, body: Body, ground: Grounds) -> PawPath:
+    paw, (side, end) = score.paws[limb], limb.split("_")
+    tip = body.tips[f"{side}_{'foot' if end == 'hind' else 'hand'}"]
+    leg = sizes_of(body).leg
+    spots = [_spot(plant, side, end, body, ground) for plant in paw.plants]
+    t = np.arange(score.frames, dtype=float)
+    place = np.tile(spots[0][0], (score.frames, 1))
+    yaw = np.full(score.frames, spots[0][1])
+    up, pitch = np.zeros(score.frames), np.zeros(score.frames)
+    for k, plant in enumerate(paw.plants):
+        pitch += _rolled(plant, t, first=k == 0, last=k + 1 == len(paw.plants))
+        if k + 1 < len(paw.plants):
+            after = paw.plants[k + 1]
+            share = (t - plant.off) / (after.strike - plant.off)
+            part = smooth(share)
+            place += part[:, None] * (spots[k + 1][0] - spots[k][0])
+            yaw += part * (spots[k + 1][1] - spots[k][1])
+            up += plant.lift_height * leg * bump(share)
+            pitch += plant.curl * bump(share) + _between(plant, after, t)
+    tips = np.stack([place[:, 0], up, place[:, 1]], axis=-1)
+    pitch = pitch - paw.flat * _lying(tip, THICK * leg)
+    orientation = about(1, yaw) @ about(0, pitch)
+    return PawPath(tips - orientation @ tip, orientation, *_rests(paw, score.frames))
+
+
+def _spot(plant: PawPlant, side: str, end: str, body: Body, ground: Grounds) -> tuple[np.ndarray, float]:
+    """(x, z) of the tip, and the heading of the paw."""
+    hind = end == "hind"
+    top, paw = ("up_leg", "foot") if hind else ("arm", "hand")
+    drawn = body.reach(f"{side}_{paw}", f"{side}_{top}") + body.tips[f"{side}_{paw}"]
+    heading = float(at(ground.hind_heading if hind else ground.fore_heading, plant.moment))
+    start = at(ground.hind if hind else ground.fore, plant.moment)
+    sizes = sizes_of(body)
+    out = sign(side) * plant.out * (sizes.hip_half if hind else sizes.shoulder_half)
+    ahead = plant.ahead * sizes.leg + (1.0 - plant.lain) * float(drawn[2])
+    ahead += plant.lain * lain(body)[0 if hind else 1]
+    return start + out * across(heading) + ahead * along(heading), heading
+
+
+def _rolled(plant: PawPlant, t: np.ndarray, first: bool, last: bool) -> np.ndarray:
+    """Pitch while the paw is down."""
+    landing = 1.0 - smooth((t - plant.strike) / max(plant.flat - plant.strike, 1))
+    leaving = np.clip((t - plant.lift) / max(plant.off - plant.lift, 1), 0.0, 1.0) ** 2
+    pitch = plant.rest + (plant.strike_pitch - plant.rest) * landing
+    down = (t >= plant.strike) & (t <= plant.off)
+    ever = down | (first & (t < plant.strike)) | (last & (t > plant.off))
+    return np.where(ever, pitch + (plant.off_pitch - plant.rest) * leaving, 0.0)
+
+
+def _between(plant: PawPlant, after: PawPlant, t: np.ndarray) -> np.ndarray:
+    """Pitch of a swing beside its curl: it leaves turning as it rolled last, and lands in no hurry."""
+    rolling = 2.0 * (plant.off_pitch - plant.rest) / max(plant.off - plant.lift, 1)
+    ends, pitches = (plant.off, after.strike), (plant.off_pitch, after.strike_pitch)
+    inside = (t > plant.off) & (t < after.strike)
+    return np.where(inside, hermite(t, ends, pitches, (rolling, 0.0)), 0.0)
+
+
+def _lying(tip: np.ndarray, thick: float) -> float:
+    """How far the bone over the paw turns back until its joint lies on the floor, radians."""
+    up, behind = -float(tip[1]), float(tip[2])
+    length = float(np.hypot(up, behind))
+    return float(np.arctan2(up, behind) - np.arcsin(min(thick / length, 0.9)))
+
+
+_AT_REST = 2e-5
+"""Less change of ``Paw.flat`` in a frame is none: some micrometres."""
+
+
+def _rests(paw: Paw, frames: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Where it is planted, pivoting, and down at all."""
+    still, held, down = (np.zeros(frames, dtype=bool) for _ in range(3))
+    before = np.concatenate([paw.flat[:1], paw.flat[:-1]])
+    for plant in paw.plants:
+        still[max(plant.flat + 1, 0) : max(plant.lift + 1, 0)] = True
+        held[max(plant.strike + 1, 0) : max(plant.off + 1, 0)] = True
+        down[max(plant.strike, 0) : max(plant.off + 1, 0)] = True
+    grounded = np.ones(frames, dtype=bool) if paw.air is None else paw.air.weight == 0.0
+    planted = still & (np.abs(paw.flat - before) < _AT_REST) & grounded
+    return planted, held & ~planted & grounded, down & grounded
+
+
+def paw_paths(score: DogScore, body: Body, ground: Grounds) -> dict[str, PawPath]:
+    return {limb: paw_path(score, limb, body, ground) for limb in LIMBS}

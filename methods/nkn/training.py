@@ -1,0 +1,287 @@
+"""Training of NKN: one encoder-decoder and one discriminator per structure."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+import torch
+from torch import Tensor, nn
+
+from retarget_bench.api import Method
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.kinematics_torch import Tree
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.contract import Batch, Phase, Terms
+from retarget_bench.training.data import TrainingData, WindowBatch
+from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
+from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
+
+from . import losses
+from .features import SIGNATURE, Signature, begin
+from .network import Generator
+from .network.cells import Kind
+from .network.pose import MOVES, Bodies, Scale, quaternions
+
+Losses = Literal["autoencoder", "cycle", "adversarial"]
+SMALL = 1e-3
+"""Centimetres or radians: what deviates less than this is taken to be constant."""
+OWN = 0.5
+"""Of several structures, how often a group's target is of the source's own, or more where ``same`` is."""
+
+
+@dataclass(frozen=True)
+class Choices:
+    """cell, hidden: of the networks. losses: which terms. same: how often the target is the source.
+    drift: weight of ``losses.drift``."""
+
+    cell: Kind
+    hidden: int
+    losses: Losses
+    same: float
+    drift: float = 0.0
+
+
+@dataclass(eq=False)
+class Fake:
+    """Answers of one group on other bodies, and real clips of these bodies.
+
+    motion, real: ``(rows, frames, channels)`` as the discriminator sees them. bones: ``(rows, ...)``.
+    logits: ``(rows,)`` of the answers, with gradients.
+    """
+
+    structure: int
+    bones: Tensor
+    motion: Tensor
+    lengths: Tensor
+    real: Tensor
+    real_lengths: Tensor
+    logits: Tensor
+
+
+class NknTraining:
+    """Rows go in groups of one source and one target structure; NKN itself knows one structure only.
+
+    material: the clips, with ``poses`` as ``features.see`` gives them. casts: structure -> its characters.
+    skeletons: of each structure. bones: character -> ``(joints, 3)``. build: a method with the tensors that
+    it is given. ``signatures``: structure -> its joints, where exported tensors are to tell.
+    """
+
+    def __init__(
+        self,
+        training_data: TrainingData,
+        casts: Mapping[str, Sequence[str]],
+        skeletons: Mapping[str, Skeleton],
+        bones: Mapping[str, np.ndarray],
+        choices: Choices,
+        config: TrainingConfig,
+        build: Callable[[Mapping[str, Tensor]], Method],
+    ) -> None:
+        self._material, self._choices, self._window, self._build = (
+            training_data,
+            choices,
+            config.window,
+            build,
+        )
+        self._names = sorted(casts)
+        self._casts = {name: sorted(casts[name]) for name in self._names}
+        self._bones = bones
+        self._trees = {name: Tree.of(skeletons[name]) for name in self._names}
+        self._generators: dict[str, Generator] = {}
+        self._discriminators: dict[str, TemporalDiscriminator] = {}
+        for name, mine in self._casts.items():
+            joints = len(skeletons[name])
+            self._generators[name] = Generator(joints, choices.hidden, choices.cell)
+            self._discriminators[name] = TemporalDiscriminator(3 * joints + MOVES, 3 * (joints - 1))
+            self._fit(self._generators[name].scale, mine)
+        self.signatures: Mapping[str, Signature] = {}
+        self._rule = UpdateRule(len(self._names))
+        self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
+        self.phases = _phases("generator")
+        if choices.losses == "adversarial":
+            self.modules["discriminator"] = nn.ModuleDict(self._discriminators)
+            self.modules["scores"] = self._rule
+            self.phases = _phases("generator", "discriminator")
+
+    # ------------------------------------------------------------------------------------- batches
+    def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
+        """Groups of rows; each with the numbers of its two structures, windows, bones, and clips of the
+        targets for the discriminator."""
+        groups = min(rows, 2 if len(self._names) > 1 else 1)
+        sizes = [rows // groups + (number < rows % groups) for number in range(groups)]
+        return {"groups": [self._group(numbers, size) for size in sizes]}
+
+    def _group(self, numbers: np.random.Generator, rows: int) -> dict[str, Any]:
+        source = int(numbers.integers(len(self._names)))
+        others = [number for number in range(len(self._names)) if number != source]
+        alone = self._choices.losses == "autoencoder"
+        often = max(OWN, self._choices.same) if others else 1.0
+        own = not others or alone or numbers.random() < often
+        target = source if own else int(numbers.choice(others))
+        cast = self._material.cast(numbers, rows, self._casts[self._names[source]])
+        same = (numbers.random(rows) < self._choices.same / often) & own | alone
+        names = [
+            name if itself else self._another(numbers, name, self._casts[self._names[target]])
+            for name, itself in zip(cast, same, strict=True)
+        ]
+        windows = self._material.draw(numbers, cast, self._window)
+        group = self._windows(windows) | {
+            "structures": np.array([source, target]),
+            "same": np.array([a == b for a, b in zip(cast, names, strict=True)]),
+            "bones": np.stack([self._bones[name] for name in cast]),
+            "target_bones": np.stack([self._bones[name] for name in names]),
+        }
+        if self._choices.losses == "adversarial":
+            group["real"] = self._windows(self._material.draw(numbers, names, self._window))
+        return group
+
+    def _another(self, numbers: np.random.Generator, name: str, cast: Sequence[str]) -> str:
+        others = [other for other in cast if other != name]
+        return others[int(numbers.integers(len(others)))] if others else name
+
+    def _windows(self, windows: WindowBatch) -> dict[str, Any]:
+        poses = begin(windows.arrays["poses"]) * windows.mask[..., None]
+        return {"poses": poses.astype(np.float32), "lengths": windows.lengths}
+
+    # -------------------------------------------------------------------------------------- losses
+    def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
+        if phase == "generator":
+            return self._generate(batch["groups"], memory)
+        return self._discriminate(memory["fakes"])
+
+    def _generate(self, groups: Sequence[Mapping[str, Any]], memory: dict[str, Any]) -> Terms:
+        frames = torch.stack([group["lengths"].sum() for group in groups]).sum()
+        found: dict[str, list[Tensor]] = {}
+        fakes: list[Fake] = []
+        memory["fakes"] = fakes
+        for group in groups:
+            for name, term in self._terms(group, fakes).items():
+                found.setdefault(name, []).append(term)
+        terms = {name: torch.stack(each).sum() / frames for name, each in found.items()}
+        if self._choices.losses == "adversarial":
+            rows = sum(len(fake.bones) for fake in fakes)
+            total = sum(
+                (cross_entropy(fake.logits, True).sum() for fake in fakes),
+                torch.zeros((), device=frames.device),
+            )
+            terms["adversarial"] = losses.ADVERSARIAL * total / max(rows, 1)
+        return terms
+
+    def _terms(self, group: Mapping[str, Any], fakes: list[Fake]) -> dict[str, Tensor]:
+        """Sums over a group's real frames."""
+        names = [self._names[number] for number in group["structures"].tolist()]
+        source, target = (self._generators[name] for name in names)
+        body, other = (
+            Bodies(self._tree(name, group[key]), group[key], self._generators[name].scale)
+            for name, key in zip(names, ("bones", "target_bones"), strict=True)
+        )
+        poses = source.scale.poses(group["poses"].transpose(0, 1))
+        real = losses.mask(len(poses), group["lengths"])
+        answers, raw = _through(source, target, poses, other)
+        outputs = [(answers, raw, target)]
+        nothing = answers.new_zeros(())
+        terms, drifts = {"same_places": nothing, "same_moves": nothing}, []
+        if names[0] == names[1]:
+            kept = real * group["same"]
+            terms["same_places"], terms["same_moves"] = losses.apart(answers, poses, kept)
+            drifts.append(losses.drift(answers, poses, kept))
+        if self._choices.losses != "autoencoder":
+            back, raw = _through(target, source, answers, body)
+            outputs.append((back, raw, source))
+            terms["cycle_places"], terms["cycle_moves"] = losses.apart(back, poses, real)
+            drifts.append(losses.drift(back, poses, real))
+        if self._choices.drift:
+            terms["drift"] = self._choices.drift * torch.stack(drifts).sum()
+        twists = [losses.twist(quaternions(raw[..., :-MOVES]), real) for _, raw, _ in outputs]
+        changes = [losses.smooth(through.scale.plain(seen), real) for seen, _, through in outputs]
+        terms["twist"] = losses.TWIST * torch.stack(twists).mean()
+        terms["smooth"] = losses.SMOOTH * torch.stack(changes).mean()
+        if self._choices.losses == "adversarial":
+            self._show(group, names[1], target.scale.plain(answers), fakes)
+        return terms
+
+    def _show(self, group: Mapping[str, Any], name: str, answers: Tensor, fakes: list[Fake]) -> None:
+        """What the discriminator says of the rows whose source is another body."""
+        rows = ~group["same"]
+        if not bool(rows.any()):
+            return
+        real = group["real"]
+        bones = self._generators[name].scale.bones(group["target_bones"][rows])
+        motion, lengths = losses.differences(answers)[rows], group["lengths"][rows] - 1
+        fakes.append(
+            Fake(
+                structure=self._names.index(name),
+                bones=bones,
+                motion=motion.detach(),
+                lengths=lengths,
+                real=losses.differences(real["poses"].transpose(0, 1))[rows],
+                real_lengths=real["lengths"][rows] - 1,
+                logits=self._discriminators[name](motion, bones, lengths),
+            )
+        )
+
+    def _discriminate(self, fakes: Sequence[Fake]) -> Terms:
+        learns = self._rule.update([(fake.structure, fake.logits) for fake in fakes])
+        if not bool(learns.any()):
+            return {}
+        found = []
+        for fake in fakes:
+            if learns[fake.structure]:
+                network = self._discriminators[self._names[fake.structure]]
+                real = network(fake.real, fake.bones, fake.real_lengths, learns=True)
+                shown = network(fake.motion, fake.bones, fake.lengths, learns=True)
+                both = torch.cat([cross_entropy(real, True), cross_entropy(shown, False)])
+                found.append(both.mean())
+        if not found:  # another process has rows of what learns, and waits for this one's gradients
+            found = [0.0 * each.sum() for each in self.modules["discriminator"].parameters()]
+        return {"cross_entropy": torch.stack(found).sum()}
+
+    def _tree(self, name: str, like: Tensor) -> Tree:
+        if self._trees[name].mask.device != like.device:
+            self._trees[name] = self._trees[name].to(like.device)
+        return self._trees[name]
+
+    def _fit(self, scale: Scale, cast: Sequence[str]) -> None:
+        """Statistics of the training clips, and of the bones of the reference poses."""
+        poses = self._material.stacked("poses", cast)
+        rest = np.stack([self._bones[name].reshape(-1) for name in cast])
+        scale.fit("places", np.concatenate([poses[:, :-MOVES], rest]), SMALL)
+        scale.fit("moves", poses[:, -MOVES:], SMALL)
+
+    # ----------------------------------------------------------------------------------- the outcome
+    def method(self) -> Method:
+        return self._build({name: value.clone() for name, value in self.export().items()})
+
+    def export(self) -> Mapping[str, Tensor]:
+        kept = {name: each.detach().cpu() for name, each in self.modules["generator"].state_dict().items()}
+        return kept | self._marks
+
+    def load(self, tensors: Mapping[str, Tensor]) -> None:
+        marks = {name: each for name, each in tensors.items() if name.endswith(SIGNATURE)}
+        if marks.keys() != self._marks.keys() or any(
+            not torch.equal(each, self._marks[name]) for name, each in marks.items()
+        ):
+            raise BenchError("the weights know other structures, or other joints of them")
+        raised = {name: each.float() for name, each in tensors.items() if name not in marks}
+        try:
+            self.modules["generator"].load_state_dict(raised)
+        except RuntimeError as error:
+            raise BenchError(f"the weights do not fit this network: {error}") from None
+
+    @property
+    def _marks(self) -> dict[str, Tensor]:
+        return {f"{name}{SIGNATURE}": torch.tensor(each) for name, each in self.signatures.items()}
+
+
+def _phases(*names: str) -> tuple[Phase, ...]:
+    return tuple(Phase(name, (name,), betas=(0.5, 0.999), clip=25.0) for name in names)
+
+
+def _through(source: Generator, target: Generator, poses: Tensor, bodies: Bodies) -> tuple[Tensor, Tensor]:
+    """Poses and raw outputs of the target bodies, from normalised poses of the source's structure."""
+    _, codes = source.encoder(poses)
+    answers, raw, _ = target.decoder(codes, bodies)
+    return answers, raw

@@ -1,0 +1,181 @@
+"""Features of a motion for SMRM, and the motion that an answer means.
+
+A frame is the places of 22 joints relative to the hips and three numbers of the hips themselves, as they
+look from where the character faces in that very frame: nothing is averaged over time, so that frames can
+be handled as they come. The direction is given back to the answer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from retarget_bench.api import Prediction
+from retarget_bench.errors import SkeletonError
+from retarget_bench.motion import facing, kinematics, root_rules, rotation, transfer
+from retarget_bench.motion.aligned import Aligned
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.structures import BODY22, reduce
+
+FPS = 30.0
+JOINTS = len(BODY22)
+PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
+"""Parents of the 22 joints."""
+SKELETON = Skeleton(BODY22, np.array(PARENTS), np.zeros((JOINTS, 3)))
+
+Normalisation = Literal["body", "global", "none"]
+Root = Literal["height", "displacement", "position"]
+Yaw = Literal["removed", "kept"]
+
+
+def unfit(character: Character) -> str:
+    """Why a body is none that SMRM knows, as a sentence; "" where it is."""
+    try:
+        joints = reduce(character, "body22").joints
+        if len(joints) < JOINTS:
+            return f"{character.name} has {len(joints)} of the {JOINTS} joints that smrm works on"
+        parents = tuple(Aligned(character, joints).skeleton.parents.tolist())
+    except SkeletonError as error:
+        return str(error)
+    if parents != PARENTS:
+        return f"the {JOINTS} joints of {character.name} hang together in another way than smrm knows"
+    if character.four_legged:
+        return f"{character.name} stands on four legs, and smrm knows bodies with two"
+    return facing.unknown(character) or root_rules.reason("hip_height", character, character) or ""
+
+
+@dataclass(frozen=True, eq=False)
+class Body:
+    """A body as the networks see it.
+
+    unit:    metres that every length is divided by. offsets: ``(22, 3)`` bones, in units.
+    resting: ``(22, 3)`` places in the T-pose relative to the hips, in units.
+    """
+
+    aligned: Aligned
+    unit: float
+    offsets: np.ndarray
+    resting: np.ndarray
+
+
+@dataclass(frozen=True)
+class Features:
+    """The choices that the paper leaves open about what a network sees; see ``SMRM``."""
+
+    normalisation: Normalisation
+    root: Root
+    yaw: Yaw
+
+    def body(self, character: Character) -> Body:
+        aligned = Aligned(character, reduce(character, "body22").joints)
+        unit = character.measures.hip_height if self.normalisation == "body" else 1.0
+        offsets = (aligned.offsets / unit).astype(np.float32)
+        still, none = rotation.identity(1, JOINTS), np.zeros((1, 3))
+        resting = kinematics.forward(aligned.skeleton, still, none)[0][0] / unit
+        return Body(aligned, unit, offsets, resting.astype(np.float32))
+
+    def see(self, source: Prediction) -> Mapping[str, np.ndarray]:
+        """A source at 30 fps as arrays ``(frames, ...)`` float64, lengths in the body's unit.
+
+        positions: ``(22, 3)`` relative to the hips, and rotations: ``(22, 4)`` in aligned form, both seen
+        from where the character faces; rotations are not there where a source is known by positions only.
+        hips: ``(3,)`` in the world, and before: the same one frame earlier (in the first frame: now).
+        turn: ``(2,)`` where it faces, the parts of a unit complex number.
+        """
+        body = self.body(source.character)
+        if self.yaw == "removed":
+            turn = facing.facing(source.positions, source.character)
+        else:
+            turn = np.ones(source.frames, dtype=complex)
+        hips = transfer.hips(source)
+        if isinstance(source, Motion):
+            rotations = self._rotations(body, source, turn)
+            places = kinematics.forward(body.aligned.skeleton, rotations, np.zeros_like(hips))[0]
+            known = {"rotations": rotation.continuous(rotation.normalise(rotations))}
+        else:
+            joints = source.positions[:, list(body.aligned.joints)]
+            places, known = facing.seen(joints - hips[:, None], turn[:, None]), {}
+        hips = hips / body.unit
+        return known | {
+            "positions": places / body.unit,
+            "hips": hips,
+            "before": np.concatenate([hips[:1], hips[:-1]]),
+            "turn": np.stack([turn.real, turn.imag], axis=-1),
+        }
+
+    def _rotations(self, body: Body, motion: Motion, turn: np.ndarray) -> np.ndarray:
+        rotations = np.array(body.aligned.see(motion)[0])
+        if self.yaw == "removed":
+            rotations[:, 0] = rotation.multiply(facing.rotation(turn.conj()), rotations[:, 0])
+        return rotations
+
+    def moves(self, hips: np.ndarray, before: np.ndarray, turn: np.ndarray) -> np.ndarray:
+        """The three numbers of the hips that a network sees ``(..., frames, 3)``: left, up, forward.
+
+        hips, before: ``(..., frames, 3)`` and turn: ``(..., frames, 2)`` as ``see`` gives them.
+        """
+        facings = turn[..., 0] + 1j * turn[..., 1]
+        if self.root == "position":
+            start = hips[..., :1, :] * np.array([1.0, 0.0, 1.0], hips.dtype)
+            return facing.seen(hips - start, facings[..., :1])
+        step = facing.seen(hips - before, facings)
+        if self.root == "height":
+            step[..., 1] = hips[..., 1]
+        return step
+
+    def path(self, moves: Tensor, turn: Tensor) -> Tensor:
+        """Where the hips go ``(..., frames, 3)``, level from their first place on.
+
+        The inverse of ``moves``. Up it is the height above the floor; where ``root`` is ``displacement``,
+        that above the first place.
+        moves: ``(..., frames, 3)``; turn: ``(..., frames, 2)``.
+        """
+        cos, sin = (turn[..., :1, :] if self.root == "position" else turn).unbind(-1)
+        left, up, ahead = moves.unbind(-1)
+        x, z = ahead * sin + left * cos, ahead * cos - left * sin
+        if self.root != "position":
+            x, z = _summed(x), _summed(z)
+        return torch.stack([x, _summed(up) if self.root == "displacement" else up, z], -1)
+
+    def velocity(self, moves: Tensor) -> Tensor:
+        """``(..., frames - 1, 3)`` units per frame: how the hips move, whatever ``moves`` says of them."""
+        if self.root == "displacement":
+            return moves[..., 1:, :]
+        change = moves.diff(dim=-2)
+        if self.root == "position":
+            return change
+        left, _, ahead = moves[..., 1:, :].unbind(-1)
+        return torch.stack([left, change[..., 1], ahead], -1)
+
+    def motion(
+        self,
+        body: Body,
+        rotations: np.ndarray,
+        moves: np.ndarray,
+        source: Mapping[str, np.ndarray],
+        start: np.ndarray,
+    ) -> Motion:
+        """The motion that an answer means.
+
+        rotations: ``(frames, 22, 4)`` and moves: ``(frames, 3)``, the answer. source: what ``see`` gave.
+        start:     ``(3,)`` metres, where the hips begin.
+        """
+        turn = source["turn"]
+        turned = np.array(rotations, dtype=np.float64)
+        turned[:, 0] = rotation.multiply(facing.rotation(turn[:, 0] + 1j * turn[:, 1]), turned[:, 0])
+        path = self.path(torch.from_numpy(moves.astype(np.float64)), torch.from_numpy(turn)).numpy()
+        hips = path * body.unit + start * np.array([1.0, float(self.root == "displacement"), 1.0])
+        return body.aligned.motion(rotation.continuous(rotation.normalise(turned)), hips, FPS)
+
+
+def _summed(steps: Tensor) -> Tensor:
+    """``(..., frames)`` the way since the first frame; the step that led to the first does not count."""
+    total = steps.cumsum(-1)
+    return total - total[..., :1]

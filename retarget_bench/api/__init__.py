@@ -1,0 +1,39 @@
+"""The contracts between the engine and its plug-ins. Read this first.
+
+Every contract is structural: a plug-in needs no base class and may import nothing from here. It is
+enough that its objects have the attributes and methods named below. A plug-in is a callable, mostly a
+class, that takes its parameters as keywords and returns such an object; in a file it is the module's
+attribute ``plugin``.
+
+The one path: a Dataset gives Cases; a Method turns a case's source motion into a motion of the target;
+a Metric compares that prediction with the case and returns named numbers.
+"""
+
+from retarget_bench.api.cases import SPLITS as SPLITS
+from retarget_bench.api.cases import TASKS as TASKS
+from retarget_bench.api.cases import Case as Case
+from retarget_bench.api.cases import CaseInfo as CaseInfo
+from retarget_bench.api.cases import Contacts as Contacts
+from retarget_bench.api.cases import Touch as Touch
+from retarget_bench.api.comparison import Comparison as Comparison
+from retarget_bench.api.comparison import ContactLabels as ContactLabels
+from retarget_bench.api.datasets import Dataset as Dataset
+from retarget_bench.api.datasets import DatasetCard as DatasetCard
+from retarget_bench.api.datasets import RealDataset as RealDataset
+from retarget_bench.api.datasets import TrainingClips as TrainingClips
+from retarget_bench.api.datasets import TrainingDataset as TrainingDataset
+from retarget_bench.api.methods import BatchMethod as BatchMethod
+from retarget_bench.api.methods import Context as Context
+from retarget_bench.api.methods import Method as Method
+from retarget_bench.api.methods import MethodCard as MethodCard
+from retarget_bench.api.methods import Parameters as Parameters
+from retarget_bench.api.metrics import CaseFeatures as CaseFeatures
+from retarget_bench.api.metrics import Direction as Direction
+from retarget_bench.api.metrics import Metric as Metric
+from retarget_bench.api.metrics import MetricCard as MetricCard
+from retarget_bench.api.metrics import Sample as Sample
+from retarget_bench.api.metrics import SetMetric as SetMetric
+from retarget_bench.api.metrics import Value as Value
+from retarget_bench.motion.ground import Ground as Ground
+from retarget_bench.motion.motion import Motion as Motion
+from retarget_bench.motion.motion import Prediction as Prediction

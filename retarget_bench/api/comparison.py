@@ -1,0 +1,286 @@
+"""One prediction beside its case: what all metrics share, computed once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import numpy as np
+
+from retarget_bench.api.cases import Case, Touch
+from retarget_bench.errors import BenchError, SkeletonError
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.contact import CONTACT_ROLES, planted
+from retarget_bench.motion.motion import Motion, Prediction
+from retarget_bench.motion.roles import HANDS, ancestors, is_body, is_finger
+
+RATE = 30.0
+"""Frames per second at which whatever is stated per frame is stated; other rates are scaled to it."""
+
+
+@dataclass(frozen=True, eq=False)
+class ContactLabels:
+    """Which joints of the target should be planted when.
+
+    joints:  ``(contacts,)`` joint indices of the target.
+    planted: ``(frames, contacts)`` bool, what is asked for.
+    found:   ``(frames, contacts)`` bool, the prediction's own labels by speed.
+    pivoting: ``(frames, contacts)`` bool, where the case's labels say so: turns about a resting point.
+    """
+
+    joints: np.ndarray
+    planted: np.ndarray
+    found: np.ndarray
+    pivoting: np.ndarray
+
+
+class Comparison:
+    """A case, a prediction of its target, and the arrays that metrics ask for more than once.
+
+    Shapes: ``frames`` and all ``joints`` of the target's skeleton; metres, Y up. What needs a reference
+    is None where the case has none. Every array is computed when it is first asked for.
+
+    Raises BenchError when prediction, source and reference do not have the same frames and rate, or the
+    prediction or the reference is not a motion of the target, or the target has no height.
+    """
+
+    def __init__(self, case: Case, prediction: Prediction) -> None:
+        self.case = case
+        self.prediction = prediction
+        self.target: Character = case.target
+        self.height = float(case.target.height)
+        self.frames = prediction.frames
+        self.fps = float(prediction.fps)
+        self._check()
+
+    def _check(self) -> None:
+        where = f"case {self.case.info.id}"
+        if self.frames == 0:
+            raise BenchError(f"{where}: the prediction has no frames")
+        if not (np.isfinite(self.height) and self.height > 0):
+            raise BenchError(
+                f"{where}: {self.target.name} has no height to divide errors by; check its roles"
+            )
+        sides = {"source": self.case.source, "reference": self.case.reference}
+        for name, motion in sides.items():
+            if motion is not None and motion.frames != self.frames:
+                raise BenchError(
+                    f"{where}: the prediction has {self.frames} frames, the {name} {motion.frames}"
+                )
+            if motion is not None and abs(motion.fps - self.fps) > 1e-3 * self.fps:
+                raise BenchError(
+                    f"{where}: the prediction has {self.fps:g} frames per second, the {name} {motion.fps:g}"
+                )
+        bodies = {"prediction": self.prediction, "reference": self.case.reference}
+        for name, motion in bodies.items():
+            if motion is not None and motion.skeleton.names != self.target.skeleton.names:
+                raise BenchError(f"{where}: the {name} is not a motion of {self.target.name}'s skeleton")
+
+    # ------------------------------------------------------------------------------------- positions
+    @cached_property
+    def predicted(self) -> np.ndarray:
+        """``(frames, joints, 3)`` where the prediction's joints are."""
+        return self.prediction.positions
+
+    @cached_property
+    def expected(self) -> np.ndarray | None:
+        """``(frames, joints, 3)`` where the reference's joints are."""
+        return None if self.case.reference is None else self.case.reference.positions
+
+    @cached_property
+    def offsets(self) -> np.ndarray | None:
+        """``(frames, joints, 3)`` from the reference's joints to the prediction's."""
+        return None if self.expected is None else self.predicted - self.expected
+
+    @cached_property
+    def squares(self) -> np.ndarray | None:
+        """``(frames, joints)`` squared metres between prediction and reference in the world."""
+        return None if self.offsets is None else squared_length(self.offsets)
+
+    @cached_property
+    def distances(self) -> np.ndarray | None:
+        """``(frames, joints)`` metres between prediction and reference in the world."""
+        return None if self.squares is None else np.sqrt(self.squares)
+
+    @cached_property
+    def centred_distances(self) -> np.ndarray | None:
+        """``(frames, joints)`` metres after subtracting each side's own hips in every frame."""
+        if self.offsets is None:
+            return None
+        return np.sqrt(squared_length(self.offsets - self.offsets[:, self.hips, None]))
+
+    # ---------------------------------------------------------------------------------------- joints
+    @property
+    def hips(self) -> int:
+        """The joint that root-relative values are relative to: the one with role hips, else the root."""
+        return self.target.joint_of.get("hips", 0)
+
+    @property
+    def joints(self) -> np.ndarray:
+        """Indices of the scored joints: the target's own body (``structure_joints``), and fingers and props
+        where the source has the same ones. "Virtual" copies never count."""
+        return scored_joints(self.case.source.character, self.target)
+
+    @property
+    def structure_joints(self) -> np.ndarray:
+        """Indices of every joint on a chain from the root to a joint with a role that is not a finger:
+        tips and split joints count, fingers, hair, props and "virtual" copies do not."""
+        return structure_joints(self.target)
+
+    def shared(self, roles: Sequence[str]) -> tuple[list[int], list[int]]:
+        """Joints of the source and of the target that both have one of these roles, in that order."""
+        source, target = self.case.source.character, self.target
+        both = [role for role in roles if role in source.joint_of and role in target.joint_of]
+        return source.joints(both), target.joints(both)
+
+    # -------------------------------------------------------------------------------------- contacts
+    @property
+    def contact_roles(self) -> tuple[str, ...]:
+        """The target's feet and toes, and the fore paws of a four-legged target."""
+        return contact_roles(self.target)
+
+    @cached_property
+    def schedule(self) -> ContactLabels | None:
+        """The contacts asked for: the case's own labels where it has them, else the reference's by speed.
+
+        None where there is neither, or no labelled joint exists on the target.
+        """
+        if self.case.contacts is not None:
+            return self._labelled()
+        if self.expected is None or not self.contact_roles:
+            return None
+        joints = self.target.joints(self.contact_roles)
+        return self._schedule(joints, planted(self.expected[:, joints], self.height, self.fps))
+
+    @cached_property
+    def source_schedule(self) -> ContactLabels | None:
+        """The contacts of the source by speed, for the contact joints that both bodies have."""
+        at_source, joints = self.shared(self.contact_roles)
+        height = float(self.case.source.character.height)
+        if not joints or not height > 0:
+            return None
+        return self._schedule(joints, planted(self.case.source.positions[:, at_source], height, self.fps))
+
+    def _labelled(self) -> ContactLabels | None:
+        contacts = self.case.contacts
+        assert contacts is not None
+        labels = np.asarray(contacts.planted, dtype=bool)
+        pivots = np.zeros_like(labels) if contacts.pivoting is None else np.asarray(contacts.pivoting, bool)
+        for given in (labels, pivots):
+            if given.shape != (self.frames, len(contacts.roles)):
+                raise BenchError(
+                    f"case {self.case.info.id}: contacts of {len(contacts.roles)} roles need labels "
+                    f"({self.frames}, {len(contacts.roles)}), got {given.shape}"
+                )
+        known = [k for k, role in enumerate(contacts.roles) if role in self.target.joint_of]
+        if not known:
+            return None
+        joints = self.target.joints([contacts.roles[k] for k in known])
+        return self._schedule(joints, labels[:, known], pivots[:, known])
+
+    def _schedule(
+        self, joints: Sequence[int], labels: np.ndarray, pivots: np.ndarray | None = None
+    ) -> ContactLabels:
+        found = planted(self.predicted[:, joints], self.height, self.fps)
+        return ContactLabels(
+            np.asarray(joints), labels, found, np.zeros_like(labels) if pivots is None else pivots
+        )
+
+    @cached_property
+    def touches(self) -> tuple[Touch, ...]:
+        """The self-touches asked for whose joints the target has; empty where none is known.
+
+        Raises BenchError when their labels are not of this case's frames.
+        """
+        for touch in self.case.touches or ():
+            if touch.rests.shape != (self.frames,):
+                raise BenchError(
+                    f"case {self.case.info.id}: the touch of {touch.end} on {touch.bearing} needs labels "
+                    f"({self.frames},), got {touch.rests.shape}"
+                )
+        has = self.target.joint_of
+        return tuple(t for t in self.case.touches or () if t.end in has and t.bearing in has)
+
+    # ------------------------------------------------------------------------------------- rotations
+    @property
+    def motions(self) -> tuple[Motion, Motion] | None:
+        """Prediction and reference where both are known by rotations."""
+        both = self.prediction, self.case.reference
+        if isinstance(both[0], Motion) and isinstance(both[1], Motion):
+            return both[0], both[1]
+        return None
+
+
+def squared_length(vectors: np.ndarray) -> np.ndarray:
+    """``(frames, joints)`` squared lengths of vectors ``(frames, joints, 3)``."""
+    return np.einsum("fjc,fjc->fj", vectors, vectors)
+
+
+def steps(positions: np.ndarray, fps: float) -> np.ndarray:
+    """``(frames - 1, joints, 3)`` metres moved per frame of 30 per second, from ``(frames, joints, 3)``."""
+    return (positions[1:] - positions[:-1]) * (fps / RATE)
+
+
+@lru_cache(maxsize=1024)
+def scored_joints(source: Character, target: Character) -> np.ndarray:
+    """The joint set of the primary protocol (see ``Comparison.joints``), as increasing indices.
+
+    A target without any role is scored on all its joints.
+    """
+    body = set(structure_joints(target).tolist())
+    theirs = set(source.skeleton.names)
+    shared = (
+        joint
+        for joint, (name, role) in enumerate(zip(target.skeleton.names, target.roles, strict=True))
+        if (role in source.joint_of if is_finger(role) else role is None and name in theirs)
+        and not _virtual(name)
+    )
+    return _indices(sorted(body.union(shared)))
+
+
+@lru_cache(maxsize=1024)
+def structure_joints(target: Character) -> np.ndarray:
+    """The joint set of the papers' position protocols (see ``Comparison.structure_joints``)."""
+    parents = target.skeleton.parents.tolist()
+    kept = set()
+    for joint, role in enumerate(target.roles):
+        while is_body(role) and joint >= 0:
+            kept.add(joint)
+            joint = parents[joint]
+    names = target.skeleton.names
+    return _indices([j for j in sorted(kept) if not _virtual(names[j])] or range(len(names)))
+
+
+@lru_cache(maxsize=1024)
+def body_joints(character: Character) -> tuple[int, ...]:
+    """Of these, the joints at and below the hips, the hips first: what learned methods see of a body.
+
+    Raises SkeletonError where the character has no hips or nothing below them.
+    """
+    hips = character.joint_of.get("hips", -1)
+    if hips < 0:
+        raise SkeletonError(f"no joint of {character.name} is known as hips; name it in a roles file")
+    seen = structure_joints(character).tolist()
+    below = tuple(j for j in seen if j == hips or hips in ancestors(character.skeleton, j))
+    if len(below) < 2:
+        raise SkeletonError(f"{character.name} has no joints below its hips")
+    return below
+
+
+@lru_cache(maxsize=1024)
+def contact_roles(target: Character) -> tuple[str, ...]:
+    """The roles whose contacts are scored (see ``Comparison.contact_roles``)."""
+    # the fore paws of four-legged bodies have the roles of hands
+    paws = HANDS if target.four_legged else ()
+    return tuple(role for role in (*CONTACT_ROLES, *paws) if role in target.joint_of)
+
+
+def _virtual(name: str) -> bool:
+    return "virtual" in name.lower()
+
+
+def _indices(joints: Sequence[int]) -> np.ndarray:
+    array = np.array(joints, dtype=np.int64)
+    array.setflags(write=False)
+    return array

@@ -1,0 +1,82 @@
+"""Data sets: where cases and training data come from."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+from retarget_bench.api.cases import SPLITS, Case, CaseInfo
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+
+
+@dataclass(frozen=True)
+class DatasetCard:
+    """What a data set is, under which terms, and how to get it."""
+
+    name: str
+    summary: str
+    version: str
+    licence: str
+    obtain: str
+    tasks: tuple[str, ...] = ("retarget",)
+    splits: tuple[str, ...] = SPLITS
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    """Parameter name -> one line that says what it does."""
+
+
+class Dataset(Protocol):
+    """A source of cases. Building one must be quick: files are read when cases are asked for.
+
+    ``content``: what identifies the data in keys (a hash of the files, or generator version and
+    parameters). ``label``: what tables call it (``mixamo``, or ``mixamo san-partial (23 of 106 clips)``).
+    ``notes``: sentences that belong under every table of it (what was dropped and why).
+    """
+
+    card: DatasetCard
+
+    @property
+    def content(self) -> str: ...
+    @property
+    def label(self) -> str: ...
+    @property
+    def notes(self) -> Sequence[str]: ...
+    def characters(self) -> Mapping[str, Character]: ...
+    def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
+        """A fixed list, in a fixed order."""
+
+    def load(self, info: CaseInfo) -> Case: ...
+
+
+class RealDataset(Dataset, Protocol):
+    """A data set that has cases without references, and real motion to hold answers to them against."""
+
+    def real(self, task: str, structure: str) -> Sequence[CaseInfo]:
+        """Cases, for ``load``, whose references are the tested part's real motion of bodies of a structure:
+        each body and clip once, with the kinds of the cases without references."""
+
+
+class TrainingClips(Protocol):
+    """What one character performs for training: motions, each made when it is asked for."""
+
+    @property
+    def names(self) -> Sequence[str]: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> Motion: ...
+
+
+class TrainingDataset(Dataset, Protocol):
+    """A data set that can be trained on. Optional: without these methods it is for tests alone."""
+
+    def training(self) -> Mapping[str, Mapping[str, TrainingClips]]:
+        """Structure -> character -> its clips, whichever part the cases are of; none of them is in a case
+        of the test or of ``validation()``. Empty where there is nothing to train on."""
+
+    def validation(self) -> Dataset:
+        """What training is steered by: cases that share no clip with the test and none with
+        ``training()``, best with characters that ``training()`` does not have."""
+
+    def training_manifest(self) -> Mapping[str, Sequence[str]]:
+        """``characters``, ``structures``, and ``kinds`` or ``clips``: all that training and its validation
+        have. Weights carry it, so that tables can part what is new to them from what is not."""

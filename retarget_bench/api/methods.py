@@ -1,0 +1,98 @@
+"""Methods: a source motion becomes a motion of a target character."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+from retarget_bench.api.cases import TASKS
+from retarget_bench.api.datasets import TrainingClips
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.ground import Ground
+from retarget_bench.motion.motion import Prediction
+
+Parameters = Mapping[str, str | int | float | bool]
+
+
+@dataclass(frozen=True)
+class MethodCard:
+    """What a method is, and what it asks for.
+
+    accepts:    the kinds of source it can read: ``motion`` (rotations) and/or ``positions``.
+    needs:      privileged inputs, out of ``reference``, ``second_reference``, ``target_motions``,
+                ``other_clips``. Rows of such a method are marked privileged and never ranked.
+    control:    a row that bounds the scale (rest pose, reference): shown, never ranked.
+    stochastic: the result depends on ``context.seed``.
+    default:    takes part in a plain ``bench run`` (untrained, or weights are shipped).
+    variants:   sets of parameters with which it takes part a further time.
+    uses:       inputs that are not privileged: ``training``, what the data set has to train on.
+    tasks:      those whose plain runs it takes part in, if it is a default at all.
+    """
+
+    name: str
+    summary: str
+    version: str
+    paper: str = ""
+    licence: str = ""
+    accepts: tuple[str, ...] = ("motion",)
+    needs: tuple[str, ...] = ()
+    uses: tuple[str, ...] = ()
+    tasks: tuple[str, ...] = TASKS
+    control: bool = False
+    stochastic: bool = False
+    default: bool = True
+    variants: tuple[Parameters, ...] = ()
+    parameters: Mapping[str, str] = field(default_factory=dict)
+    """Parameter name -> one line that says what it does and which values it takes."""
+    reported: Mapping[str, float] = field(default_factory=dict)
+    """Published numbers, ``"table/row/column" -> value``, for people to compare with."""
+
+
+@dataclass(frozen=True)
+class Context:
+    """All that a method may know beside the source motion and the target character.
+
+    ground: the case's floor, for post-processes (``post.py``); None for methods, and where it is not known.
+    The privileged inputs are None unless the card's ``needs`` names them.
+    second_reference: another answer that is as right as the reference (``Case.alternative``).
+    other_clips: motions of the target in other clips of the split (of the others where it has none), in a
+    fixed order, loaded when indexed.
+    target_motions: every reference motion of the target, this clip's included.
+    training: for cards that use it: ``TrainingDataset.training()``, always the same object; None without.
+    """
+
+    seed: int = 0
+    device: str = "cpu"
+    precision: Literal["float32", "float64"] = "float32"
+    ground: Ground | None = None
+    reference: Prediction | None = None
+    second_reference: Prediction | None = None
+    target_motions: Sequence[Prediction] | None = None
+    other_clips: Sequence[Prediction] | None = None
+    training: Mapping[str, Mapping[str, TrainingClips]] | None = None
+
+
+class Method(Protocol):
+    """Turns a source motion into a motion of a target character."""
+
+    card: MethodCard
+
+    def supports(self, source: Character, target: Character) -> str | None:
+        """None, or the reason why this pair cannot be retargeted, as a sentence."""
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:
+        """The motion of ``target``: same frames, same rate, built with ``target.motion(...)`` or
+        ``target.positions(...)``."""
+
+
+class BatchMethod(Method, Protocol):
+    """A method that answers many cases faster together than one by one. Optional: for speed alone."""
+
+    def retarget_batch(
+        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    ) -> Sequence[Prediction]:
+        """Answer k is what ``retarget(sources[k], targets[k], context=contexts[k])`` gives, to 1e-5 of the
+        height, whatever else is in the batch, in any order; lengths, rates and bodies may differ (those of
+        the engine's batches are alike, see ``batches.py``). What ``supports`` refuses is never asked. Where
+        this raises, or an answer is not valid, every case is asked on its own."""

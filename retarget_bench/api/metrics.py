@@ -1,0 +1,127 @@
+"""Metrics: a prediction beside its case, or sets of them, become named numbers."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, Protocol
+
+import numpy as np
+
+from retarget_bench.api.cases import TASKS
+from retarget_bench.api.comparison import Comparison
+from retarget_bench.motion.character import Character
+
+Direction = Literal["lower", "higher", "target", "none"]
+
+
+@dataclass(frozen=True)
+class Value:
+    """One named number that a metric returns, as its card declares it.
+
+    id:        ``mpjpe_h.world``; unique over all metrics.
+    label:     the column's heading.
+    meaning:   one line for people who never saw it.
+    unit:      ``% of height``, ``m``, ``1``, ...
+    better:    ``lower``, ``higher``, ``target`` (best at ``goal``, ranked by |log(value / goal)|) or
+               ``none`` (a description, never ranked).
+    tolerance: by how much a value may move before a regression gate says so, in the value's unit.
+    needs:     out of ``reference``, ``source``, ``contacts``, ``rotations``, ``ground``; where one is
+               missing the value is *not applicable*.
+    index:     what the value is a curve over (``threshold``, ``joint``), or "" for one number.
+    with_self: in the intra group this value pools self pairs too (a legacy protocol).
+    protocol: of position errors, what fixes the number: the keys of ``protocols.PROTOCOL``. Two protocols
+               differ by what these say; ``bench explain`` lists them.
+    """
+
+    id: str
+    label: str
+    meaning: str
+    unit: str
+    better: Direction
+    formula: str
+    source: str
+    tolerance: float = 1e-6
+    goal: float = 1.0
+    needs: tuple[str, ...] = ("reference",)
+    index: str = ""
+    with_self: bool = False
+    protocol: Mapping[str, str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class MetricCard:
+    """A family of values that are computed together; ``version`` moves when any number does.
+
+    tasks: those whose plain runs it takes part in.
+    kind:  ``case`` (a ``Metric``) or ``set`` (a ``SetMetric``); "": what its methods say.
+    """
+
+    name: str
+    summary: str
+    version: str
+    values: tuple[Value, ...]
+    tasks: tuple[str, ...] = TASKS[:1]
+    kind: Literal["", "case", "set"] = ""
+
+
+class Metric(Protocol):
+    """Turns one comparison into named numbers."""
+
+    card: MetricCard
+
+    def compute(self, comparison: Comparison) -> Mapping[str, float | Mapping[str, float]]:
+        """Value id -> number, or index -> number for curves. Ids that do not apply are left out."""
+
+
+@dataclass(frozen=True, eq=False)
+class CaseFeatures:
+    """What a set metric keeps of one case: its windows as feature vectors.
+
+    generated: ``(windows, d)`` float32, of the prediction.
+    real:      ``(windows, d)`` float32, of the same windows of the reference; no rows without one.
+    speed:     ``(windows,)`` level speed of the reference's root, else the source's, heights per second.
+    """
+
+    generated: np.ndarray
+    real: np.ndarray
+    speed: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
+class Sample:
+    """A set of windows. features: ``(n, d)`` float64. clips: ``(n,)`` the source clip of each.
+
+    whole, rows: of a part, the set that it is taken from and the indices of its windows there. What a
+    metric found out about pairs of windows of the whole it need not find out again for its parts.
+    """
+
+    features: np.ndarray
+    clips: np.ndarray
+    whole: Sample | None = None
+    rows: np.ndarray | None = None
+
+    def part(self, rows: np.ndarray) -> Sample:
+        """Some windows of a set, by their indices."""
+        return Sample(self.features[rows], self.clips[rows], self, rows)
+
+
+class SetMetric(Protocol):
+    """Compares sets of motions, not motion by motion: FID and its kin.
+
+    A set is of one split and one target structure. ``retarget_bench/sets`` draws it and stores numbers."""
+
+    card: MetricCard
+
+    def network(self, target: Character) -> str:
+        """The hash of what makes the features of this body's structure: part of the key of results.
+        Raises NotSupported with the reason where there is none."""
+
+    def features(self, comparison: Comparison) -> CaseFeatures:
+        """The features of a case; no windows where the clip is too short."""
+
+    def least(self, value_id: str) -> int:
+        """How many windows each set needs for a value to mean anything."""
+
+    def value(self, value_id: str, real: Sample, generated: Sample) -> float:
+        """A value of two sets; not a number where it is undefined."""

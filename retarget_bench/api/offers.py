@@ -1,0 +1,183 @@
+"""What plug-ins may offer beyond their contract, and the functions by which the engine reads it.
+
+Each protocol is one optional method or attribute. A plug-in offers it by having it; nothing is declared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import MISSING, fields
+from typing import Any, Protocol, TypeGuard, runtime_checkable
+
+import numpy as np
+
+from retarget_bench.api.cases import CaseInfo
+from retarget_bench.api.datasets import Dataset, TrainingClips
+from retarget_bench.api.methods import BatchMethod, Method, MethodCard
+from retarget_bench.api.metrics import Metric, MetricCard, SetMetric
+
+Cast = Mapping[str, Mapping[str, TrainingClips]]
+"""Structure -> character -> its clips."""
+Manifest = Mapping[str, Sequence[str]]
+"""``characters``, ``structures``, and ``kinds`` or ``clips``: what training had."""
+
+
+# ------------------------------------------------------------------------------------------ data sets
+@runtime_checkable
+class OffersTraining(Protocol):
+    def training(self) -> Cast:
+        """See ``TrainingDataset``."""
+
+
+@runtime_checkable
+class OffersValidation(Protocol):
+    def validation(self) -> Dataset | None:
+        """See ``TrainingDataset``."""
+
+
+@runtime_checkable
+class OffersTrainingManifest(Protocol):
+    def training_manifest(self) -> Manifest:
+        """See ``TrainingDataset``."""
+
+
+@runtime_checkable
+class OffersTrainingNotes(Protocol):
+    @property
+    def training_notes(self) -> Sequence[str]:
+        """Sentences about the training part: what was left out and why, or why there is none."""
+
+
+@runtime_checkable
+class OffersReal(Protocol):
+    def real(self, task: str, structure: str) -> Sequence[CaseInfo]:
+        """See ``RealDataset``."""
+
+
+@runtime_checkable
+class OffersUnseen(Protocol):
+    def unseen(self, info: CaseInfo) -> Collection[str]:
+        """Which of ``source``, ``target`` and ``kind`` of a case the training part does not have."""
+
+
+@runtime_checkable
+class OffersConditions(Protocol):
+    def conditions(self, info: CaseInfo) -> Mapping[str, float]:
+        """The conditions of a case of a derived task, known without loading it: ``noise``, ``share``."""
+
+
+@runtime_checkable
+class OffersParts(Protocol):
+    def parts(self) -> Mapping[str, Dataset]:
+        """The parts that an export writes apart: ``train``, ``validation``, ``test``."""
+
+
+@runtime_checkable
+class OffersLabels(Protocol):
+    def labels(self, info: CaseInfo) -> FrameLabels:
+        """What a data set knows of every frame of a case, for exports."""
+
+
+class FrameLabels(Protocol):
+    """kind, phase: ``(frames,)``; touches: name -> ``(frames,)`` bool."""
+
+    @property
+    def kind(self) -> np.ndarray: ...
+    @property
+    def phase(self) -> np.ndarray: ...
+    @property
+    def touches(self) -> Mapping[str, np.ndarray]: ...
+
+
+def training(data: object) -> Cast:
+    """All that there is to train on; empty where there is nothing."""
+    return data.training() if isinstance(data, OffersTraining) else {}
+
+
+def validation(data: object) -> Dataset | None:
+    return data.validation() if isinstance(data, OffersValidation) else None
+
+
+def data_manifest(data: object) -> Manifest:
+    """What a data set's training part has; empty where it does not say."""
+    return data.training_manifest() if isinstance(data, OffersTrainingManifest) else {}
+
+
+def training_notes(data: object) -> tuple[str, ...]:
+    return tuple(data.training_notes) if isinstance(data, OffersTrainingNotes) else ()
+
+
+def offers_real(data: object) -> TypeGuard[OffersReal]:
+    """Whether a data set has real motion to compare answers with where cases have no references."""
+    return isinstance(data, OffersReal)
+
+
+def parts(data: Dataset) -> Mapping[str, Dataset]:
+    """The parts of a data set; the whole under "" where it has none."""
+    return data.parts() if isinstance(data, OffersParts) else {"": data}
+
+
+# -------------------------------------------------------------------------------------------- methods
+@runtime_checkable
+class OffersWeights(Protocol):
+    """A method with weights. Reading either attribute raises BenchError where they are missing."""
+
+    @property
+    def weights_hash(self) -> str:
+        """Identifies the weights in keys of results; "" for none."""
+
+    @property
+    def weights_label(self) -> str:
+        """What results call weights that are given by a path."""
+
+
+@runtime_checkable
+class OffersManifest(Protocol):
+    @property
+    def training_manifest(self) -> Manifest | None:
+        """What the weights were trained on; None: untrained."""
+
+
+def weights_hash(method: object) -> str:
+    return str(getattr(method, "weights_hash", ""))
+
+
+def weights_label(method: object) -> str:
+    return str(getattr(method, "weights_label", ""))
+
+
+def method_manifest(method: object) -> Manifest | None:
+    """What a method's weights were trained on; None where it is untrained or does not say."""
+    return method.training_manifest if isinstance(method, OffersManifest) else None
+
+
+def takes_batches(method: Method) -> TypeGuard[BatchMethod]:
+    """Whether a method can be asked several cases at once."""
+    return callable(getattr(method, "retarget_batch", None))
+
+
+def method_card(method: Any) -> MethodCard:
+    """A method's card with every field: cards of a plug-in's own class may leave fields out, and one word
+    may stand for a tuple of one."""
+    said: dict[str, Any] = {}
+    for each in fields(MethodCard):
+        value = getattr(method.card, each.name, MISSING)
+        if value is not MISSING:
+            one_word = isinstance(value, str) and each.name in ("accepts", "needs", "uses", "tasks")
+            said[each.name] = (value,) if one_word else value
+    for name in ("accepts", "tasks"):
+        if not said.get(name):
+            said.pop(name, None)
+    return MethodCard(**{"name": "", "summary": "", "version": "", **said})
+
+
+# -------------------------------------------------------------------------------------------- metrics
+def metric_tasks(metric: Metric | SetMetric) -> tuple[str, ...]:
+    """The tasks whose plain runs a metric takes part in."""
+    return tuple(getattr(metric.card, "tasks", MetricCard.tasks))
+
+
+def is_set_metric(metric: Metric | SetMetric) -> TypeGuard[SetMetric]:
+    """Whether a metric compares sets: as its card says, or, where that says nothing, by its methods."""
+    kind = getattr(metric.card, "kind", "")
+    return kind == "set" if kind else hasattr(metric, "features")

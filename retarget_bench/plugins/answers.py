@@ -1,0 +1,66 @@
+"""Checking answers: whether what a method or post-processor returned is a motion of the case's target."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from retarget_bench.api import Case, Prediction
+from retarget_bench.errors import BenchError
+from retarget_bench.motion.motion import Motion, Positions
+
+FARTHEST = 1e5
+"""Metres from the origin beyond which no prediction is taken seriously."""
+UNIT_TOLERANCE = 1e-3
+"""How far from 1 the length of a predicted quaternion may be; it is then normalised."""
+EMPTY = "there is nothing to answer: the source has no frames"
+
+
+class Invalid(BenchError):
+    """A prediction that does not answer its case."""
+
+
+def verified(answer: object, case: Case) -> Prediction:
+    """The answer, if it is a motion of the case's target with its frames and rate; else Invalid."""
+    if not case.source.frames:
+        raise Invalid(EMPTY)
+    if not isinstance(answer, Motion | Positions):
+        raise Invalid(
+            f"returned a {type(answer).__name__}; return target.motion(...) or target.positions(...)"
+        )
+    if not answer.skeleton.same_as(case.target.skeleton):
+        raise Invalid(
+            f"returned a motion of {answer.character.name!r} with {len(answer.skeleton)} joints; the "
+            f"target is {case.target.name!r} with {len(case.target.skeleton)} joints and its own bones"
+        )
+    if answer.frames != case.source.frames:
+        raise Invalid(f"returned {answer.frames} frames; the source has {case.source.frames}")
+    if abs(answer.fps - case.source.fps) > 1e-6 * case.source.fps:
+        raise Invalid(f"returned {answer.fps:g} frames per second; the source has {case.source.fps:g}")
+    if isinstance(answer, Positions):
+        _all_finite(answer.positions, "position")
+        _all_near(answer.positions)
+        return replace(answer, character=case.target)
+    _all_finite(answer.rotations, "rotation")
+    _all_finite(answer.root, "root position")
+    _all_near(answer.root)
+    lengths = np.linalg.norm(answer.rotations, axis=-1)
+    if (worst := np.abs(lengths - 1).max(initial=0.0)) > UNIT_TOLERANCE:
+        raise Invalid(f"returned quaternions that are not unit (length off by up to {worst:.3g})")
+    return replace(answer, character=case.target)
+
+
+def _all_finite(values: np.ndarray, what: str) -> None:
+    bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+    if bad.any():
+        raise Invalid(
+            f"returned {int(bad.sum())} frames with a {what} that is not finite, "
+            f"the first being frame {int(bad.argmax())}"
+        )
+
+
+def _all_near(places: np.ndarray) -> None:
+    farthest = np.abs(places).max(initial=0.0)
+    if farthest > FARTHEST:
+        raise Invalid(f"returned places up to {farthest:.3g} m away; lengths are in metres")

@@ -1,0 +1,46 @@
+"""Runs without worker processes, for tests in which the process itself is not the point."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from typing import Any
+
+import pytest
+
+from retarget_bench.evaluation import plan, runner, worker
+from retarget_bench.evaluation.process_pool import Done
+
+
+class InThisProcess:
+    """An executor that does each job here, on a copy of what a worker would be sent."""
+
+    def __init__(self, workers: int = 1) -> None:
+        del workers
+
+    def run(self, function: Callable[[Any], Any], payloads: Sequence[Any]) -> Iterator[Done]:
+        for number, payload in enumerate(payloads):
+            try:
+                yield Done(number, function(pickle.loads(pickle.dumps(payload))))
+            except Exception as error:
+                yield Done(number, error=f"{type(error).__name__}: {error}")
+
+
+@contextmanager
+def without_processes() -> Iterator[None]:
+    """Runs in here start no process, and know no plug-in from before, as a new process would not."""
+    for module in (plan, worker):
+        for each in vars(module).values():
+            if hasattr(each, "cache_clear"):
+                each.cache_clear()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runner, "LocalPool", InThisProcess)
+        yield
+
+
+@pytest.fixture
+def in_process(request: pytest.FixtureRequest) -> Iterator[None]:
+    """``without_processes``, but for tests that are marked ``processes``."""
+    with nullcontext() if request.node.get_closest_marker("processes") else without_processes():
+        yield

@@ -1,0 +1,238 @@
+"""Several data sets as one to train on."""
+
+import json
+import pickle
+import re
+from types import SimpleNamespace
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from retarget_bench.errors import BenchError, NotSupported, Unusable
+from retarget_bench.evaluation import plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training import clips, joint_datasets, request
+from retarget_bench.training.card import manifest
+from retarget_bench.training.data import clips_of, gather
+from retarget_bench.training.joint_datasets import JointDataset, canonical, joint_spec
+from tests.in_process import InThisProcess
+
+ONE, TWO = Spec("toy_walks"), Spec("toy_walks", {"content": "two"})
+BOTH = joint_spec([ONE, TWO])
+
+
+@pytest.fixture
+def both(toy_plugins):
+    return joint_datasets.dataset(BOTH)
+
+
+@pytest.fixture
+def gathered(toy_plugins, monkeypatch):
+    monkeypatch.setattr(clips, "LocalPool", InThisProcess)
+
+    def gather_(data, method="toy_trainee"):
+        return gather(Spec.parse(data), Spec.parse(method), 30.0, 1, lambda done, total: None)
+
+    return gather_
+
+
+def card(folder):
+    return json.loads((folder / "weights.json").read_text())
+
+
+# -------------------------------------------------------------------------------------------- as specs
+def test_one_spec_names_them_all_in_their_order(toy_plugins):
+    assert str(BOTH) == "toy_walks+toy_walks[content=two]"
+    assert Spec.parse(str(BOTH)) == canonical(BOTH) == BOTH
+    assert str(joint_spec([BOTH, Spec("puppets")])) == f"{BOTH}+puppets"
+    typed = joint_spec([Spec.parse("puppets[size=tiny]"), Spec.parse("toy_walks[content=one]")])
+    assert str(canonical(typed)) == "puppets+toy_walks"
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ("puppets+toy_walks+puppets[seed=0]", "^puppets is given twice"),
+        (
+            "toy_walks[root=/a/b]+toy_walks[content=two,root=/a/./b]",
+            "are of the same files; one could train on what the other tests",
+        ),
+        ("puppets+walks", "no data set is called 'walks'"),
+    ],
+)
+def test_what_cannot_be_together(toy_plugins, given, says):
+    with pytest.raises(BenchError, match=says):
+        canonical(Spec.parse(given))
+
+
+def test_the_same_plug_in_over_two_folders_is_two_data_sets(toy_plugins):
+    assert (
+        len(joint_datasets.split_spec(canonical(Spec.parse("toy_walks[root=/a]+toy_walks[root=/b]")))) == 2
+    )
+
+
+def test_only_training_knows_of_it(toy_plugins):
+    with pytest.raises(BenchError, match="several at once are for bench train alone"):
+        registry.canonical("datasets", BOTH)
+
+
+def test_without_places_is_without_the_place_of_each():
+    said = request.without_places("folder[protocol=train,root=/a/b]+puppets+folder[root=/c]")
+    assert said == "folder[protocol=train]+puppets+folder"
+
+
+# ---------------------------------------------------------------------------------------- as a data set
+def test_characters_of_one_name_stay_two_and_structures_of_one_name_are_one(both):
+    assert {name: list(mine) for name, mine in both.training().items()} == {
+        "toy": ["small", "tall", "small-2", "tall-2"]
+    }
+    cast = both.characters()
+    assert set(cast) == {"small", "tall", "held", "small-2", "tall-2", "held-2"}
+    assert all(body.name == name for name, body in cast.items())
+    assert cast["tall-2"].height == cast["tall"].height != cast["small-2"].height
+
+
+names = st.lists(st.sampled_from(("a", "b", "a-2", "a-3", "b-2", "a-2-2")), unique=True, min_size=1)
+
+
+@given(st.lists(names, min_size=1, max_size=4))
+def test_no_two_characters_get_one_name(given):
+    card = plan.dataset(Spec("puppets")).card
+    made = JointDataset(
+        [SimpleNamespace(card=card, characters=lambda own=own: dict.fromkeys(own)) for own in given]
+    )
+    here = [member.names[name] for member, own in zip(made.members, given, strict=True) for name in own]
+    assert len(set(here)) == len(here)
+    assert all(member.names[name].startswith(name) for member in made.members for name in member.names)
+    assert all(name == other for name, other in made.members[0].names.items())
+
+
+def test_its_cases_are_those_of_all_under_ids_of_their_own(both):
+    aside, own = both.validation(), plan.dataset(ONE)
+    for split in ("intra", "cross"):
+        found, theirs = aside.cases("retarget", split), own.cases("retarget", split)
+        assert len({info.id for info in found}) == len(found) == 2 * len(theirs)
+        assert [info.id for info in found[: len(theirs)]] == [info.id for info in theirs]
+        for info, other in zip(found[len(theirs) :], theirs, strict=True):
+            assert (info.source, info.target) == (f"{other.source}-2", f"{other.target}-2")
+            case = aside.load(info)
+            assert case.info is info
+            assert (case.source.root == own.load(other).source.root).all()
+    assert aside.cases("denoise", "intra") == ()
+    with pytest.raises(BenchError, match="has no case"):
+        aside.load(SimpleNamespace(id="toys/nobody>tall/clip 0"))
+
+
+def test_the_validation_part_is_of_those_that_have_one(toy_plugins):
+    unwatched = Spec("toy_walks", {"kind": "unwatched"})
+    some = joint_datasets.dataset(joint_spec([unwatched, TWO]))
+    assert len(some.validation().cases("retarget", "intra")) == 8
+    assert list(some.training_notes) == [
+        "no part of toy_walks validates: other data chose the weights",
+    ]
+    none = joint_datasets.dataset(
+        joint_spec([unwatched, Spec("toy_walks", {"kind": "unwatched", "content": "b"})])
+    )
+    assert none.validation() is None
+    assert not none.training_notes
+
+
+def test_a_data_set_without_motion_is_named(gathered):
+    with pytest.raises(NotSupported, match=r"^toy_walks has no training motion; see"):
+        gathered("toy_walks+toy_walks[kind=empty]")
+
+
+def test_the_first_with_cases_is_the_one_to_test_on(toy_plugins, monkeypatch):
+    assert joint_datasets.tested(BOTH) == ONE
+    monkeypatch.setattr(type(plan.dataset(ONE)), "cases", lambda self, *_: [0] * (self.content == "two"))
+    assert joint_datasets.tested(BOTH) == TWO
+    assert joint_datasets.tested(ONE) is None
+
+
+# -------------------------------------------------------------------------------------------- to train
+def test_the_motion_of_both_is_gathered(gathered):
+    alone, found = gathered(ONE), gathered(BOTH)
+    assert found.structures == {"toy": ("small", "small-2", "tall", "tall-2")}
+    assert found.frames == 2 * alone.frames
+    for name, mine in alone.clips.items():
+        for again in (found.clips[name], found.clips[f"{name}-2"]):
+            assert [clip.arrays["root"].tolist() for clip in again] == [
+                clip.arrays["root"].tolist() for clip in mine
+            ]
+
+
+def test_a_worker_knows_no_more_than_the_spec(gathered):
+    """It builds the data sets anew and gives a character's clips by the name that it has among all."""
+    here = gathered(BOTH).clips["tall-2"]
+    job = {"character": "tall-2", "dataset": BOTH, "method": Spec("toy_trainee"), "fps": 30.0}
+    sent = pickle.loads(pickle.dumps({**job, "plugins": registry.files()}))
+    joint_datasets._several.cache_clear()
+    plan._dataset.cache_clear()
+    found, others, unusable = clips_of(sent)
+    assert (others, unusable) == (0, [])
+    for clip, other in zip(found, here, strict=True):
+        assert (clip.character, clip.name) == (other.character, other.name) == ("tall-2", other.name)
+        assert (clip.arrays["root"] == other.arrays["root"]).all()
+
+
+def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkeypatch):
+    kind = type(plan.dataset(ONE).training()["toy"]["tall"])
+    usual = kind.__getitem__
+
+    def broken(self, number):
+        if self.names[number] == "walk-tall-1":
+            raise Unusable(self.names[number], "it was lost")
+        return usual(self, number)
+
+    monkeypatch.setattr(kind, "__getitem__", broken)
+    found = gathered(ONE)
+    assert [clip.name for clip in found.clips["tall"]] == ["walk-tall-0", "walk-tall-2"]
+    assert list(found.notes) == ["not trained on 1 clip of tall: walk-tall-1 (it was lost)"]
+    told = {"characters": ["tall", "small"], "clips": ["walk-tall-0", "walk-tall-1", "aside"]}
+    monkeypatch.setattr(type(plan.dataset(ONE)), "training_manifest", lambda self: told, raising=False)
+    assert manifest(plan.dataset(ONE), found) == {
+        "characters": ["tall", "small"],
+        "clips": ["walk-tall-0", "aside"],
+    }
+
+
+def test_the_manifest_keeps_the_names_that_the_data_sets_give(gathered, both, monkeypatch):
+    told = {"characters": ["small", "tall", "held"], "structures": ["toy"], "kinds": ["walk"]}
+    monkeypatch.setattr(
+        type(plan.dataset(ONE)),
+        "training_manifest",
+        lambda self: told if self.content == "one" else {},
+        raising=False,
+    )
+    assert manifest(both, gathered(BOTH)) == {
+        "characters": ["small", "tall", "held"],
+        "structures": ["toy"],
+        "kinds": ["walk"],
+    }
+    # of the second data set, the method takes nobody, since its own name is not tall there
+    assert manifest(both, gathered(BOTH, "toy_trainee[does=pick]"))["characters"] == ["tall", "held"]
+
+
+def test_a_run_on_both_goes_on_to_the_last_bit_and_its_card_names_both(toy_run, tmp_path):
+    data = "toy_walks[root=/secret]+toy_walks[content=two]"
+    whole, reporter = toy_run("whole", data=data, preset="quick")
+    assert reporter.said[-1] == "training on 0 minutes of motion: 12 clips of 4 characters"
+    toy_run("parts", data=data, preset="quick", stop=7)
+    moved = "toy_walks[root=/elsewhere]+toy_walks[content=two]"
+    done, _ = toy_run("parts", data=moved, preset="quick", resume=True)
+    found, again = card(tmp_path / "whole"), card(tmp_path / "parts")
+    assert found["hash"] == again["hash"]
+    assert done.asked.dataset == moved
+    assert found["command"] == (
+        "bench train toy_trainee -d toy_walks -d 'toy_walks[content=two]' --preset quick --seed 0"
+    )
+    assert "secret" not in json.dumps(found)
+    wanted = {"spec": "toy_walks+toy_walks[content=two]", "label": "toy_walks + toy_walks"}
+    assert wanted.items() <= found["data"].items()
+    assert (found["data"]["content"], found["data"]["clips"]) == ("one + two", 12)
+    assert whole.at.best is not None
+    assert {split: each["n"] for split, each in found["scores"].items()} == {"intra": 2, "cross": 2}
+    with pytest.raises(BenchError, match=re.escape(f"began with dataset {moved}, not toy_walks")):
+        toy_run("parts", data="toy_walks", resume=True)

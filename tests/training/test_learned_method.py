@@ -1,0 +1,311 @@
+"""Learned methods: which weights they take, what is known of these without reading them, and results."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from functools import cached_property
+from pathlib import Path
+
+import pytest
+import torch
+from click.testing import CliRunner
+
+from retarget_bench import cli
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import header, plan, runner
+from retarget_bench.evaluation.plan import Plan
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.results import store
+from retarget_bench.training import weights
+from retarget_bench.training.card_text import described
+
+HERE = Path(__file__).parent
+CASES = HERE.parent / "engine" / "toys" / "toy_cases.py"
+MANIFEST = {"characters": ["small"], "structures": ["toy"], "kinds": ["wiggle"]}
+
+
+def card(**changes):
+    known = {"method": "shifter", "version": "1", "facts": {"cell": "tf", "layers": 1}}
+    return known | {"training_manifest": MANIFEST} | changes
+
+
+def write(folder: Path, left: float = 0.0, name: str = weights.BEST, **changes) -> weights.Bundle:
+    return weights.write(folder, name, {"shift": torch.tensor([left, 0.0, 0.0])}, card(**changes))
+
+
+@pytest.fixture
+def shifter(tmp_path, monkeypatch):
+    """The folder of a method of its own, in which it may have weights."""
+    monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
+    for cached in (plan.method, plan.known_as, plan.method_code):
+        cached.cache_clear()
+    folder = tmp_path / "method"
+    folder.mkdir()
+    shutil.copy(HERE / "learned_toys" / "shifter.py", folder)
+    registry.add_file(folder / "shifter.py")
+    registry.add_file(CASES)
+    yield folder
+    for cached in (plan.method, plan.known_as, plan.method_code):
+        cached.cache_clear()
+
+
+def made(text: str = "shifter"):
+    return registry.create("methods", text)
+
+
+# ---------------------------------------------------------------------------------------- which weights
+def test_without_weights_it_can_be_built_and_says_what_is_missing(shifter):
+    asked = made()
+    body = next(iter(registry.create("datasets", "toy_cases").characters().values()))
+    assert (asked.weights_hash, asked.weights_card, asked.training_manifest) == ("", None, None)
+    assert asked.supports(body, body) == (
+        "shifter has no shipped weights of the name 'walks'; bench train shifter -d puppets makes some"
+    )
+    with pytest.raises(BenchError, match="has no shipped weights of the name 'walks'"):
+        _ = asked.tensors
+    assert header._manifest(asked) is None
+
+
+def test_shipped_weights_are_those_beside_the_method(shifter):
+    bundle = write(shifter / "weights", 0.5, "walks")
+    asked = made()
+    assert asked.weights_hash == bundle.hash
+    assert asked.training_manifest == MANIFEST
+    assert asked.untrained == ""
+    assert float(asked.tensors["shift"][0]) == 0.5
+    assert made("shifter[weights=walks]").weights_label == "walks"
+    (shifter / "weights" / "walks.json").rename(shifter / "weights" / "runs.json")
+    assert made().untrained.endswith("'walks'; there are runs")
+
+
+def test_weights_elsewhere_are_taken_by_folder_card_or_file(shifter, tmp_path, monkeypatch):
+    bundle = write(tmp_path / "trained", 0.25)
+    monkeypatch.chdir(tmp_path)
+    for place in ("trained", "trained/weights.json", str(tmp_path / "trained" / "weights.safetensors")):
+        asked = made(f"shifter[weights='{place}']")
+        assert asked.weights_hash == bundle.hash
+        assert asked.weights_label == f"local-{bundle.hash[:8]}"
+        assert float(asked.tensors["shift"][0]) == 0.25
+
+
+def test_a_folder_of_the_same_name_is_not_taken_for_weights(shifter, tmp_path, monkeypatch):
+    """Neither in place of shipped ones nor where none are shipped."""
+    write(tmp_path / "walks", 0.5)
+    monkeypatch.chdir(tmp_path)
+    assert made().weights_hash == ""
+    bundle = write(shifter / "weights", 0.25, "walks")
+    assert made().weights_hash == bundle.hash
+    assert made("shifter[weights='./walks']").weights_hash not in ("", bundle.hash)
+
+
+@pytest.mark.parametrize(
+    ("written", "words"),
+    [
+        ("weights=wlaks", "has no shipped weights of the name 'wlaks'; there are walks"),
+        ("weights=no/such/folder", "there are no weights of this name"),
+        ("weights=nothing.json", "there are no weights of this name"),
+        ("cell=torch", r"trained as shifter\[cell=tf\]; write cell=tf in the brackets"),
+        ("layers=2,cell=torch", r"trained as shifter\[cell=tf,layers=1\]"),
+    ],
+)
+def test_what_was_asked_for_and_is_not_there_is_an_error_not_a_row(shifter, written, words):
+    """Found when a run is planned, not when its last case is reached."""
+    write(shifter / "weights", name="walks")
+    asked = made(f"shifter[{written}]")
+    for look in (lambda: asked.weights_hash, lambda: asked.training_manifest, lambda: asked.tensors):
+        with pytest.raises(BenchError, match=words):
+            look()
+
+
+def test_what_the_refusal_says_to_write_is_taken(shifter, tmp_path):
+    write(tmp_path / "trained", facts={"cell": "torch", "layers": 3})
+    place = f"weights='{tmp_path / 'trained'}'"
+    with pytest.raises(BenchError) as caught:
+        _ = made(f"shifter[{place}]").weights_hash
+    advice = str(caught.value).partition("; write ")[2].partition(" in the brackets")[0]
+    assert made(f"shifter[{advice},{place}]").weights_hash
+
+
+def test_training_goes_on_whatever_weights_lie_there(shifter):
+    write(shifter / "weights", name="walks", version="0")
+    asked = made("shifter[cell=torch]").using({"shift": torch.ones(3)})
+    assert asked.untrained == ""
+    assert asked.weights_hash == ""
+    assert asked.tensors["shift"].tolist() == [1, 1, 1]
+
+
+def test_networks_made_of_other_tensors_are_forgotten(shifter):
+    class Networked(type(made())):
+        @cached_property
+        def network(self):
+            return 2 * self.tensors["shift"]
+
+    asked = Networked().using({"shift": torch.ones(3)})
+    assert asked.network.tolist() == [2, 2, 2]
+    assert asked.using({"shift": torch.zeros(3)}).network.tolist() == [0, 0, 0]
+
+
+def test_a_card_is_read_without_torch(tmp_path):
+    bundle = write(tmp_path)
+    code = f"""
+import sys
+from retarget_bench.api import MethodCard
+from retarget_bench.training.learned_method import LearnedMethod
+
+class Mine(LearnedMethod):
+    card = MethodCard("shifter", "mine", "1")
+    def __init__(self, weights="none"):
+        super().__init__(weights)
+    def facts(self):
+        return {{"cell": "tf", "layers": 1}}
+
+assert Mine({str(tmp_path)!r}).weights_hash == {bundle.hash!r}
+assert not {{"torch", "scipy", "pandas", "matplotlib"}} & set(sys.modules)
+"""
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+# --------------------------------------------------------------------------------------------- results
+def carry_out(root: Path, *methods: str, **changes) -> list[store.Results]:
+    asked = Plan(
+        methods=tuple(map(Spec.parse, methods)),
+        datasets=(Spec("toy_cases"),),
+        splits=("intra",),
+        metrics=("position",),
+        root=root,
+        **changes,
+    )
+    return [store.read_results(place) for place in runner.run(asked, lambda done, total: None)]
+
+
+def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shifter, tmp_path):
+    """Two of them keep apart; moved elsewhere, they are the same and nothing is computed again."""
+    ours, others = write(tmp_path / "a", 0.01), write(tmp_path / "b", 0.5)
+    both = [f"shifter[weights='{tmp_path / name}']" for name in "ab"]
+    found = carry_out(tmp_path / "runs", *both)
+    errors = [
+        sum(entry.values["mpjpe_h.world"] for entry in results.entries) / len(results.entries)
+        for results in found
+    ]
+    assert errors[0] < 1e-3 < 10 < errors[1]  # the references of the toy cases are 1 cm to the left
+    labels = [results.header.method.label for results in found]
+    assert labels == [f"shifter[weights=local-{bundle.hash[:8]}]" for bundle in (ours, others)]
+    assert found[0].header.method.trained_on == MANIFEST
+    for path in (tmp_path / "runs").rglob("*"):
+        assert path.is_dir() or str(tmp_path / "a").encode() not in path.read_bytes(), path
+    (tmp_path / "a").rename(tmp_path / "moved")
+    (again,) = carry_out(tmp_path / "runs", f"shifter[weights='{tmp_path / 'moved'}']", redo="never")
+    assert again.header == found[0].header
+    assert {entry.status for entry in again.entries} == {"ok"}
+
+
+def test_the_same_weights_by_two_paths_are_one_row(shifter, tmp_path):
+    write(tmp_path / "a", 0.01)
+    shutil.copytree(tmp_path / "a", tmp_path / "copy")
+    both = [f"shifter[weights='{tmp_path / name}']" for name in ("a", "copy")]
+    assert len(carry_out(tmp_path / "runs", *both)) == 1
+
+
+def test_other_weights_under_the_same_name_are_computed_anew(shifter, tmp_path):
+    write(shifter / "weights", 0.01, "walks")
+    (first,) = carry_out(tmp_path / "runs", "shifter")
+    write(shifter / "weights", 0.5, "walks")
+    plan.method.cache_clear()
+    (second,) = carry_out(tmp_path / "runs", "shifter")
+    assert first.header.keys != second.header.keys
+    assert first.header.method.label == second.header.method.label == "shifter"
+
+
+def test_without_weights_cases_are_unsupported(shifter, tmp_path):
+    (results,) = carry_out(tmp_path / "runs", "shifter")
+    assert {entry.status for entry in results.entries} == {"unsupported"}
+    assert "bench train shifter" in results.entries[0].message
+
+
+# ------------------------------------------------------------------------------------------ bench info
+FULL = {
+    "data": {"spec": "puppets[size=default]", "label": "puppets-1.0 default", "clips": 800, "hours": 1.21},
+    "preset": "default",
+    "recipe": {"steps": 6000, "batch": 32, "rate": 0.0005},
+    "command": "bench train shifter -d puppets[size=default]",
+    "seed": 3,
+    "steps": 6000,
+    "step": 4500,
+    "seconds": 12_600,
+    "hardware": "a slow processor, 2 threads",
+    "torch": "2.13.0",
+    "processes": 2,
+    "init": "0123456789abcdef",
+    "losses": {"generator.cycle": 0.123},
+    "scores": {"intra": {"mpjpe_h.world": 8.25, "n": 12}, "cross": {"mpjpe_h.world": 9.75, "n": 12}},
+    "validation": [
+        {"step": 500 * k, "seconds": 60.0, "scores": {"intra": {"mpjpe_h.world": 20.0 - k, "n": 12}}}
+        for k in range(1, 13)
+    ],
+    "notes": ["not trained on rex: it stands on four legs"],
+}
+
+
+def test_a_card_is_told_in_words():
+    text = dict(line.split(": ", 1) for line in described(card(**FULL, hash="ff")))
+    assert text["trained as"] == "shifter[cell=tf,layers=1], version 1"
+    assert text["data"] == "puppets-1.0 default (puppets[size=default]), 800 clips, 1.21 h of motion"
+    assert text["training"] == "6,000 steps (kept: those of step 4,500), 3.5 h, seed 3"
+    assert text["began with"].startswith("weights 0123456789abcdef")
+    assert text["machine"] == "a slow processor, 2 threads, torch 2.13.0, 2 processes"
+    assert text["scores"] == "intra: mpjpe_h.world 8.25, n 12; cross: mpjpe_h.world 9.75, n 12"
+    points = text["validation"].partition("splits: ")[2].split(", ")
+    assert points[0] == "19.00 at 500"
+    assert points[-1] == "8.00 at 6,000"
+    assert len(points) == 9
+    assert text["has seen"] == "characters small; structures toy; kinds wiggle"
+    assert text["hash"] == "ff"
+
+
+def test_a_card_may_tell_little():
+    told = [line.partition(":")[0] for line in described({**card(), "hash": "ff"})]
+    assert told == ["trained as", "has seen", "hash"]
+
+
+def test_cards_from_before_they_told_of_motion_and_scoring_are_shown(shifter):
+    later = FULL | {"scored_as": "shifter[speed=2]", "data": FULL["data"] | {"motion": "0f"}}
+    write(shifter / "weights", name="older", **FULL)
+    write(shifter / "weights", name="newer", **later)
+    done = CliRunner().invoke(cli.group, ["info", "shifter"])
+    assert (done.exit_code, done.exception) == (0, None)
+    newer, older = done.output.partition("Weights newer")[2].split("Weights older")
+    assert "scored as: shifter[speed=2]" in newer
+    assert "scored as" not in older
+    assert "data: puppets-1.0 default" in older
+    path = shifter / "weights" / "older.json"
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"scored_as": 3}))
+    with pytest.raises(BenchError, match="its scored_as has to be a text"):
+        weights.read_card(path)
+
+
+def test_info_shows_the_cards_of_shipped_weights_and_of_a_path(shifter, tmp_path):
+    def info(text: str) -> str:
+        done = CliRunner().invoke(cli.group, ["info", text])
+        assert done.exit_code == 0, done.output
+        return " ".join(done.output.split())
+
+    assert "Weights: none are shipped; bench train shifter makes some" in info("shifter")
+    for name in ("walks", "runs"):
+        write(shifter / "weights", name=name, **FULL)
+    write(tmp_path / "own", facts={"cell": "torch", "layers": 1}, seed=77)
+    write(tmp_path / "others", method="lifter")
+    done = CliRunner().invoke(cli.group, ["info", f"shifter[weights='{tmp_path / 'others'}']"])
+    assert isinstance(done.exception, BenchError) or done.exit_code == 2
+    assert "weights of lifter, not of shifter" in f"{done.output} {done.exception}"
+    both = info("shifter")
+    assert "Weights runs trained as" in both
+    assert "Weights walks trained as" in both
+    assert "command: bench train shifter" in both
+    own = info(f"shifter[weights='{tmp_path / 'own'}']")
+    assert "Weights walks" not in own
+    assert "seed 77" in own
+    assert "trained as: shifter[cell=torch" in own
