@@ -205,7 +205,7 @@ def test_list_shows_one_kind_or_all(bench, bows):
         "Methods",
         "Metrics",
         "Data sets",
-        "Post-processes (METHOD+NAME)",
+        "Post-processors (METHOD+NAME)",
     ]
     only = bench("list", "datasets", *bows).out
     assert only.startswith("Data sets\n")

@@ -1,4 +1,4 @@
-"""``bench ablate``: a published table of a method's variants, trained and run here."""
+"""``bench ablate``: a published ablation of a method, trained and scored."""
 
 from __future__ import annotations
 
@@ -22,13 +22,23 @@ from retarget_bench.commands.table import FORMATS
     shell_complete=options.plugin_names("datasets"),
     help="The data set to test on. [default: the one that is trained on]",
 )
-@click.option("--preset", metavar="NAME", default="default", show_default=True, help="Every row's recipe.")
 @click.option(
-    "--budget", metavar="BUDGET", help="Of every row: 90s, 30m, 2h, or 20000it. [default: the preset's]"
+    "--preset", metavar="NAME", default="default", show_default=True, help="Training config of every row."
 )
-@click.option("--seed", type=options.SEED, default=0, show_default=True, metavar="N", help="Every row's.")
 @click.option(
-    "--device", type=click.Choice(("cpu", "cuda", "auto")), default="auto", show_default=True, help="Where."
+    "--budget",
+    metavar="BUDGET",
+    help="Budget of every row: 90s, 30m, 2h, or 20000it. [default: the preset's]",
+)
+@click.option(
+    "--seed", type=options.SEED, default=0, show_default=True, metavar="N", help="Seed of every row."
+)
+@click.option(
+    "--device",
+    type=click.Choice(("cpu", "cuda", "auto")),
+    default="auto",
+    show_default=True,
+    help="Device.",
 )
 @click.option(
     "--out",
@@ -39,7 +49,7 @@ from retarget_bench.commands.table import FORMATS
     help="The folder of training runs and results.",
 )
 @click.option("-f", "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Write to this file.")
+@options.output_option
 @options.jobs_option
 @options.plugin_option
 def command(
@@ -58,17 +68,16 @@ def command(
     jobs: int,
     plugins: tuple[str, ...],
 ) -> None:
-    """Train every row of a published TABLE of METHOD's variants, run them, and print it with our numbers.
+    """Train and score every row of a published ablation TABLE of METHOD, and print the table.
 
-    All rows have the same data, seed, recipe and budget. What is done is kept: the same command goes on
-    where it was interrupted, and rows that tables share are trained once.
+    All rows have the same data, seed, training config and budget. The same command continues an interrupted
+    one, and rows that several tables share are trained once.
 
     \b
     bench ablate smrm table2 -d puppets --budget 2000it
     bench ablate pan table5 -d 'puppets[size=default]' --test puppets
     """
     del plugins
-    from retarget_bench import files
     from retarget_bench.commands.train import ConsoleReporter
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins import registry
@@ -95,9 +104,4 @@ def command(
     on, by = (plan.dataset(each).label.strip() for each in (data, tested))
     recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
     made = ablating.table(ablation, trained, found, ablating.AblationFacts(on, by, recipe))
-    written = WITH_INTERVALS[form]([made])
-    if output is None:
-        click.echo(written, nl=False)
-    else:
-        files.write_text(output, written)
-        click.echo(f"wrote {output}")
+    options.write_out(WITH_INTERVALS[form]([made]), output)

@@ -58,10 +58,10 @@ def command(
     summary: Path | None,
     everything: bool,
 ) -> int:
-    """Does everything still measure what it measured?
+    """Check that metrics and methods still give the same numbers.
 
-    Metrics on frozen motions, and methods on a few cases, are compared with golden rows. Exit status 0:
-    same; 1: something moved, for better or worse; 2: something could not be measured.
+    Compares metrics on frozen motions, and methods on a few cases, with golden rows. Exit status 0: same;
+    1: a number changed, for better or worse; 2: something could not be measured.
     """
     from retarget_bench.verification.gate import golden, report, run
 

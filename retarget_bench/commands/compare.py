@@ -35,7 +35,7 @@ FORMATS = ("text", "md", "csv")
 @click.option("--columns", metavar="ID,ID", help="Values to compare. [default: those of bench table]")
 @click.option("--all", "everything", is_flag=True, help="Compare every value.")
 @click.option("-f", "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Write to this file.")
+@options.output_option
 def command(
     first: str,
     second: str,
@@ -52,7 +52,6 @@ def command(
     FIRST and SECOND are methods as tables call them, or two folders of results: then every method that
     is in both is compared with itself, as after a change.
     """
-    from retarget_bench import files
     from retarget_bench.tables.rendering.pairwise_text import RENDERERS
 
     folders = [Path(name) for name in (first, second)]
@@ -66,12 +65,7 @@ def command(
         found = _of_folders(matrices, folders, values)
     else:
         found = _of_labels(matrices, first, second, values)
-    written = RENDERERS[form](found)
-    if output is None:
-        click.echo(written, nl=False)
-    else:
-        files.write_text(output, written)
-        click.echo(f"wrote {output}")
+    options.write_out(RENDERERS[form](found), output)
 
 
 def _places(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[ResultPaths]:

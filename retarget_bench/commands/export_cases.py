@@ -1,4 +1,4 @@
-"""``bench export-cases``: everything that is needed for predicting elsewhere, and nothing more."""
+"""``bench export-cases``: cases as files, without references, for prediction by other programs."""
 
 from __future__ import annotations
 

@@ -31,10 +31,10 @@ FACTS = (
 @click.option("--protocols", is_flag=True, help="Every value of every metric, as a page in Markdown.")
 @plugin_option
 def command(name: str | None, protocols: bool, plugins: tuple[str, ...]) -> None:
-    """Show what a method, metric, data set or post-process is, its parameters, how values are defined.
+    """Show what a method, metric, data set or post-processor is, its parameters, how values are defined.
 
-    Of a learned method the cards of its shipped weights are shown too: data, recipe, time, scores. With
-    NAME[weights=PATH] those of a file, or of a folder that bench train wrote.
+    For a learned method also the cards of its shipped weights: data, training config, time, scores. With
+    NAME[weights=PATH] that of a file, or of a folder that bench train wrote.
     """
     del plugins
     if protocols:
@@ -108,7 +108,7 @@ def _marks() -> Iterable[tuple[str, str]]:
 
 
 def _value(value: Any) -> list[str]:
-    """A value of a metric: what it means, how it is computed, where that comes from."""
+    """A value of a metric: meaning, unit, needs, formula and source."""
     better = f"best at {value.goal:g}" if value.better == "target" else f"{value.better} is better"
     curve = f", one number per {value.index}" if value.index else ""
     facts = [

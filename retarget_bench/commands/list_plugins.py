@@ -1,4 +1,4 @@
-"""``bench list``: what there is, imported by nobody."""
+"""``bench list``: all plug-ins, none of them imported."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TITLES = {
     "methods": "Methods",
     "metrics": "Metrics",
     "datasets": "Data sets",
-    "posts": "Post-processes (METHOD+NAME)",
+    "posts": "Post-processors (METHOD+NAME)",
 }
 
 
@@ -23,7 +23,7 @@ TITLES = {
 )
 @plugin_option
 def command(kinds: tuple[registry.Kind, ...], plugins: tuple[str, ...]) -> None:
-    """List methods, metrics, data sets and post-processes: built in, installed, or of --plugin."""
+    """List methods, metrics, data sets and post-processors: built in, installed, or of --plugin."""
     del plugins
     for kind in kinds or registry.KINDS:
         click.echo(section(kind))

@@ -1,4 +1,4 @@
-"""``bench new``: a plug-in that runs, to be changed into one's own."""
+"""``bench new``: a template of a plug-in that runs as it is."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
 @click.argument("name", metavar="NAME")
 @click.option("--package", is_flag=True, help="Make a package that can be pip-installed and published.")
 def command(kind: str, name: str, package: bool) -> None:
-    """Start a method, metric, data set or post-process from a template that already runs.
+    """Start a method, metric, data set or post-processor from a template that already runs.
 
     Writes NAME.py here; with --package a folder NAME. Nothing that exists is overwritten.
     """

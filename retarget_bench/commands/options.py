@@ -1,30 +1,28 @@
-"""Options that several commands share, and the help that the shell gives while one types."""
+"""Options and helpers that several commands share, and shell completion."""
 
 from __future__ import annotations
 
 import os
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import Any
 
 import click
 from click.shell_completion import CompletionItem
 
-from retarget_bench import defaults
+from retarget_bench import defaults, files
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
-F = TypeVar("F", bound=Callable[..., Any])
-
 SPLITS = ("self", "intra", "cross")
 MOST_JOBS = 8
-"""Processes that are started unasked; more must be asked for, since each one takes memory."""
+"""Default limit of processes, since each one takes memory."""
 
 
 def plugin_names(
     *kinds: registry.Kind,
 ) -> Callable[[click.Context, click.Parameter, str], list[CompletionItem]]:
-    """Shell completion by the names of plug-ins, none imported; post-processes behind a ``+``."""
+    """Shell completion by names of plug-ins, none imported; post-processors after a ``+``."""
 
     def complete(ctx: click.Context, param: click.Parameter, incomplete: str) -> list[CompletionItem]:
         del ctx, param
@@ -38,7 +36,7 @@ def plugin_names(
 
 
 SEED = click.IntRange(0, 2**63 - 1)
-"""What torch takes as a seed."""
+"""The range of seeds that torch accepts."""
 
 
 TASKS = {
@@ -96,102 +94,84 @@ def _job_count(ctx: click.Context, param: click.Parameter, given: int | None) ->
 
 
 def usable_cores() -> int:
-    """How many cores this process may use, which in a container is often fewer than there are."""
+    """Number of cores that this process may use, often fewer than exist in a container."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
 
 
-def plugin_option(command: F) -> F:
-    """``--plugin FILE``: known from here on through ``registry``."""
-    return click.option(
-        "--plugin",
-        "plugins",
-        multiple=True,
-        metavar="FILE",
-        is_eager=True,
-        callback=_add_plugins,
-        type=click.Path(),
-        help="Also know the method, metric, data set or post-process in this Python file.",
-    )(command)
+plugin_option = click.option(
+    "--plugin",
+    "plugins",
+    multiple=True,
+    metavar="FILE",
+    is_eager=True,
+    callback=_add_plugins,
+    type=click.Path(),
+    help="Also load the method, metric, data set or post-processor in this Python file.",
+)
+dataset_option = click.option(
+    "-d",
+    "--dataset",
+    metavar="DATASET",
+    default=defaults.DATASET,
+    show_default=True,
+    shell_complete=plugin_names("datasets"),
+    help="The data set, with its parameters in brackets.",
+)
+root_option = click.option(
+    "--root", metavar="DIR", type=click.Path(), help="Folder of the data: short for DATASET[root=DIR]."
+)
+split_option = click.option(
+    "-s",
+    "--split",
+    "splits",
+    multiple=True,
+    metavar="SPLIT",
+    callback=_split_names,
+    help="self, intra (same structure) or cross (another structure); may be repeated. [default: all]",
+)
+out_option = click.option(
+    "--out",
+    metavar="DIR",
+    default="runs",
+    show_default=True,
+    type=click.Path(file_okay=False, path_type=Path),
+    help="The folder of results.",
+)
+jobs_option = click.option(
+    "-j",
+    "--jobs",
+    type=click.IntRange(min=1),
+    callback=_job_count,
+    metavar="N",
+    help=f"Number of processes. [default: one per core, at most {MOST_JOBS}]",
+)
+seed_option = click.option(
+    "--seed",
+    type=click.IntRange(min=0),
+    default=0,
+    show_default=True,
+    metavar="N",
+    help="Base seed, from which the seed of every case is derived.",
+)
+seeds_option = click.option(
+    "--seeds",
+    type=click.IntRange(min=1),
+    default=1,
+    show_default=True,
+    metavar="N",
+    help="Run stochastic methods with this many seeds; tables show the mean and the standard deviation.",
+)
+output_option = click.option(
+    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Write to this file."
+)
 
 
-def dataset_option(command: F) -> F:
-    """``-d/--dataset SPEC`` as the text ``dataset``."""
-    return click.option(
-        "-d",
-        "--dataset",
-        metavar="DATASET",
-        default=defaults.DATASET,
-        show_default=True,
-        shell_complete=plugin_names("datasets"),
-        help="The data set, with its options in brackets.",
-    )(command)
-
-
-def root_option(command: F) -> F:
-    """``--root DIR`` as the text ``root`` or None."""
-    return click.option(
-        "--root", metavar="DIR", type=click.Path(), help="Where the data lie: short for DATASET[root=DIR]."
-    )(command)
-
-
-def split_option(command: F) -> F:
-    """``-s/--split`` as the tuple ``splits``: the ones asked for, or all."""
-    return click.option(
-        "-s",
-        "--split",
-        "splits",
-        multiple=True,
-        metavar="SPLIT",
-        callback=_split_names,
-        help="self, intra (same structure) or cross (another structure); may be repeated. [default: all]",
-    )(command)
-
-
-def out_option(command: F) -> F:
-    """``--out DIR`` as the path ``out``: where results are kept."""
-    return click.option(
-        "--out",
-        metavar="DIR",
-        default="runs",
-        show_default=True,
-        type=click.Path(file_okay=False, path_type=Path),
-        help="The folder of results.",
-    )(command)
-
-
-def jobs_option(command: F) -> F:
-    """``-j/--jobs N`` as the integer ``jobs``: the number of processes."""
-    return click.option(
-        "-j",
-        "--jobs",
-        type=click.IntRange(min=1),
-        callback=_job_count,
-        metavar="N",
-        help=f"Processes to use. [default: one per core, at most {MOST_JOBS}]",
-    )(command)
-
-
-def seed_option(command: F) -> F:
-    """``--seed N`` as the integer ``seed``."""
-    return click.option(
-        "--seed",
-        type=click.IntRange(min=0),
-        default=0,
-        show_default=True,
-        metavar="N",
-        help="Base of every case's seed.",
-    )(command)
-
-
-def seeds_option(command: F) -> F:
-    """``--seeds N`` as the integer ``seeds``."""
-    return click.option(
-        "--seeds",
-        type=click.IntRange(min=1),
-        default=1,
-        show_default=True,
-        metavar="N",
-        help="Run stochastic methods with this many seeds; tables show their mean and its spread.",
-    )(command)
+def write_out(text: str, output: Path | None) -> None:
+    """Print a text, or write it to the file that ``-o`` names."""
+    if output is None:
+        click.echo(text, nl=False)
+    else:
+        files.write_text(output, text)
+        click.echo(f"wrote {output}")

@@ -1,4 +1,4 @@
-"""From the options of a command to a plan, and carrying it out with a progress bar."""
+"""Plans from the options of a command, and their execution under a progress bar."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _SUITE_NAMES = {"split": "splits", "plugin": "plugins", "metrics": "metric", "ov
 
 
 def _read_suite(ctx: click.Context, param: click.Parameter, path: Path | None) -> None:
-    """What the file says becomes the defaults of the other options, so that flags win."""
+    """Use a suite file as the defaults of the other options, so that flags win."""
     del param
     if path is not None:
         from retarget_bench.plugins import suite
@@ -29,29 +29,25 @@ def _read_suite(ctx: click.Context, param: click.Parameter, path: Path | None) -
         ctx.default_map = {**(ctx.default_map or {}), **settings}
 
 
-def suite_option(command: F) -> F:
-    """``--suite FILE``."""
-    return click.option(
-        "--suite",
-        metavar="FILE",
-        type=click.Path(exists=True, dir_okay=False, path_type=Path),
-        is_eager=True,
-        expose_value=False,
-        callback=_read_suite,
-        help="A TOML file with the same words as this command; what is given here wins.",
-    )(command)
+suite_option = click.option(
+    "--suite",
+    metavar="FILE",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    is_eager=True,
+    expose_value=False,
+    callback=_read_suite,
+    help="A TOML file with the options of this command; options given here win.",
+)
 
 
-def metric_option(command: F) -> F:
-    """``-m/--metric NAME`` as the tuple ``metric``."""
-    return click.option(
-        "-m",
-        "--metric",
-        multiple=True,
-        metavar="NAME",
-        shell_complete=options.plugin_names("metrics"),
-        help="Metrics to compute; may be repeated. [default: all]",
-    )(command)
+metric_option = click.option(
+    "-m",
+    "--metric",
+    multiple=True,
+    metavar="NAME",
+    shell_complete=options.plugin_names("metrics"),
+    help="Metrics to compute; may be repeated. [default: all]",
+)
 
 
 class _WithOldName(click.Option):
@@ -62,23 +58,21 @@ class _WithOldName(click.Option):
         return record and (record[0].replace(f", {self.opts[-1]}", ""), record[1])
 
 
-def overwrite_option(command: F) -> F:
-    """``--overwrite`` as the text ``redo``."""
-    return click.option(
-        "--overwrite",
-        "--redo",
-        "redo",
-        cls=_WithOldName,
-        type=click.Choice(OVERWRITE),
-        default="missing",
-        show_default=True,
-        help="never: compute nothing; missing: what is missing or outdated; failed: that and what "
-        "failed; always: everything.",
-    )(command)
+overwrite_option = click.option(
+    "--overwrite",
+    "--redo",
+    "redo",
+    cls=_WithOldName,
+    type=click.Choice(OVERWRITE),
+    default="missing",
+    show_default=True,
+    help="Results to compute. never: none; missing: missing and outdated ones; failed: these and failed "
+    "ones; always: all.",
+)
 
 
 def common_options(command: F) -> F:
-    """All options by which a plan is described."""
+    """Add all options of a plan."""
     for option in (
         options.plugin_option,
         options.seeds_option,
@@ -107,7 +101,7 @@ def make_plan(
     metric: Sequence[str] = (),
     **others: Any,
 ) -> Any:
-    """A Plan. No methods: all that take part in a plain run of the task; no metrics: all that do."""
+    """A Plan. Without methods or metrics: those that take part in the task by default."""
     from retarget_bench.evaluation import plan
 
     others.pop("plugins", None)
@@ -125,10 +119,10 @@ def make_plan(
 
 
 def _default_methods(task: str = "retarget") -> tuple[Spec, ...]:
-    """The methods whose card asks to be part of a plain run of the task, with the variants that it names.
+    """The methods that take part in a task by default, with the variants that their cards name.
 
-    Of derived tasks, whose right answer is the motion itself, those that see no more than the source; where
-    that is known by positions, those that take positions.
+    Derived tasks leave out methods with privileged inputs; where their sources are positions, also methods
+    that do not accept positions.
     """
     from retarget_bench.api import TASKS
     from retarget_bench.api.offers import method_card
@@ -145,8 +139,8 @@ def _default_methods(task: str = "retarget") -> tuple[Spec, ...]:
 
 
 def _default_metrics(task: str = "retarget") -> tuple[str, ...]:
-    """All metrics of the task (of a derived one also those that are useful for all of them) but those that
-    declare a value which another one has already; built-in ones first."""
+    """All metrics of a task, and for derived tasks ``defaults.TASK_METRICS``. A metric with a value id that
+    another one declares is left out; built-in ones come first."""
     from retarget_bench.api import TASKS
     from retarget_bench.api.offers import metric_tasks
     from retarget_bench.errors import BenchError
@@ -172,7 +166,7 @@ def _default_metrics(task: str = "retarget") -> tuple[str, ...]:
 
 
 def _working(kind: registry.Kind) -> dict[str, Any]:
-    """Every plug-in of a kind that can be built; the broken ones are named and left out."""
+    """Every plug-in of a kind that can be built; broken ones are reported and left out."""
     found, problems = registry.working(kind)
     for problem in problems:
         click.echo(f"bench: left out: {problem}", err=True)

@@ -1,4 +1,4 @@
-"""``bench probe``: does a method answer a question in the same way however it is written?"""
+"""``bench probe``: invariance of a method to equivalent inputs."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ if TYPE_CHECKING:
 @options.root_option
 @options.split_option
 @click.option(
-    "--source", type=click.Path(path_type=Path), metavar="FILE", help="A BVH file, not a data set."
+    "--source", type=click.Path(path_type=Path), metavar="FILE", help="A BVH file instead of a data set."
 )
-@click.option("--target", type=click.Path(path_type=Path), metavar="FILE", help="Whose body performs it.")
-@click.option("--cases", type=click.IntRange(1), default=24, show_default=True, help="How many to ask.")
+@click.option("--target", type=click.Path(path_type=Path), metavar="FILE", help="BVH file of the target.")
+@click.option("--cases", type=click.IntRange(1), default=24, show_default=True, help="Number of cases.")
 @click.option("--only", metavar="ID,ID", default="", help="Only these probes.")
-@click.option("--strict", is_flag=True, help="Exit 1 where an answer is not as it must be.")
+@click.option("--strict", is_flag=True, help="Exit 1 if a probe fails.")
 @options.out_option
 @options.plugin_option
 def command(
@@ -49,11 +49,11 @@ def command(
     out: Path,
     plugins: tuple[str, ...],
 ) -> int:
-    """Ask the same questions written differently, and measure by how much the answers are off.
+    """Give methods equivalent inputs, and measure by how much their answers differ.
 
     Names, order and axes of joints, rest poses, split and merged bones, size, unit, place, heading, mirror
-    image, time and frame rate are changed one by one; the answer must stay as it is, or change with them.
-    Then, whether it depends on its source at all. Exits 0 whatever is found; with --strict, 1.
+    image, time and frame rate are changed one by one; the answer must stay the same, or change with them.
+    It also measures whether answers depend on the source. Exits 0 with findings, or 1 with --strict.
     """
     del plugins
     if (source is None) != (target is None):
@@ -171,7 +171,7 @@ def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> b
     for spec, replies in answers.items():
         for sentence in report.refusals(str(spec), replies):
             click.echo(sentence)
-    click.echo("\n".join(off) if off else "Every answer is as it must be.")
+    click.echo("\n".join(off) if off else "All probes passed.")
     if data is not None:
         click.echo(f"The table again: bench table {out} --probes. Rows lie in {out}/.")
     return bool(off)

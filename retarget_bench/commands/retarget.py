@@ -21,10 +21,14 @@ if TYPE_CHECKING:
 @click.command("retarget")
 @click.argument("source", metavar="SOURCE", type=click.Path(path_type=Path))
 @click.option(
-    "--target", required=True, metavar="FILE", type=click.Path(path_type=Path), help="Whose body."
+    "--target",
+    required=True,
+    metavar="FILE",
+    type=click.Path(path_type=Path),
+    help="BVH file of the target character.",
 )
 @click.option(
-    "-o", "--out", required=True, metavar="FILE", type=click.Path(path_type=Path), help="The result."
+    "-o", "--out", required=True, metavar="FILE", type=click.Path(path_type=Path), help="Output BVH file."
 )
 @click.option(
     "-m",
@@ -57,11 +61,10 @@ def command(
     seed: int,
     plugins: tuple[str, ...],
 ) -> None:
-    """Let the body of one BVH file perform the motion of another, SOURCE.
+    """Retarget the motion of SOURCE, a BVH file, to the character of another.
 
-    The result has the target file's joints, names, channels, unit and axes. bench doctor says how the two
-    files are understood. Where a method gives positions of joints only, rotations are fitted to them, and
-    what is left between the two is printed.
+    The result has the target file's joints, names, channels, unit and axes. bench doctor shows how files
+    are read. Joint positions are converted to rotations by a fit, whose residual is printed.
     """
     del plugins
     if out.suffix.lower() != ".bvh":

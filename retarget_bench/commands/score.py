@@ -1,4 +1,4 @@
-"""``bench score``: the second stage alone, also for motions that somebody else produced."""
+"""``bench score``: the second stage alone, also for predictions of other programs."""
 
 from __future__ import annotations
 

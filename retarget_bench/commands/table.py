@@ -47,7 +47,7 @@ BREAKDOWNS = (
 @click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
 @click.option("--intervals", is_flag=True, help="Show 95 % intervals in text and md; the others always do.")
 @click.option("-f", "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
-@click.option("-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Write to this file.")
+@options.output_option
 @click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
 def command(
     roots: tuple[Path, ...],
@@ -67,7 +67,6 @@ def command(
 
     What `bench probe` wrote beside them is a table of its own: --probes.
     """
-    from retarget_bench import files
     from retarget_bench.results import store
     from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
@@ -98,19 +97,14 @@ def command(
         if paper is not None
         else _tables(places, task, columns, everything, by, at_least)
     )
-    written = renderers[form](made)
-    if output is None:
-        click.echo(written, nl=False)
-    else:
-        files.write_text(output, written)
-        click.echo(f"wrote {output}")
+    options.write_out(renderers[form](made), output)
 
 
 def _task_of(paper: str, task: str, maker: str) -> tuple[str, str]:
     """The task that a published table is of, and what makes its results."""
-    from retarget_bench.tables.published import papers
+    from retarget_bench.tables.published import published_tables
 
-    wanted = papers.published(paper).task
+    wanted = published_tables.published(paper).task
     return (task, maker) if wanted == "retarget" else (wanted, f"bench task {wanted}")
 
 
@@ -146,11 +140,11 @@ def _tables(
 
 
 def _published(places: Sequence[Any], name: str) -> list[Any]:
-    from retarget_bench.tables.published import paper_sets, papers
-    from retarget_bench.tables.published.paper_table import paper_table
+    from retarget_bench.tables.published import own_set_rows, published_tables
+    from retarget_bench.tables.published.layout import paper_table
 
-    published = papers.published(name)
+    published = published_tables.published(name)
     if published.task == "reconstruct":
-        published = papers.with_structures(published, places)
-    own_rows = paper_sets.own_rows if published.of_sets else papers.own_rows
+        published = published_tables.with_structures(published, places)
+    own_rows = own_set_rows.own_rows if published.of_sets else published_tables.own_rows
     return [paper_table(published, own_rows(published, places))]

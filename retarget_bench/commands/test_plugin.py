@@ -21,10 +21,10 @@ from retarget_bench.plugins.spec import Spec
 @root_option
 @plugin_option
 def command(name: str, dataset: str | None, root: str | None, plugins: tuple[str, ...]) -> int:
-    """Check that a plug-in keeps its contract: one line per demand, exit status 1 if one fails.
+    """Check that a plug-in keeps its contract: a line per check, exit status 1 if one fails.
 
-    NAME is a method, metric, data set or post-process, with parameters in brackets if need be. METHOD+POST
-    is checked as the method that it is.
+    NAME is a method, metric, data set or post-processor, with parameters in brackets if needed. METHOD+POST
+    is checked as a method.
     """
     del plugins
     spec = Spec.parse(name)

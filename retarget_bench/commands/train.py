@@ -30,10 +30,12 @@ if TYPE_CHECKING:
     multiple=True,
     metavar="DATASET",
     shell_complete=options.plugin_names("datasets"),
-    help="What to train on, with its options in brackets; may be repeated, to train on several at once.",
+    help="The training data, with parameters in brackets; may be repeated, to train on several at once.",
 )
 @options.root_option
-@click.option("--preset", metavar="NAME", help="The recipe: paper, default or quick. [default: default]")
+@click.option(
+    "--preset", metavar="NAME", help="Training config: paper, default or quick. [default: default]"
+)
 @click.option(
     "--budget", metavar="BUDGET", help="Time (90s, 30m, 2h) or steps (20000it). [default: the preset's]"
 )
@@ -43,17 +45,21 @@ if TYPE_CHECKING:
     metavar="DIR",
     help="The run's folder. [default: runs/train/METHOD]",
 )
-@click.option("--seed", type=options.SEED, metavar="N", help="Of weights and batches. [default: 0]")
+@click.option("--seed", type=options.SEED, metavar="N", help="Seed of weights and batches. [default: 0]")
 @click.option(
-    "--device", type=click.Choice(("cpu", "cuda", "auto")), default="auto", show_default=True, help="Where."
+    "--device",
+    type=click.Choice(("cpu", "cuda", "auto")),
+    default="auto",
+    show_default=True,
+    help="Device.",
 )
 @click.option(
     "--precision",
     type=click.Choice(("float32", "bfloat16")),
-    help="Of matrix products while training. [default: the preset's, float32]",
+    help="Precision of matrix products in training. [default: the preset's, float32]",
 )
-@click.option("--resume", is_flag=True, help="Go on with the run that DIR holds, from its last checkpoint.")
-@click.option("--init", metavar="WEIGHTS", help="Begin with weights: shipped ones, a card, or a run.")
+@click.option("--resume", is_flag=True, help="Continue the run in DIR from its last checkpoint.")
+@click.option("--init", metavar="WEIGHTS", help="Initial weights: shipped ones, a card, or a run.")
 @options.jobs_option
 @options.plugin_option
 def command(
@@ -74,7 +80,7 @@ def command(
     """Train METHOD on the training motion of data sets, and keep the weights that validate best.
 
     The folder gets run.json, a checkpoint about every minute, log.csv, loss.png, and the weights with their
-    card. A run that was interrupted, even killed, goes on with --resume as if it had not been.
+    card. --resume continues an interrupted or killed run with the same result.
 
     \b
     bench train nkn -d 'puppets[size=default]' --budget 2h
@@ -130,7 +136,7 @@ def _data(datasets: tuple[str, ...], root: str | None) -> Spec | None:
 
 
 def _first() -> bool:
-    """Whether this process is the one that speaks (see ``training/parallel.py``)."""
+    """Whether this is the first process (see ``training/parallel.py``)."""
     return os.environ.get("RANK", "0") == "0"
 
 
@@ -168,7 +174,7 @@ class ConsoleReporter:
         limit = asked.limit
         self._timed = bool(limit.seconds)
         if at.step:
-            self.say(f"going on from step {at.step}")
+            self.say(f"continuing from step {at.step}")
         self._bar = tqdm(
             total=round(limit.seconds) if self._timed else limit.steps,
             initial=round(at.seconds) if self._timed else at.step,

@@ -18,13 +18,13 @@ from retarget_bench.commands import options
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
     metavar="DIR",
-    help="Where networks go. [default: features/ in the cache folder, where they are found]",
+    help="Folder of the networks. [default: features/ in the cache folder]",
 )
 @click.option(
-    "--steps", type=click.IntRange(1), metavar="N", help="Training steps. [default: the recipe's]"
+    "--steps", type=click.IntRange(1), metavar="N", help="Training steps. [default: the training config's]"
 )
 @click.option(
-    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Of weights and batches."
+    "--seed", type=click.IntRange(0), default=0, show_default=True, help="Seed of weights and batches."
 )
 @options.root_option
 @options.jobs_option

@@ -1,4 +1,4 @@
-"""Files that leave the benchmark or come into it.
+"""Export of cases and data sets, and submissions.
 
 Imports evaluation, analysis and tables.
 Offers the export of data sets and of cases, and submissions with their leaderboard.

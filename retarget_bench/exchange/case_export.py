@@ -1,4 +1,4 @@
-"""Cases as files for whoever predicts elsewhere: sources, target characters, a manifest, no reference."""
+"""Export of cases for prediction by other programs: sources, target characters and a manifest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A data set as plain files for other programs: motions, labels, a manifest and check sums."""
+"""Export of a data set: motions, labels, a manifest and check sums."""
 
 from __future__ import annotations
 

@@ -6,7 +6,7 @@ import humot_material
 import pytest
 
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.tables.published import papers
+from retarget_bench.tables.published import published_tables
 from retarget_bench.training import ablating
 
 TABLE = ablating.find(Spec.parse("humot"), "losses")
@@ -17,7 +17,7 @@ TABLE = ablating.find(Spec.parse("humot"), "losses")
     [("humot-table3", "Self"), ("humot-table4", "Intra-structural"), ("humot-table5", "Cross-structural")],
 )
 def test_the_printed_numbers_are_those_of_the_published_tables(name, column):
-    table = papers.published(name)
+    table = published_tables.published(name)
     overall = next(each.id for each in table.columns if each.mean_of)
     printed = {row.method: row.values[overall][0] for row in table.rows}
     ours = {row.label: float(row.printed[column]) for row in TABLE.rows if row.printed}

@@ -98,7 +98,7 @@ def test_going_on_says_from_where(bench, toy_run, tmp_path):
     toy_run(stop=20)
     status, out, _ = bench("--resume", "--out", str(tmp_path / "run"))
     assert status == 0
-    assert out.splitlines()[0] == "going on from step 15"
+    assert out.splitlines()[0] == "continuing from step 15"
 
 
 @pytest.mark.parametrize("command", [["train", "nkn"], ["ablate", "smrm", "table2"]])

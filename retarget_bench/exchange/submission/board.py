@@ -1,4 +1,4 @@
-"""The leaderboard: tables of all submissions in a folder, what each method costs beside its quality."""
+"""The leaderboard: tables of all submissions in a folder, with the cost of each method."""
 
 from __future__ import annotations
 

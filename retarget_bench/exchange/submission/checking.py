@@ -1,4 +1,4 @@
-"""Whether a submission is whole, and says what its files say."""
+"""Checks of a submission: complete, consistent, and of the right data."""
 
 from __future__ import annotations
 

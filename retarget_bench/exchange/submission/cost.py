@@ -1,4 +1,4 @@
-"""What a method costs while it retargets: memory and speed of one process with one thread."""
+"""Cost of a method: memory and speed of one process with one thread."""
 
 from __future__ import annotations
 

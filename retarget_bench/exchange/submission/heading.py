@@ -1,4 +1,4 @@
-"""What the header of submitted results must look like: strangers write them, and tables trust them."""
+"""Strict model of the headers of submitted results, which come from untrusted authors."""
 
 from __future__ import annotations
 

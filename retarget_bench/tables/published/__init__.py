@@ -1,1 +1,1 @@
-"""Tables as papers printed them, and our own results put into the same places."""
+"""Published tables of papers, with our own results in their columns."""

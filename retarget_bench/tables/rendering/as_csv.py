@@ -14,7 +14,7 @@ NO_CELL = Cell("")
 
 
 def comma_separated(tables: Sequence[Table]) -> str:
-    """One line per row and group. Where there is no number its place is empty, and ``:mark`` says why."""
+    """One line per row and group. A missing value is empty, and its ``:mark`` is the kind."""
     columns = list(dict.fromkeys(column.id for table in tables for column in table.columns))
     groups = [(table, group) for table in tables for group in table.groups]
     parts = next((group.heading for _, group in groups if group.subject), "")

@@ -1,4 +1,4 @@
-"""Tables as one HTML page that needs nothing else: it sorts by its own script, and reads without it."""
+"""Tables as one self-contained HTML page with sortable columns, readable without scripts too."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ if TYPE_CHECKING:
 
 PAGES = Path(__file__).parent / "pages"
 BEST_FIRST = {"lower": "ascending", "higher": "descending", "target": "other", "none": "ascending"}
-"""The order of a column's numbers, as ``aria-sort`` calls it, when the best come first."""
+"""``aria-sort`` order of a column in which the best come first."""
 UNRANKED = 1e4
 """Added to the keys of cells that are not ranked, where places are keys."""
 MOST_CASES = 5
-"""So many cases without an answer are named for each reason."""
+"""Cases without an answer that are named for each reason."""
 
 
 def html(tables: Sequence[Table]) -> str:
@@ -29,7 +29,7 @@ def html(tables: Sequence[Table]) -> str:
 
 
 def context(tables: Sequence[Table]) -> dict[str, Any]:
-    """What the templates of tables need to know, by name."""
+    """The context of the table templates."""
     kinds = dict.fromkeys(kind for table in tables for kind in words.empty_kinds(table))
     return {
         "tables": tables,
@@ -50,7 +50,7 @@ def context(tables: Sequence[Table]) -> dict[str, Any]:
 
 @cache
 def environment() -> Environment:
-    """Templates of this package. Whatever is put into a page is escaped, and on one printable line."""
+    """Template environment; all values are escaped and made printable."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     return Environment(
@@ -68,7 +68,7 @@ def _finalize(given: Any) -> Any:
 
 
 def sort_key(cell: Cell, column: Column) -> str:
-    """What a cell is sorted by: the better, the smaller.
+    """Sort key of a cell: the better, the smaller.
 
     A mean may be nearer to its goal than that of a method whose cases are nearer on average, so where a
     column has a goal ranked cells are sorted by their place, and others after them by their mean.
@@ -83,7 +83,7 @@ def sort_key(cell: Cell, column: Column) -> str:
 
 
 def told(cell: Cell) -> str:
-    """A cell in words, for its tool tip."""
+    """Tool tip of a cell."""
     if cell.value is None:
         return cell.reason or cell.text
     parts = [{"": "", "best": words.BEST, "tied": words.TIED}[cell.mark]]

@@ -1,4 +1,4 @@
-"""Tables as LaTeX with booktabs, to be put into a paper with ``\\input``. Any TeX engine can read them."""
+"""Tables as LaTeX with booktabs, for ``\\input`` into a paper, readable by any TeX engine."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def latex(tables: Sequence[Table]) -> str:
 
 
 def plain(sentence: str) -> str:
-    """Text that means itself to TeX. What pdfTeX's standard fonts lack is told by its code point."""
+    """Text escaped for TeX; characters that pdfTeX's standard fonts lack become code points."""
     return "".join(ESCAPES.get(each) or _letter(each) for each in words.printable(sentence))
 
 
@@ -138,7 +138,7 @@ def _small(what: str) -> str:
 
 
 def _legend(table: Table, group: Group) -> list[str]:
-    """What this group needs: the meanings of its columns, marks, intervals, kinds of empty cell, notes."""
+    """Legend of a group: columns, marks, intervals, missing values, footnotes, notes."""
     cells = [cell for row in group.rows for cell in row.cells]
     out = [plain(words.means(table)), plain(words.ARROWS)]
     if any(cell.mark for cell in cells):

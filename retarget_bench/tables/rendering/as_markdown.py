@@ -1,4 +1,4 @@
-"""Tables as Markdown, for pages and pull requests: best in bold, intervals where they are asked for."""
+"""Tables as Markdown: best in bold, intervals on request."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def markdown(tables: Sequence[Table], intervals: bool = False) -> str:
 
 
 def plain(sentence: str) -> str:
-    """Text that Markdown, and the HTML in it, leave alone."""
+    """Text escaped for Markdown and the HTML in it."""
     escaped = words.printable(sentence).replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
     return "".join(f"\\{each}" if each in SPECIAL else each for each in escaped)
 

@@ -1,4 +1,4 @@
-"""Tables as text for a terminal: aligned, at most ``WIDTH`` wide, intervals where they are asked for."""
+"""Tables as aligned text, at most ``WIDTH`` wide, with intervals on request."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ from retarget_bench.tables.rendering.words import printable, width, wrapped
 
 WIDTH = 108
 MOST_COLUMNS = 8
-"""With more than these, and more columns than rows, there is a line per column."""
+"""Tables with more columns than this, and than rows, are transposed."""
 WIDEST_HEAD, WIDEST_WORD = 9, 22
 NARROWEST_NAME, WIDEST_NAME = 24, 40
 
 
 @dataclass(frozen=True)
 class _Line:
-    """A name and for every column what stands below each other there; or a sentence of its own."""
+    """A name and the stacked lines of every column; or a heading alone."""
 
     name: str
     cells: tuple[tuple[str, ...], ...] = ()

@@ -10,18 +10,18 @@ from collections.abc import Callable, Sequence
 
 from retarget_bench.analysis.pairwise import LEAST_CLIPS, Difference, PairwiseComparison
 from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, Interval
+from retarget_bench.tables.model import ARROWS
 
 WIDTH = 108
 HEADS = ("", "{first}", "{second}", "difference", "95 % interval", "p", "cases", "clips", "")
 LEGEND = (
     "Means over clips of the mean per clip, over the cases that both have. Difference: {first} minus "
     "{second}; where a value is best at a goal, of their distances |ln(value / goal)|.",
-    "p: how often flipping signs of whole clips at random would give as large a difference, adjusted for "
-    "the values compared in a split (Holm). Below 0.05 it is called a difference.",
-    "Intervals (the differences that flips do not reject, without that adjustment) and p hold for these "
-    f"characters. Intervals need {ENOUGH_CLIPS} clips, verdicts {LEAST_CLIPS}.",
+    "p: paired sign-flip test over clips, adjusted for the values compared in a split (Holm); significant "
+    "below 0.05.",
+    "Intervals (without that adjustment) and p hold for these characters only. Intervals need "
+    f"{ENOUGH_CLIPS} clips, verdicts {LEAST_CLIPS}.",
 )
-ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
 
 
 def text(found: Sequence[PairwiseComparison]) -> str:
@@ -69,15 +69,15 @@ def comma_separated(found: Sequence[PairwiseComparison]) -> str:
 
 
 def verdict(found: PairwiseComparison, one: Difference) -> str:
-    """What the numbers say, in words."""
+    """The verdict in words."""
     return {
         "first": f"{found.first} better",
         "second": f"{found.second} better",
         "higher": f"{found.first} higher",
         "lower": f"{found.first} lower",
         "same": "the same",
-        "few": "too few clips to tell",
-        "open": "not told apart",
+        "few": "too few clips",
+        "open": "not significant",
     }[one.verdict]
 
 
@@ -108,7 +108,7 @@ def _row(found: PairwiseComparison, one: Difference) -> list[str]:
 
 
 def _size(one: Difference) -> float:
-    """What decides how finely a difference is written: how uncertain it is, or its own size."""
+    """The size that decides the decimals of a difference: its uncertainty, or its own size."""
     uncertain = (one.interval.high - one.interval.low) / 2 if one.interval else 0.0
     return uncertain or abs(one.difference)
 
@@ -118,7 +118,7 @@ def _interval(interval: Interval | None, decimals: int) -> str:
 
 
 def _p(p: float) -> str:
-    """Never as if it were on the other side of the level."""
+    """A p-value as text, never rounded across the significance level."""
     if p < 0.001:
         return "<0.001"
     shown = f"{p:.3f}"
@@ -126,7 +126,7 @@ def _p(p: float) -> str:
 
 
 def _decimals(size: float) -> int:
-    """As many as show three significant digits of a number of this size."""
+    """Decimals that show three significant digits of a number of this size."""
     return min(9, max(0, 2 - math.floor(math.log10(size)))) if size > 0 else 2
 
 
@@ -137,7 +137,7 @@ def _legend(found: Sequence[PairwiseComparison]) -> list[str]:
 
 
 def _plain(words: str) -> str:
-    """Text that Markdown and the HTML in it leave alone."""
+    """Text escaped for Markdown and the HTML in it."""
     escaped = words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("\n", " ")
     for mark in "\\`*_[]|":
         escaped = escaped.replace(mark, "\\" + mark)

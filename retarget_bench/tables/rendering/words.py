@@ -1,4 +1,4 @@
-"""What every renderer says below a table, and names made safe to print."""
+"""Texts of legends that all renderers share, and names made safe to print."""
 
 from __future__ import annotations
 
@@ -13,25 +13,23 @@ NOT_RANKED = "not ranked"
 NO_COLUMN = "no case here has any of the values asked for"
 MEANS = (
     "Numbers are means over source clips of the mean over a clip's cases. Ranked methods are compared on "
-    "the cases that all of them have a number for. Controls, which show where the scale begins and ends "
-    "(the right answer itself, a body at rest), and methods that see more than source and target are not "
-    "ranked."
+    "the cases that all of them have a number for. Controls (such as the reference itself, or no motion) "
+    "and methods with privileged inputs are not ranked."
 )
 ARROWS = "↓ less is better, ↑ more is better, →1 best at 1 (ranked by the mean of |log|)."
 BEST = f"best of the ranked methods (not marked below {ENOUGH_CLIPS} clips)"
 TIED = (
-    f"tied: the data cannot tell it from the best (paired sign-flip test over clips at {100 * ALPHA:g} %, "
-    "Holm-corrected for all pairs of methods), or the difference is below the measure's tolerance"
+    f"tied: no significant difference from the best (paired sign-flip test over clips at {100 * ALPHA:g} "
+    "%, Holm-corrected for all pairs of methods), or one below the tolerance of the value"
 )
 INTERVALS = (
     f"Intervals are {100 * LEVEL:g} %, over source clips (none below {ENOUGH_CLIPS} clips). They hold for "
-    "these characters: how much other bodies would change the numbers they do not say. Where few clips "
-    "decide a mean, an end may lie beyond what the measure can be, below 0 for an error. Two overlapping "
-    "intervals do not make a tie, since methods are compared case by case."
+    "these characters only. With few clips an end may lie outside the range of the value, such as below 0 "
+    "for an error. Overlapping intervals do not mean a tie, since methods are compared case by case."
 )
 SEEDS = "± is the standard deviation of the mean over the seeds of a stochastic method."
-N = "cases that the method answered, out of those asked where it did not answer all"
-N_PART = "cases of the part; a method that answered fewer of them stands on those"
+N = "number of cases answered, or answered/asked"
+N_PART = "cases of the part; a method that answered fewer has its mean over those"
 WINDOWS = "windows in each of the two sets that are compared"
 COMMON = "common cases"
 SPLITS = {
@@ -42,7 +40,7 @@ SPLITS = {
 
 
 def empty_kinds(table: Table) -> list[str]:
-    """The kinds of cell without a number that a table has."""
+    """The kinds of missing values in a table."""
     shown = {cell.text for cell in table.cells if cell.value is None}
     return [kind for kind in EMPTY if kind in shown]
 
@@ -56,7 +54,7 @@ def has_seeds(tables: Sequence[Table]) -> bool:
 
 
 def common_counts(group: Group) -> list[str]:
-    """How many cases each column is ranked on; nothing where that is the n of every ranked row."""
+    """Number of cases that each column is ranked on; empty where it equals the n of every ranked row."""
     counts = [f"{common.cases}" if common else "" for common in group.common]
     known = {row.n for row in group.ranked}
     alike = len(known) == 1 and set(counts) <= known | {""}
@@ -85,25 +83,25 @@ def short(table: Table) -> list[tuple[str, str]]:
 
 
 def means(table: Table) -> str:
-    """What the numbers are."""
+    """How to read the numbers."""
     return table.reading or MEANS
 
 
 def counts(table: Table) -> list[tuple[str, str]]:
-    """What n is."""
+    """Meanings of n."""
     kinds = dict.fromkeys(map(counted, table.groups)) or {N: None}
     return [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
 
 
 def counted(group: Group) -> str:
-    """What n is in one group."""
+    """Meaning of n in one group."""
     if group.counted == "windows":
         return WINDOWS
     return N_PART if group.subject else N
 
 
 def reason_known(kind: str) -> str:
-    """The legend of a kind of empty cell."""
+    """The legend of a kind of missing value."""
     return EMPTY[kind] if kind in EMPTY else EMPTY[NOT_APPLICABLE]
 
 

@@ -12,10 +12,10 @@ from retarget_bench.errors import BenchError
 from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, parsed
 from retarget_bench.results.store import CaseResult, ResultPaths
-from retarget_bench.tables.published import papers
-from retarget_bench.tables.published.paper_table import paper_table
+from retarget_bench.tables.published import published_tables
+from retarget_bench.tables.published.layout import paper_table
 
-ALL = papers.names()
+ALL = published_tables.names()
 VALUES = {
     value: {
         "label": value, "unit": "1", "better": "lower", "goal": 1.0, "index": "", "with_self": False,
@@ -60,7 +60,7 @@ def store(
 @pytest.mark.parametrize("name", ["humot-table3", "humot-table4", "humot-table5"])
 def test_printed_overall_is_what_its_columns_say(name: str) -> None:
     """The mean of the pairs' means; spread: variance within pairs and of their means (0.0002: rounding)."""
-    table = papers.published(name)
+    table = published_tables.published(name)
     *parts, overall = (column for column in table.columns if not column.block)
     assert overall.mean_of == tuple(column.id for column in parts)
     for row in table.rows:
@@ -72,7 +72,7 @@ def test_printed_overall_is_what_its_columns_say(name: str) -> None:
 
 @pytest.mark.parametrize("name", ALL)
 def test_every_printed_number_has_a_column(name: str) -> None:
-    table = papers.published(name)
+    table = published_tables.published(name)
     columns = {column.id for column in table.columns}
     for row in table.rows:
         assert set(row.values) <= columns
@@ -82,11 +82,11 @@ def test_every_printed_number_has_a_column(name: str) -> None:
 
 
 def test_pan_counts_self_pairs_and_humot_does_not() -> None:
-    pairs = {column.id: column.pairs for column in papers.published("pan-table1").columns}
+    pairs = {column.id: column.pairs for column in published_tables.published("pan-table1").columns}
     assert len(pairs["intra"]) == len(set(pairs["intra"])) == 16
     assert sum(pair.split(">")[0] == pair.split(">")[1] for pair in pairs["intra"]) == 4
     assert len(pairs["cross"]) == 4
-    asked = [pair for column in papers.published("humot-table4").columns for pair in column.pairs]
+    asked = [pair for column in published_tables.published("humot-table4").columns for pair in column.pairs]
     assert len(asked) == len(set(asked)) == 12
     assert not [pair for pair in asked if pair.split(">")[0] == pair.split(">")[1]]
 
@@ -97,8 +97,8 @@ def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
         ("Goblin_m>Vampire_m", "a"): 0.5, ("Aj>BigVegas", "a"): 9.0,
     })  # fmt: skip
     store(tmp_path, "mine", "self", {("Goblin_m>Goblin_m", "a"): 0.2})
-    table = papers.published("humot-table4")
-    (row,) = papers.own_rows(table, records.find_results(tmp_path))
+    table = published_tables.published("humot-table4")
+    (row,) = published_tables.own_rows(table, records.find_results(tmp_path))
     pair = row.cells["G<->Mo"]
     # clip a: both directions, mean 0.2; clip b: 0.6
     assert (pair.value, pair.cases, pair.clips, pair.pairs) == (pytest.approx(0.4), 3, 2, 2)
@@ -106,9 +106,11 @@ def test_our_numbers_land_in_the_papers_columns(tmp_path: Path) -> None:
     assert row.cells["Overall"].value == pytest.approx((0.4 + 0.5) / 2)
     assert row.cells["Overall"].spread == pytest.approx(np.std([0.1, 0.3, 0.6, 0.5]))
     assert "Mr<->V" not in row.cells
-    (pan,) = papers.own_rows(papers.published("pan-table1"), records.find_results(tmp_path))
+    (pan,) = published_tables.own_rows(
+        published_tables.published("pan-table1"), records.find_results(tmp_path)
+    )
     assert pan.cells["intra"].cases == 5  # the self pair counts, Aj > BigVegas does not
-    (sentence,) = papers.caveats(table, [row])
+    (sentence,) = published_tables.caveats(table, [row])
     assert "3 of the 12 pairs and 2 of the 106 test clips" in sentence
 
 
@@ -117,7 +119,9 @@ def test_a_case_under_several_seeds_is_one_case(tmp_path: Path) -> None:
     for seed, numbers in enumerate([(0.1, 0.2), (0.3, 0.6)]):
         file = f"mine.seed-{seed}" if seed else "mine"
         store(tmp_path, "mine", "cross", dict(zip(pairs, numbers, strict=True)), file, seeds=[seed])
-    (row,) = papers.own_rows(papers.published("humot-table5"), records.find_results(tmp_path))
+    (row,) = published_tables.own_rows(
+        published_tables.published("humot-table5"), records.find_results(tmp_path)
+    )
     cell = row.cells["B->G"]
     assert (cell.value, cell.cases, cell.clips) == (pytest.approx(0.3), 2, 2)
     assert cell.spread == pytest.approx(np.std([0.2, 0.4]))
@@ -129,7 +133,7 @@ def test_one_method_in_two_folders_is_two_rows(tmp_path: Path) -> None:
     places = [
         place for folder in ("old", "new", "new") for place in records.find_results(tmp_path / folder)
     ]
-    rows = papers.own_rows(papers.published("humot-table5"), places)
+    rows = published_tables.own_rows(published_tables.published("humot-table5"), places)
     found = {row.label: row.cells["B->G"].value for row in rows}
     assert found == {f"mine ({tmp_path / 'old'})": 0.1, f"mine ({tmp_path / 'new'})": 0.3}
 
@@ -141,7 +145,9 @@ def test_numbers_of_an_older_metric_are_left_out(tmp_path: Path) -> None:
             tmp_path, name, "cross", {("BigVegas>Goblin_m", "a"): 0.1},
             values=values, metrics={"papers": version}, date=made,
         )  # fmt: skip
-    rows = papers.own_rows(papers.published("humot-table5"), records.find_results(tmp_path))
+    rows = published_tables.own_rows(
+        published_tables.published("humot-table5"), records.find_results(tmp_path)
+    )
     assert [row.label for row in rows] == ["now"]
 
 
@@ -149,9 +155,9 @@ def test_other_data_only_fill_columns_that_take_any_pair(tmp_path: Path) -> None
     data = {"name": "folder", "label": "folder"}
     store(tmp_path, "mine", "intra", {("Goblin_m>Mousey_m", "a"): 0.1}, dataset=data)
     places = records.find_results(tmp_path)
-    (row,) = papers.own_rows(papers.published("humot-table4"), places)
+    (row,) = published_tables.own_rows(published_tables.published("humot-table4"), places)
     assert {key: cell.value for key, cell in row.cells.items()} == {"own": 0.1}
-    (row,) = papers.own_rows(papers.published("correspondence-free-table4"), places)
+    (row,) = published_tables.own_rows(published_tables.published("correspondence-free-table4"), places)
     assert {key: cell.value for key, cell in row.cells.items()} == {"here mpjpe": 0.1}
 
 
@@ -161,8 +167,8 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
     store(
         tmp_path, "peeks", "cross", {("BigVegas>Goblin_m", "a"): 0.1}, method={"privileged": ["reference"]}
     )
-    table = papers.published(name)
-    rows = papers.own_rows(table, records.find_results(tmp_path))
+    table = published_tables.published(name)
+    rows = published_tables.own_rows(table, records.find_results(tmp_path))
     drawn = paper_table(table, rows)
     group = drawn.groups[0]
     labels = [column.label for each in drawn.groups for column in each.columns]
@@ -184,7 +190,7 @@ def test_the_table_has_the_papers_layout_and_says_what_it_compares(name: str, tm
 
 
 def test_printed_numbers_keep_their_digits() -> None:
-    (group,) = paper_table(papers.published("pan-table1"), []).groups
+    (group,) = paper_table(published_tables.published("pan-table1"), []).groups
     shown = {row.label: [cell.text for cell in row.cells] for row in group.ranked}
     assert shown["PAN (printed)"] == ["0.50", "1.62"]
     assert shown["Copy rotations (printed)"] == ["8.86", "n/a"]
@@ -192,7 +198,7 @@ def test_printed_numbers_keep_their_digits() -> None:
 
 def test_an_unknown_table_names_those_there_are() -> None:
     with pytest.raises(BenchError, match=r"no published table 'pan-table9'; there are .*pan-table1"):
-        papers.published("pan-table9")
+        published_tables.published("pan-table9")
 
 
 def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
@@ -200,12 +206,14 @@ def test_pans_table_1_on_the_pairs_at_hand(tmp_path: Path) -> None:
     store(tmp_path, "mine", "self", {("Ann>Ann", "a"): 0.1})
     store(tmp_path, "mine", "intra", {("Ann>Bob", "a"): 0.3, ("Ann>Bob", "b"): 0.5})
     store(tmp_path, "mine", "cross", {("Ann>Cy", "a"): 0.7})
-    (row,) = papers.own_rows(papers.published("pan-table1"), records.find_results(tmp_path))
+    (row,) = published_tables.own_rows(
+        published_tables.published("pan-table1"), records.find_results(tmp_path)
+    )
     found = {key: (cell.value, cell.cases) for key, cell in row.cells.items()}
     assert found == {
         "intra own": (pytest.approx((0.2 + 0.5) / 2), 3),
         "cross own": (pytest.approx(0.7), 1),
     }
-    first, own = paper_table(papers.published("pan-table1"), [row]).groups
+    first, own = paper_table(published_tables.published("pan-table1"), [row]).groups
     assert all("printed" in each.label for each in first.ranked)
     assert [each.label for each in own.ranked] == ["mine"]

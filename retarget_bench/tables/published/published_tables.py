@@ -1,7 +1,7 @@
-"""Published tables: what papers printed, and our own results put in the same places.
+"""Published tables and our own results in their columns.
 
-``published/*.toml`` hold the printed numbers. A column says which of our values, and the means over which
-pairs, answer to it; where nothing does, why not.
+``published/*.toml`` hold the printed numbers. Each column names our value of the same protocol and the
+pairs it is a mean over, or why there is none.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from retarget_bench.results.columns import Columns
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.store import ResultPaths
 
-OUR_STRUCTURES = "structures of the data at hand"
-UNTRAINED = "the method is not trained, so no structure is known or new to it"
+OUR_STRUCTURES = "structures of these results"
+UNTRAINED = "the method is untrained, so no structure is seen or unseen"
 
 
 class _Facts(BaseModel):
@@ -86,7 +86,7 @@ class PublishedTable(_Facts):
 
     @property
     def of_sets(self) -> bool:
-        """Whether it compares sets of answers (``paper_sets.py``) and not answers with right ones."""
+        """Whether it compares sets of answers (``own_set_rows.py``) and not answers with right ones."""
         return any(column.legs for column in self.columns)
 
 
@@ -202,7 +202,7 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
 
 
 def mark_of(method: MethodInfo) -> str:
-    """Why a method of a header stands apart, or ""."""
+    """Why a method is not ranked, or ""."""
     seen = ", ".join(name.replace("_", " ") for name in method.privileged)
     return "control" if method.control else f"sees {seen}" if seen else ""
 
@@ -261,7 +261,7 @@ def asked_pairs(table: PublishedTable) -> int:
 
 
 def caveats(table: PublishedTable, rows: Sequence[OwnRow]) -> list[str]:
-    """Why our numbers do not compare with the printed ones: sentences, one per data set and reason."""
+    """Sentences on why our numbers are not comparable with the printed ones."""
     if not rows and table.of_sets:
         return [
             "None of the results is between two legs and four without references: bench run METHOD -d "

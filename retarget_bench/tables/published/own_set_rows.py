@@ -14,7 +14,13 @@ from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import compatibility, store
 from retarget_bench.results.header import ResultHeader
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables.published.papers import OwnCell, OwnRow, PublishedColumn, PublishedTable, mark_of
+from retarget_bench.tables.published.published_tables import (
+    OwnCell,
+    OwnRow,
+    PublishedColumn,
+    PublishedTable,
+    mark_of,
+)
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
 

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 from retarget_bench.tables.model import NOT_APPLICABLE, Cell, Column, Footnotes, Group, Row, Table, count
-from retarget_bench.tables.published.papers import (
+from retarget_bench.tables.published.published_tables import (
     OwnRow,
     PublishedColumn,
     PublishedRow,
@@ -15,12 +15,12 @@ from retarget_bench.tables.published.papers import (
 )
 
 PRINTED = "printed"
-NOT_PRINTED = "the paper prints no number here"
-OTHER_CASES = "no case of these results belongs to this column"
+NOT_PRINTED = "not printed in the paper"
+OTHER_CASES = "these results have no case of this column"
 
 
 def paper_table(table: PublishedTable, rows: Sequence[OwnRow]) -> Table:
-    """The printed rows in their order, then ours by name; controls apart. Nothing is ranked or marked."""
+    """The printed rows in their order, then ours by name, then controls; nothing is ranked."""
     footnotes = Footnotes()
     printed = [_printed(table, row, footnotes) for row in table.rows]
     several = len({row.dataset for row in rows}) > 1
