@@ -16,7 +16,7 @@ import numpy as np
 from retarget_bench.evaluation import plan, predict
 from retarget_bench.evaluation.score import score
 from retarget_bench.methods.pan.body import cast, missing
-from retarget_bench.methods.pan.seats import FOUR, Seat
+from retarget_bench.methods.pan.body import FOUR, Assignment
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
@@ -29,7 +29,7 @@ def through(name: str, bodies: object):
     for each in bodies:
         if each.structure == ODD:
             body = cast(each, method.structures[name].layout)
-            method._seats[each] = Seat(name, body, missing(body))
+            method._assignments[each] = Assignment(name, body, missing(body))
     return method
 
 

@@ -11,8 +11,8 @@ import torch
 
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.judges import POOL, Pool
-from retarget_bench.methods.pan.objective import Objective
+from retarget_bench.methods.pan.losses import REPLAYED, Pool
+from retarget_bench.methods.pan.losses import Objective
 from retarget_bench.training.config import Recipe
 from retarget_bench.training.data import Material
 from retarget_bench.training.phases import turns
@@ -43,10 +43,10 @@ def test_a_batch_is_drawn_from_its_numbers_alone():
     learner = pan_material.learner(names=THREE)
     one, other, another = (pan_material.batch(learner, seed=seed) for seed in (3, 3, 4))
     assert [side["structure"] for side in one["sides"]] == [side["structure"] for side in other["sides"]]
-    for key in ("slots", "turn", "which", "bones", "unit"):
+    for key in ("edges", "turn", "which", "bones", "unit"):
         assert all(torch.equal(a[key], b[key]) for a, b in zip(one["sides"], other["sides"], strict=True))
     assert any(
-        a["slots"].shape != b["slots"].shape or not torch.equal(a["slots"], b["slots"])
+        a["edges"].shape != b["edges"].shape or not torch.equal(a["edges"], b["edges"])
         for a, b in zip(one["sides"], another["sides"], strict=True)
     )
 
@@ -55,8 +55,8 @@ def test_windows_are_cut_from_clips():
     learner = pan_material.learner(lengths=(16,))
     for side in pan_material.batch(learner)["sides"]:
         cast = [name for name in TWO if _structure(name) == learner._names[side["structure"]]]
-        whole = [learner._windows._material.clips[name][0].arrays["slots"] for name in cast]
-        for row in side["slots"].numpy():
+        whole = [learner._windows._material.clips[name][0].arrays["edges"] for name in cast]
+        for row in side["edges"].numpy():
             assert any(np.array_equal(row, each) for each in whole)
 
 
@@ -64,22 +64,22 @@ def test_windows_backwards_are_what_is_seen_of_the_reversed_motion():
     """Root numbers too: a body that walks backwards, and turns the other way."""
     for root in ("position", "velocity", "height"):
         learner = pan_material.learner(variant="released", root=root, lengths=(16,))
-        forms, found = Pan(variant="released", root=root).settings.form, set()
+        features, found = Pan(variant="released", root=root).settings.features, set()
         for seed in range(6):
             for side in pan_material.batch(learner, seed=seed)["sides"]:
                 cast = [name for name in TWO if _structure(name) == learner._names[side["structure"]]]
-                for row in side["slots"].numpy():
-                    found.add(_direction(row, cast, forms))
+                for row in side["edges"].numpy():
+                    found.add(_direction(row, cast, features))
         assert found == {"on", "back"}
 
 
-def _direction(row, cast, form):
+def _direction(row, cast, features):
     """Whether a window is a clip as it was performed, or backwards."""
     for name in cast:
         (motion,) = pan_material.dances(name, (16,))
         body = Pan(variant="released")._own(BODIES[name])
         for way, shown in (("on", motion), ("back", motion.at(np.arange(16)[::-1]))):
-            wanted = form.see(shown, body)["slots"]
+            wanted = features.see(shown, body)["edges"]
             same = np.abs(np.abs(row[:, :-1]) - np.abs(wanted[:, :-1])).max() < 1e-5
             if same and np.abs(row[:, -1] - wanted[:, -1]).max() < 1e-2 * np.abs(wanted[:, -1]).max():
                 return way
@@ -94,10 +94,10 @@ def _structure(name):
 def test_clips_shorter_than_a_window_are_gone_through_there_and_back(frames):
     learner = pan_material.learner(lengths=(frames,))
     side = pan_material.batch(learner)["sides"][0]
-    slots = side["slots"][:, :, :-1].numpy()
+    edges = side["edges"][:, :, :-1].numpy()
     period = max(2 * (frames - 1), 1)
-    np.testing.assert_array_equal(slots[:, :-period], slots[:, period:])
-    np.testing.assert_array_equal(slots[:, 1], slots[:, period - 1 if frames > 2 else 3])
+    np.testing.assert_array_equal(edges[:, :-period], edges[:, period:])
+    np.testing.assert_array_equal(edges[:, 1], edges[:, period - 1 if frames > 2 else 3])
     found = terms(learner, pan_material.batch(learner))
     assert all(each.isfinite() for phase in found.values() for each in phase.values())
 
@@ -165,18 +165,18 @@ def test_order_and_number_of_rows_and_threads_change_nothing():
         for rows, count in ((slice(None), 1), (order, 1), (slice(0, 1), 1), (slice(None), 2)):
             torch.set_num_threads(count)
             real = learner._real(
-                name, {key: side[key][rows] for key in ("slots", "which", "bones", "unit", "turn")}
+                name, {key: side[key][rows] for key in ("edges", "which", "bones", "unit", "turn")}
             )
             structure = learner._structures[name]
-            slots = structure.answer(structure.encoder(real.slots), side["bones"][rows])
+            edges = structure.answer(structure.encoder(real.edges), side["bones"][rows])
             found.append(
                 learner._real(
                     name,
                     {
                         **{k: side[k][rows] for k in ("which", "bones", "unit", "turn")},
-                        "slots": structure.plain(slots, side["which"][rows]),
+                        "edges": structure.plain(edges, side["which"][rows]),
                     },
-                ).places
+                ).positions
             )
         torch.set_num_threads(threads)
     whole, mixed, alone, more = found
@@ -202,10 +202,10 @@ def _wrong(learner, batch) -> float:
         for side in batch["sides"]:
             name = learner._names[side["structure"]]
             structure, real = learner._structures[name], learner._real(name, side)
-            slots = structure.answer(structure.encoder(real.slots), side["bones"])
-            slots = structure.with_path(slots, real.plain[:, :, -1], side["which"])
-            found = learner._real(name, {**side, "slots": structure.plain(slots, side["which"])})
-            distances.append((found.places - real.places).norm(dim=-1).mean().item())
+            edges = structure.answer(structure.encoder(real.edges), side["bones"])
+            edges = structure.with_path(edges, real.plain[:, :, -1], side["which"])
+            found = learner._real(name, {**side, "edges": structure.plain(edges, side["which"])})
+            distances.append((found.positions - real.positions).norm(dim=-1).mean().item())
     return float(np.mean(distances))
 
 
@@ -224,8 +224,8 @@ def test_a_judge_that_is_not_wanted_is_no_phase():
 
 def test_earlier_answers_are_judged_again():
     torch.manual_seed(0)
-    pool = Pool(4, 3)
-    first = torch.arange(POOL, dtype=torch.float32)[:, None, None].expand(POOL, 4, 3)
+    pool = ReplayBuffer(4, 3)
+    first = torch.arange(REPLAYED, dtype=torch.float32)[:, None, None].expand(REPLAYED, 4, 3)
     assert torch.equal(pool(first), first), "while it fills, all are judged as they come"
     news = 100.0 + first[:40]
     judged = pool(news)
@@ -235,7 +235,7 @@ def test_earlier_answers_are_judged_again():
     values = torch.cat([judged[:, 0, 0], pool.kept[:, 0, 0]])
     assert torch.equal(values.sort().values, torch.cat([first, news])[:, 0, 0].sort().values)
     torch.manual_seed(0)
-    again = Pool(4, 3)
+    again = ReplayBuffer(4, 3)
     again(first)
     assert torch.equal(again(news), judged)
 
@@ -284,7 +284,7 @@ def test_statistics_by_character_are_of_each():
     assert structure.cast == ("one", "tall")
     clips = learner._windows._material.clips
     for row, name in enumerate(structure.cast, 1):
-        values = np.concatenate([clip.arrays["slots"] for clip in clips[name]]).astype(np.float64)
+        values = np.concatenate([clip.arrays["edges"] for clip in clips[name]]).astype(np.float64)
         np.testing.assert_allclose(structure.mean[row].numpy(), values.mean(axis=0), atol=1e-4)
     assert structure.which(["tall", "nobody"]) == [2, 0]
 
