@@ -17,15 +17,15 @@ from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.training.config import Recipe
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import Material, Windows
+from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
+from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
 from . import losses
 from .cells import Kind
-from .discriminator import Discriminator
 from .form import begin
 from .generator import Generator
-from .pose import MOVES, Bodies, quaternions
+from .pose import MOVES, Bodies, Scale, quaternions
 from .retargeter import SIGNATURE, Signature
-from .scores import Fake, Scores
 
 Losses = Literal["autoencoder", "cycle", "adversarial"]
 SMALL = 1e-3
@@ -44,6 +44,23 @@ class Choices:
     losses: Losses
     same: float
     drift: float = 0.0
+
+
+@dataclass(eq=False)
+class Fake:
+    """Answers of one group on other bodies, and real clips of these bodies.
+
+    motion, real: ``(rows, frames, channels)`` as the discriminator sees them. bones: ``(rows, ...)``.
+    logits: ``(rows,)`` of the answers, with gradients.
+    """
+
+    structure: int
+    bones: Tensor
+    motion: Tensor
+    lengths: Tensor
+    real: Tensor
+    real_lengths: Tensor
+    logits: Tensor
 
 
 class Learner:
@@ -70,19 +87,19 @@ class Learner:
         self._bones = bones
         self._trees = {name: Tree.of(skeletons[name]) for name in self._names}
         self._generators: dict[str, Generator] = {}
-        self._discriminators: dict[str, Discriminator] = {}
+        self._discriminators: dict[str, TemporalDiscriminator] = {}
         for name, mine in self._casts.items():
             joints = len(skeletons[name])
             self._generators[name] = Generator(joints, choices.hidden, choices.cell)
-            self._discriminators[name] = Discriminator(3 * joints + MOVES, 3 * (joints - 1))
-            self._measure(self._generators[name], mine)
+            self._discriminators[name] = TemporalDiscriminator(3 * joints + MOVES, 3 * (joints - 1))
+            self._fit(self._generators[name].scale, mine)
         self.signatures: Mapping[str, Signature] = {}
-        self._scores = Scores(len(self._names))
+        self._rule = UpdateRule(len(self._names))
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
         self.phases = _phases("generator")
         if choices.losses == "adversarial":
             self.modules["discriminator"] = nn.ModuleDict(self._discriminators)
-            self.modules["scores"] = self._scores
+            self.modules["scores"] = self._rule
             self.phases = _phases("generator", "discriminator")
 
     # ------------------------------------------------------------------------------------- batches
@@ -142,8 +159,11 @@ class Learner:
         terms = {name: torch.stack(each).sum() / frames for name, each in found.items()}
         if self._choices.losses == "adversarial":
             rows = sum(len(fake.bones) for fake in fakes)
-            judged = sum((fake.loss for fake in fakes), torch.zeros((), device=frames.device))
-            terms["adversarial"] = losses.ADVERSARIAL * judged / max(rows, 1)
+            total = sum(
+                (cross_entropy(fake.logits, True).sum() for fake in fakes),
+                torch.zeros((), device=frames.device),
+            )
+            terms["adversarial"] = losses.ADVERSARIAL * total / max(rows, 1)
         return terms
 
     def _terms(self, group: Mapping[str, Any], fakes: list[Fake]) -> dict[str, Tensor]:
@@ -176,64 +196,56 @@ class Learner:
         terms["twist"] = losses.TWIST * torch.stack(twists).mean()
         terms["smooth"] = losses.SMOOTH * torch.stack(changes).mean()
         if self._choices.losses == "adversarial":
-            self._judge(group, names[1], target.scale.plain(answers), fakes)
+            self._show(group, names[1], target.scale.plain(answers), fakes)
         return terms
 
-    def _judge(self, group: Mapping[str, Any], name: str, answers: Tensor, fakes: list[Fake]) -> None:
+    def _show(self, group: Mapping[str, Any], name: str, answers: Tensor, fakes: list[Fake]) -> None:
         """What the discriminator says of the rows whose source is another body."""
         rows = ~group["same"]
         if not bool(rows.any()):
             return
         real = group["real"]
-        beside = self._generators[name].scale.bones(group["target_bones"][rows])
+        bones = self._generators[name].scale.bones(group["target_bones"][rows])
         motion, lengths = losses.differences(answers)[rows], group["lengths"][rows] - 1
-        logits = self._discriminators[name](motion, beside, lengths)
-        fake = Fake(
-            structure=self._names.index(name),
-            bones=beside,
-            motion=motion.detach(),
-            lengths=lengths,
-            real=losses.differences(real["poses"].transpose(0, 1))[rows],
-            real_lengths=real["lengths"][rows] - 1,
-            loss=losses.real_enough(logits),
-            score=logits.detach().sigmoid().sum(),
+        fakes.append(
+            Fake(
+                structure=self._names.index(name),
+                bones=bones,
+                motion=motion.detach(),
+                lengths=lengths,
+                real=losses.differences(real["poses"].transpose(0, 1))[rows],
+                real_lengths=real["lengths"][rows] - 1,
+                logits=self._discriminators[name](motion, bones, lengths),
+            )
         )
-        fakes.append(fake)
 
     def _discriminate(self, fakes: Sequence[Fake]) -> Terms:
-        learns = self._scores.follow(fakes)
+        learns = self._rule.update([(fake.structure, fake.logits) for fake in fakes])
         if not bool(learns.any()):
             return {}
         found = []
         for fake in fakes:
             if learns[fake.structure]:
-                judge = self._discriminators[self._names[fake.structure]]
-                real = judge(fake.real, fake.bones, fake.real_lengths, learns=True)
-                found.append(
-                    losses.told_apart(real, judge(fake.motion, fake.bones, fake.lengths, learns=True))
-                    / (2 * len(real))
-                )
+                network = self._discriminators[self._names[fake.structure]]
+                real = network(fake.real, fake.bones, fake.real_lengths, learns=True)
+                shown = network(fake.motion, fake.bones, fake.lengths, learns=True)
+                both = torch.cat([cross_entropy(real, True), cross_entropy(shown, False)])
+                found.append(both.mean())
         if not found:  # another process has rows of what learns, and waits for this one's gradients
             found = [0.0 * each.sum() for each in self.modules["discriminator"].parameters()]
-        return {"told_apart": torch.stack(found).sum()}
+        return {"cross_entropy": torch.stack(found).sum()}
 
     def _tree(self, name: str, like: Tensor) -> Tree:
         if self._trees[name].mask.device != like.device:
             self._trees[name] = self._trees[name].to(like.device)
         return self._trees[name]
 
-    def _measure(self, generator: Generator, cast: Sequence[str]) -> None:
-        """Means and deviations of the training clips and the bones of the reference poses."""
-        poses = self._material.stacked("poses", cast).astype(np.float64)
+    def _fit(self, scale: Scale, cast: Sequence[str]) -> None:
+        """Statistics of the training clips, and of the bones of the reference poses."""
+        poses = self._material.stacked("poses", cast)
         rest = np.stack([self._bones[name].reshape(-1) for name in cast])
-        places, moves = np.concatenate([poses[:, :-MOVES], rest]), poses[:, -MOVES:]
-        for name, values in (("places", places), ("moves", moves)):
-            deviation = values.std(axis=0)
-            for key, value in (
-                ("mean", values.mean(axis=0)),
-                ("deviation", np.where(deviation < SMALL, 1.0, deviation)),
-            ):
-                getattr(generator.scale, f"{name}_{key}").copy_(torch.from_numpy(value))
+        scale.fit("places", np.concatenate([poses[:, :-MOVES], rest]), SMALL)
+        scale.fit("moves", poses[:, -MOVES:], SMALL)
 
     # ----------------------------------------------------------------------------------- the outcome
     def method(self) -> Method:

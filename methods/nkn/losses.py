@@ -12,6 +12,8 @@ import torch
 from torch import Tensor
 from torch.nn import functional
 
+from retarget_bench.training.layers.masks import frame_mask
+
 from .pose import MOVES
 
 TWIST, SMOOTH, ADVERSARIAL = 10.0, 0.01, 0.001
@@ -21,7 +23,7 @@ LIMIT = radians(100.0)
 
 def mask(frames: int, lengths: Tensor) -> Tensor:
     """``(frames, rows)``: 1 at real frames, 0 at padding."""
-    return (torch.arange(frames, device=lengths.device)[:, None] < lengths).float()
+    return frame_mask(lengths, frames).T.float()
 
 
 def apart(a: Tensor, b: Tensor, real: Tensor) -> tuple[Tensor, Tensor]:
@@ -61,13 +63,3 @@ def differences(poses: Tensor) -> Tensor:
     ``(frames, rows, channels)`` in centimetres: changes of places, and movements."""
     places = poses[1:, :, :-MOVES] - poses[:-1, :, :-MOVES]
     return torch.cat([places, poses[1:, :, -MOVES:]], -1).transpose(0, 1)
-
-
-def real_enough(logits: Tensor) -> Tensor:
-    """Sum of the generator's non-saturating loss over rows."""
-    return functional.softplus(-logits).sum()
-
-
-def told_apart(real: Tensor, fake: Tensor) -> Tensor:
-    """The discriminator's binary cross entropy: the sum over pairs of rows."""
-    return functional.softplus(-real).sum() + functional.softplus(fake).sum()

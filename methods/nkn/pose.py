@@ -11,11 +11,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import torch
-from torch import Tensor, nn
+from torch import Tensor
 from torch.nn import functional
 
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
+from retarget_bench.training.layers.normaliser import Normaliser
 
 MOVES = 4
 """Numbers of a frame that are no joint's: left, up, forward and turn."""
@@ -23,8 +24,8 @@ UP = 1
 """Which of the movements is the vertical one."""
 
 
-class Scale(nn.Module):
-    """Means and deviations of places (and bones) and of movements, found on the training clips."""
+class Scale(Normaliser):
+    """Means and deviations of positions (and bones) and of movements, from the training clips."""
 
     places_mean: Tensor
     places_deviation: Tensor
@@ -32,30 +33,22 @@ class Scale(nn.Module):
     moves_deviation: Tensor
 
     def __init__(self, joints: int) -> None:
-        super().__init__()
-        for name, size in (("places", 3 * joints), ("moves", MOVES)):
-            self.register_buffer(f"{name}_mean", torch.zeros(size))
-            self.register_buffer(f"{name}_deviation", torch.ones(size))
+        super().__init__(places=3 * joints, moves=MOVES)
 
     def poses(self, plain: Tensor) -> Tensor:
         """``(..., channels)`` normalised."""
-        return (plain - self._mean) / self._deviation
+        return (plain - self._both("mean")) / self._both("deviation")
 
     def plain(self, poses: Tensor) -> Tensor:
         """``(..., channels)`` in centimetres and radians: the inverse of ``poses``."""
-        return poses * self._deviation + self._mean
+        return poses * self._both("deviation") + self._both("mean")
 
     def bones(self, offsets: Tensor) -> Tensor:
         """``(..., 3 (joints - 1))`` from offsets ``(..., joints, 3)`` centimetres; the hips have none."""
-        return ((offsets.flatten(-2) - self.places_mean) / self.places_deviation)[..., 3:]
+        return self.normalise("places", offsets.flatten(-2))[..., 3:]
 
-    @property
-    def _mean(self) -> Tensor:
-        return torch.cat([self.places_mean, self.moves_mean])
-
-    @property
-    def _deviation(self) -> Tensor:
-        return torch.cat([self.places_deviation, self.moves_deviation])
+    def _both(self, statistic: str) -> Tensor:
+        return torch.cat([self.get_buffer(f"{kind}_{statistic}") for kind in ("places", "moves")])
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,7 +83,7 @@ class Bodies:
             rise = rise + moves[:, up] * self.scale.moves_deviation[up] + self.scale.moves_mean[up]
         flat = places.reshape(rows, 3 * joints)
         risen = torch.cat([flat[:, :1], rise, flat[:, 2:]], 1)
-        return torch.cat([(risen - self.scale.places_mean) / self.scale.places_deviation, moves], 1), rise
+        return torch.cat([self.scale.normalise("places", risen), moves], 1), rise
 
 
 def quaternions(turns: Tensor) -> Tensor:

@@ -13,19 +13,21 @@ from torch import Tensor, nn
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, rotation
-from retarget_bench.training import parallel
 from retarget_bench.training.config import Recipe
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import Material, Windows
+from retarget_bench.training.layers import exported
+from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
+from retarget_bench.training.layers.masks import frame_mask
+from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
-from ..nkn.discriminator import Discriminator
 from . import losses
 from .form import FPS, JOINTS, Form
 from .network import MOVES, Answer, Generator
 
 Reference = Literal["truth", "self"]
-OPEN, KEPT, FOOLED = 0.3, 0.99, 0.5
-"""The discriminator learns while it is fooled this often; how slowly that is forgotten; the start."""
+LEAST = 1e-2
+"""Units: what varies less between frames or bodies is not blown up; of the hips a tenth."""
 
 
 @dataclass(frozen=True)
@@ -37,27 +39,6 @@ class Weighting:
     smooth: float
     reference: Reference
     same: float
-
-
-class Critic(nn.Module):
-    """The discriminator, and how likely it lately found answers real: NKN lets it learn only while it is
-    fooled more than three times in ten."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.discriminator = Discriminator(3 * JOINTS + MOVES, 3 * (JOINTS - 1))
-        self.register_buffer("fooled", torch.tensor(FOOLED))
-
-    fooled: Tensor
-
-    @property
-    def learns(self) -> bool:
-        return bool(self.fooled > OPEN)
-
-    def remember(self, logits: Tensor) -> None:
-        """Logits ``(rows,)`` of answers. All processes keep the same mean, and so decide alike."""
-        now = parallel.mean(logits.detach().float().sigmoid().mean())
-        self.fooled.copy_(KEPT * self.fooled + (1 - KEPT) * now)
 
 
 class SMRMLearner:
@@ -83,25 +64,29 @@ class SMRMLearner:
         self._offsets = np.stack([body.offsets for body in bodies])
         self._resting = np.stack([body.resting for body in bodies])
         if form.normalisation != "none":
-            self._find(generator)
-        self.generator, self.critic = generator, Critic()
+            self._fit(generator)
+        self.generator, self.rule = generator, UpdateRule()
+        self.discriminator = TemporalDiscriminator(3 * JOINTS + MOVES, 3 * (JOINTS - 1))
         self.modules = nn.ModuleDict({"generator": generator})
         self.phases: Sequence[Phase] = (Phase("generator", ("generator",), clip=1.0),)
         self._adversarial = weighting.adversarial > 0 and weighting.same < 1
         if self._adversarial:
-            self.modules["discriminator"] = self.critic
+            self.modules["discriminator"], self.modules["rule"] = self.discriminator, self.rule
             self.phases = (*self.phases, Phase("discriminator", ("discriminator",)))
 
-    def _find(self, generator: Generator) -> None:
+    def _fit(self, generator: Generator) -> None:
         """Means and deviations, of all clips and bodies."""
         moves = [
             self.form.moves(clip.arrays["hips"], clip.arrays["before"], clip.arrays["turn"])
             for name in self._names
             for clip in self.material.clips[name]
         ]
-        generator.scale.find("positions", torch.from_numpy(self.material.stacked("positions")))
-        generator.scale.find("moves", torch.from_numpy(np.concatenate(moves)))
-        generator.scale.find("resting", torch.from_numpy(self._resting))
+        for kind, values, least in (
+            ("positions", self.material.stacked("positions"), LEAST),
+            ("moves", np.concatenate(moves), 0.1 * LEAST),
+            ("resting", self._resting, LEAST),
+        ):
+            generator.scale.fit(kind, values, least=least)
 
     # ---------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
@@ -110,7 +95,7 @@ class SMRMLearner:
         others = [self._other(numbers, name) for name in own]
         same = numbers.random(rows) < self.weighting.same
         if self._adversarial:
-            same[0] &= not same.all()  # there is always a row for the critic
+            same[0] &= not same.all()  # there is always a row for the discriminator
         target = [a if keep else b for a, b, keep in zip(own, others, same, strict=True)]
         batch = {
             "source": self._seen(numbers, self.material.draw(numbers, own, self._window)),
@@ -144,13 +129,13 @@ class SMRMLearner:
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         if phase == "discriminator":
-            return self._critical(batch, memory)
+            return self._discriminate(batch, memory)
         source, weights = batch["source"], self.weighting
         codes, _ = self.generator.encode(source["positions"], source["moves"])
         there = self._decoded(codes, batch["target"])
         again, _ = self.generator.encode(there.positions, there.moves)
         back = self._decoded(again, batch["body"])
-        real = losses.frames(source["lengths"], codes.shape[1])
+        real = frame_mask(source["lengths"], codes.shape[1])
         reference = source["rotations"]
         if weights.reference == "self":
             reference = self._decoded(codes, batch["body"]).rotations.detach()
@@ -178,30 +163,28 @@ class SMRMLearner:
         return losses.squares(path, self.form.path(source["moves"], source["turn"]), real)
 
     def _fooling(self, answer: Answer, batch: Batch, memory: dict[str, Any]) -> Tensor:
-        """The adversarial term, of the rows that went to another body; what the critic's turn needs is
-        left in ``memory``."""
+        """The adversarial term, of the rows that went to another body; what the discriminator's phase needs
+        is left in ``memory``."""
         other = ~batch["same"]
         shown = self._shown(answer.positions, answer.moves)[other]
         bones = batch["target"]["offsets"][:, 1:].flatten(1)[other]
         lengths = (batch["source"]["lengths"] - 1)[other]
-        memory["shown"] = (shown.detach(), bones, lengths)
-        logits = self.critic.discriminator(shown, bones, lengths)
-        self.critic.remember(logits)
-        return losses.judged(logits, real=True)
+        logits = self.discriminator(shown, bones, lengths)
+        memory["shown"] = (shown.detach(), bones, lengths, logits)
+        return cross_entropy(logits, True).mean()
 
-    def _critical(self, batch: Batch, memory: dict[str, Any]) -> Terms:
-        shown, bones, lengths = memory["shown"]
-        if not self.critic.learns:
+    def _discriminate(self, batch: Batch, memory: dict[str, Any]) -> Terms:
+        shown, bones, lengths, logits = memory["shown"]
+        if not self.rule.update([(0, logits)]):
             return {}
         other, real = ~batch["same"], batch["real"]
         truth = self._shown(real["positions"], real["moves"])[other]
-        found = self.critic.discriminator
-        told = found(truth, bones, (real["lengths"] - 1)[other], learns=True)
-        fake = found(shown, bones, lengths, learns=True)
-        return {"real": losses.judged(told, real=True), "shown": losses.judged(fake, real=False)}
+        true = self.discriminator(truth, bones, (real["lengths"] - 1)[other], learns=True)
+        fake = self.discriminator(shown, bones, lengths, learns=True)
+        return {"real": cross_entropy(true, True).mean(), "shown": cross_entropy(fake, False).mean()}
 
     def _shown(self, positions: Tensor, moves: Tensor) -> Tensor:
-        """``(rows, frames - 1, 69)`` what the critic sees: units per second of joints and hips."""
+        """``(rows, frames - 1, 69)`` what the discriminator sees: units per second of joints and hips."""
         return FPS * torch.cat([positions.flatten(-2).diff(dim=1), self.form.velocity(moves)], -1)
 
     # ---------------------------------------------------------------------------------------- weights
@@ -209,7 +192,7 @@ class SMRMLearner:
         return self._trained(self.export())
 
     def export(self) -> Mapping[str, Tensor]:
-        return {name: tensor.detach().cpu().clone() for name, tensor in self.generator.state_dict().items()}
+        return exported(self.generator)
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         self.generator.take(tensors)

@@ -4,18 +4,13 @@ from __future__ import annotations
 
 import torch
 from torch import Tensor
-from torch.nn import functional
 
-
-def frames(lengths: Tensor, size: int) -> Tensor:
-    """``(rows, size)`` bool: the real frames of rows of these lengths."""
-    return torch.arange(size, device=lengths.device) < lengths.unsqueeze(1)
+from retarget_bench.training.layers.masks import masked_mean
 
 
 def mean(values: Tensor, real: Tensor) -> Tensor:
     """The mean of values ``(rows, frames, ...)`` over real frames ``(rows, frames)``; 0 where none is."""
-    each = values.flatten(2).mean(2)
-    return torch.where(real, each, each.new_zeros(())).sum() / real.sum().clamp(min=1)
+    return masked_mean(values.flatten(2).mean(2), real, (0, 1))
 
 
 def squares(a: Tensor, b: Tensor, real: Tensor) -> Tensor:
@@ -36,8 +31,3 @@ def acceleration(path: Tensor, real: Tensor) -> Tensor:
         return path.sum() * 0.0
     bend = path.diff(n=2, dim=1)
     return mean(torch.linalg.vector_norm(bend, dim=-1, keepdim=True), real[:, 2:])
-
-
-def judged(logits: Tensor, real: bool) -> Tensor:
-    """Binary cross-entropy of logits ``(rows,)`` against one answer."""
-    return functional.binary_cross_entropy_with_logits(logits, torch.full_like(logits, float(real)))

@@ -12,12 +12,11 @@ from torch.nn import functional
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
+from retarget_bench.training.layers.normaliser import Normaliser
 
 from .form import JOINTS, SKELETON
 
 MOVES = 3
-SMALLEST = 1e-2
-"""Units: what varies less between frames or bodies is not blown up."""
 
 
 class Answer(NamedTuple):
@@ -29,33 +28,6 @@ class Answer(NamedTuple):
     moves: Tensor
 
 
-class Scale(nn.Module):
-    """Means and deviations of places, of moves and of bodies; 0 and 1 until they are found."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        for name, size in (("positions", 3 * JOINTS), ("moves", MOVES), ("resting", 3 * JOINTS)):
-            self.register_buffer(f"{name}_mean", torch.zeros(size))
-            self.register_buffer(f"{name}_deviation", torch.ones(size))
-
-    def find(self, name: str, values: Tensor) -> None:
-        """Take mean and deviation of ``(samples, ...)`` values."""
-        flat = values.double().flatten(1)
-        getattr(self, f"{name}_mean").copy_(flat.mean(0))
-        smallest = 0.1 * SMALLEST if name == "moves" else SMALLEST
-        getattr(self, f"{name}_deviation").copy_(flat.std(0, unbiased=False).clamp(min=smallest))
-
-    def normal(self, name: str, values: Tensor) -> Tensor:
-        """``(..., size)`` without mean, in deviations."""
-        result: Tensor = (values - getattr(self, f"{name}_mean")) / getattr(self, f"{name}_deviation")
-        return result
-
-    def plain(self, name: str, values: Tensor) -> Tensor:
-        """The inverse of ``normal``."""
-        result: Tensor = values * getattr(self, f"{name}_deviation") + getattr(self, f"{name}_mean")
-        return result
-
-
 class Generator(nn.Module):
     """Encoder and decoder: two-layer GRUs, each going through time once; the answer is not fed back.
 
@@ -64,7 +36,7 @@ class Generator(nn.Module):
 
     def __init__(self, hidden: int = 512, dropout: float = 0.2) -> None:
         super().__init__()
-        self.scale = Scale()
+        self.scale = Normaliser(positions=3 * JOINTS, moves=MOVES, resting=3 * JOINTS)
         self.encoder = nn.GRU(3 * JOINTS + MOVES, hidden, 2, batch_first=True, dropout=dropout)
         self.decoder = nn.GRU(3 * JOINTS + hidden, hidden, 2, batch_first=True, dropout=dropout)
         self.turns = nn.Linear(hidden, 4 * JOINTS)
@@ -80,8 +52,8 @@ class Generator(nn.Module):
 
         positions: ``(rows, frames, 22, 3)`` and moves: ``(rows, frames, 3)`` of the source, in its units.
         """
-        places = self.scale.normal("positions", positions.flatten(-2))
-        seen = torch.cat([places, self.scale.normal("moves", moves)], -1)
+        places = self.scale.normalise("positions", positions.flatten(-2))
+        seen = torch.cat([places, self.scale.normalise("moves", moves)], -1)
         codes, after = self.encoder(seen, state)
         return codes, after
 
@@ -92,10 +64,10 @@ class Generator(nn.Module):
 
         offsets, resting: ``(rows, 22, 3)`` of the target, see ``Body``.
         """
-        body = self.scale.normal("resting", resting.flatten(-2)).unsqueeze(1)
+        body = self.scale.normalise("resting", resting.flatten(-2)).unsqueeze(1)
         hidden, after = self.decoder(torch.cat([body.expand(-1, codes.shape[1], -1), codes], -1), state)
         rotations = functional.normalize(self.turns(hidden).float().unflatten(-1, (JOINTS, 4)), dim=-1)
-        moves = self.scale.plain("moves", self.moves(hidden).float())
+        moves = self.scale.restore("moves", self.moves(hidden).float())
         tree = self._tree(rotations.device)
         positions, _ = kinematics(tree, offsets, rotations, torch.zeros_like(moves))
         return Answer(positions, rotations, moves), after

@@ -115,11 +115,11 @@ def test_the_running_score_decides_whether_the_discriminator_learns():
     made.losses("generator", now, given)
     (fake,) = given["fakes"]
     scores = made.modules["scores"]
-    assert set(made.losses("discriminator", now, given)) == {"told_apart"}
-    expected = 0.99 * 0.5 + 0.01 * float(fake.score) / len(fake.bones)
+    assert set(made.losses("discriminator", now, given)) == {"cross_entropy"}
+    expected = 0.99 * 0.5 + 0.01 * float(fake.logits.detach().sigmoid().mean())
     assert float(scores.running[0]) == pytest.approx(expected)
     scores.running.fill_(0.29)
-    fake.score = torch.zeros(())
+    fake.logits = torch.full_like(fake.logits, -100.0)
     assert made.losses("discriminator", now, given) == {}
     assert float(scores.running[0]) == pytest.approx(0.99 * 0.29)
 

@@ -7,15 +7,15 @@ import pytest
 import torch
 from torch.nn import functional
 
-from retarget_bench.methods.nkn.discriminator import Discriminator, FrameNorm
+from retarget_bench.training.layers.temporal_discriminator import FrameNorm, TemporalDiscriminator
 
 ROWS = 5
 
 
 @pytest.fixture
-def network() -> Discriminator:
+def network() -> TemporalDiscriminator:
     torch.manual_seed(0)
-    return Discriminator()
+    return TemporalDiscriminator()
 
 
 def shown(frames: int, seed: int = 1) -> tuple[torch.Tensor, torch.Tensor]:
@@ -90,7 +90,7 @@ def test_scores_depend_on_bones_and_gradients_reach_every_parameter(network):
     assert (network(differences, offsets) - network(differences, offsets + 1.0)).abs().min() > 1e-4
 
 
-def test_blots_out_its_input_only_while_it_learns(network):
+def test_drops_its_input_only_while_it_learns(network):
     differences, offsets = shown(59)
     torch.testing.assert_close(network(differences, offsets), network(differences, offsets))
     assert not torch.allclose(network(differences, offsets, learns=True), network(differences, offsets))
@@ -98,5 +98,7 @@ def test_blots_out_its_input_only_while_it_learns(network):
 
 def test_other_channels_and_no_bones():
     torch.manual_seed(0)
-    assert Discriminator(channels=69)(torch.randn(3, 29, 69), torch.randn(3, 63)).shape == (3,)
-    assert Discriminator(channels=10, bones=0)(torch.randn(3, 29, 10), torch.randn(3, 0)).shape == (3,)
+    assert TemporalDiscriminator(channels=69)(torch.randn(3, 29, 69), torch.randn(3, 63)).shape == (3,)
+    assert TemporalDiscriminator(channels=10, bones=0)(torch.randn(3, 29, 10), torch.randn(3, 0)).shape == (
+        3,
+    )

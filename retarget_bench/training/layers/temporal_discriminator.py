@@ -1,6 +1,6 @@
-"""NKN's discriminator: tells how real motions of a character move from how retargeted ones do.
+"""NKN's discriminator of windows of motion: convolutions over time on changes from frame to frame.
 
-It sees changes from frame to frame, never poses, and the bones of the body that should move like that.
+Beside these changes it sees the bones of the body that should move like that, never poses.
 Source: Villegas et al., CVPR 2018, the second architecture of the published code. That the bones enter
 the third, fourth and last convolution is the one reading under which it has 280,413 parameters.
 """
@@ -11,7 +11,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from .cells import raised
+from retarget_bench.training.layers.masks import frame_mask
 
 WIDTHS = (32, 64, 128, 256)
 KERNEL = 4
@@ -42,11 +42,11 @@ class FrameNorm(nn.Module):
         return result.transpose(1, 2)
 
 
-class Discriminator(nn.Module):
+class TemporalDiscriminator(nn.Module):
     """Convolutions over time of kernel 4 and stride 2, then one of kernel 4 without padding.
 
     channels: numbers per frame. bones: numbers that describe the body, 0: none.
-    dropout:  share of input numbers that are blotted out while the discriminator itself learns.
+    dropout:  share of input numbers that are dropped while the discriminator itself learns.
 
     Batch normalisation (second to fourth layer) always takes the statistics of the batch at hand, over
     real frames only. Every layer's output is zero behind a row's last frame, as the zeros of its padding
@@ -75,7 +75,7 @@ class Discriminator(nn.Module):
         differences: ``(rows, frames, channels)``; what lies behind a row's length is ignored.
         offsets:     ``(rows, bones)`` of each row's body. lengths: ``(rows,)`` differences that are real,
                      at least one; None: all.
-        learns:      the discriminator itself is being updated: its input is blotted out in part.
+        learns:      the discriminator itself is being updated: dropout applies to its input.
         """
         rows, frames, _ = differences.shape
         if lengths is None:
@@ -89,13 +89,13 @@ class Discriminator(nn.Module):
             hidden = layer(functional.pad(hidden, (1, 1 + odd)))
             lengths = (lengths + 1) // 2
             if number > 0:
-                hidden = self.norms[number - 1](hidden, _mask(hidden, lengths))
+                hidden = self.norms[number - 1](hidden, frame_mask(lengths, hidden.shape[-1]))
             hidden = functional.leaky_relu(hidden, LEAK)
         hidden = self._input(hidden, offsets, lengths)
         short = max(KERNEL - hidden.shape[-1], 0)
-        scores = raised(self.last(functional.pad(hidden, (0, short))).squeeze(1))
+        scores = self.last(functional.pad(hidden, (0, short))).squeeze(1).float()
         counted = (lengths - KERNEL + 1).clamp(min=1)
-        return (scores * _mask(scores, counted)).sum(-1) / counted
+        return (scores * frame_mask(counted, scores.shape[-1])).sum(-1) / counted
 
     @staticmethod
     def _input(hidden: Tensor, offsets: Tensor | None, lengths: Tensor) -> Tensor:
@@ -103,10 +103,5 @@ class Discriminator(nn.Module):
         if offsets is not None:
             beside = offsets.unsqueeze(-1).expand(-1, -1, hidden.shape[-1])
             hidden = torch.cat([hidden, beside], dim=1)
-        real = _mask(hidden, lengths).unsqueeze(1)
+        real = frame_mask(lengths, hidden.shape[-1]).unsqueeze(1)
         return torch.where(real, hidden, hidden.new_zeros(()))
-
-
-def _mask(values: Tensor, lengths: Tensor) -> Tensor:
-    """``(rows, frames)`` bool: True in the first ``lengths`` frames of ``(rows, ..., frames)``."""
-    return torch.arange(values.shape[-1], device=values.device) < lengths.unsqueeze(1)

@@ -1,0 +1,85 @@
+"""Adversarial training: losses of logits and scores, when a discriminator learns, and older answers."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from retarget_bench.training import parallel
+
+START = 0.5
+"""The running score before the first step."""
+
+
+def cross_entropy(logits: Tensor, real: bool) -> Tensor:
+    """Binary cross-entropy of each logit against one label; for the generator the non-saturating loss."""
+    return functional.softplus(-logits if real else logits)
+
+
+def least_squares(scores: Tensor, real: bool) -> Tensor:
+    """Mean squared distance of scores from their label, 1 or 0 (LSGAN, Mao et al., ICCV 2017)."""
+    return functional.mse_loss(scores, torch.full_like(scores, float(real)))
+
+
+class UpdateRule(nn.Module):
+    """Lets discriminators learn only while they take enough answers for real.
+
+    As in the published code of NKN (Villegas et al., CVPR 2018): ``running`` ``(discriminators,)`` is a
+    moving average of the probability that answers are real, with ``memory`` the share that stays in a step;
+    a discriminator learns while its average is above ``threshold``.
+    """
+
+    running: Tensor
+
+    def __init__(self, discriminators: int = 1, threshold: float = 0.3, memory: float = 0.99) -> None:
+        super().__init__()
+        self.threshold, self.memory = threshold, memory
+        self.register_buffer("running", torch.full((discriminators,), START))
+
+    def update(self, logits: list[tuple[int, Tensor]]) -> Tensor:
+        """``(discriminators,)`` bool: which learn in this step, the same on every process.
+
+        logits: discriminator and its ``(rows,)`` of answers; one that has seen none does not learn.
+        """
+        sums = self.running.new_zeros(len(self.running), 2)
+        for number, each in logits:
+            score = each.detach().float().sigmoid().sum()
+            sums[number] += torch.stack([score, score.new_tensor(float(len(each)))])
+        total, rows = parallel.mean(sums).unbind(1)
+        seen = rows > 0
+        now = total / rows.clamp(min=1e-6)
+        new = self.memory * self.running + (1.0 - self.memory) * now
+        self.running.copy_(torch.where(seen, new, self.running))
+        return seen & (self.running > self.threshold)
+
+
+class ReplayBuffer(nn.Module):
+    """The last answers, mixed into those that a discriminator learns from.
+
+    Each new answer is kept with probability one half, else it takes the place of an older one, which the
+    discriminator sees instead (Shrivastava et al., CVPR 2017).
+    """
+
+    kept: Tensor
+    count: Tensor
+
+    def __init__(self, size: int, *shape: int) -> None:
+        super().__init__()
+        self.register_buffer("kept", torch.zeros(size, *shape))
+        self.register_buffer("count", torch.tensor(0))
+
+    def forward(self, answers: Tensor) -> Tensor:
+        """``(rows, *shape)`` new and older answers. Random numbers are drawn on the CPU, so that
+        training on a GPU sees the same ones."""
+        mixed, size, count = answers.clone(), len(self.kept), int(self.count)
+        new, places = torch.rand(len(answers)) < 0.5, torch.randint(size, (len(answers),))
+        for row, (keep, place) in enumerate(zip(new.tolist(), places.tolist(), strict=True)):
+            if count < size:
+                self.kept[count] = answers[row]
+                count += 1
+            elif not keep:
+                mixed[row] = self.kept[place]
+                self.kept[place] = answers[row]
+        self.count.fill_(count)
+        return mixed

@@ -1,0 +1,20 @@
+"""Masks of rows that differ in length, and means over what they keep."""
+
+from __future__ import annotations
+
+import torch
+from torch import Tensor
+
+
+def frame_mask(lengths: Tensor, frames: int) -> Tensor:
+    """``(rows, frames)`` bool: the first ``lengths`` ``(rows,)`` frames of each row."""
+    return torch.arange(frames, device=lengths.device) < lengths.unsqueeze(1)
+
+
+def masked_mean(values: Tensor, real: Tensor, over: tuple[int, ...]) -> Tensor:
+    """The mean over dimensions of the values at which ``real`` is true; 0 where there is none.
+
+    values, real: of one shape. What is masked may be anything, also not a number.
+    """
+    count = real.sum(over).clamp(min=1)
+    return torch.where(real, values, values.new_zeros(())).sum(over) / count
