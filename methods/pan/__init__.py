@@ -146,7 +146,7 @@ class Pan(Learned):
 
         def trained(tensors: Mapping[str, Tensor]) -> Method:
             same = {"parts": self._asked, "tips": self.tips, "target_stats": self.target_stats}
-            return Pan(**{**self.facts(), **same}).using(tensors)  # type: ignore[arg-type]
+            return Pan(**{**self.facts(), **same}).using(tensors)
 
         return Learner(material, recipe, bodies, self.settings, trained)
 

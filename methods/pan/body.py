@@ -2,19 +2,22 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Final
+
 import numpy as np
+
+from retarget_bench.errors import SkeletonError
 from retarget_bench.evaluation.comparison import body_joints
 from retarget_bench.motion import alignment, kinematics, rotation
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
+
 from .layout import Layout
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Final
-from retarget_bench.errors import SkeletonError
 
 if TYPE_CHECKING:
     from .structure import Structure
@@ -236,7 +239,9 @@ def assign(character: Character, structures: Mapping[str, Structure]) -> Assignm
     fitting = [name for name in structures if name.endswith(FOUR) == character.four_legged]
     if not fitting:
         legs = "four legs" if character.four_legged else "two legs"
-        return Assignment("", None, f"{character.name} stands on {legs}, and these weights know no such body")
+        return Assignment(
+            "", None, f"{character.name} stands on {legs}, and these weights know no such body"
+        )
     bodies = {name: in_layout(character, structures[name].layout) for name in fitting}
     mine = structure_key(character)
     best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name != mine, name))
@@ -244,7 +249,7 @@ def assign(character: Character, structures: Mapping[str, Structure]) -> Assignm
 
 
 def _misfit(body: Body) -> tuple[int, int]:
-    """Numbers of the body's joints that the layout lacks, and of the layout's joints that the body lacks."""
+    """How many of the body's joints the layout lacks, and of the layout's the body."""
     known = {joint for joint in body.joints if joint >= 0}
     return len(set(aligned(body.character).joints) - known), sum(joint < 0 for joint in body.joints)
 

@@ -30,10 +30,10 @@ Path = Literal["decoded", "carried"]
 class Features:
     """The choice of features: four channels per edge and frame, and four of the root.
 
-    root: the root's channels. ``velocity`` (paper): left, up, ahead of every frame as
-    seen from where the body faces, in units per frame, and its turn in radians per frame. ``height``: the
-    same, but how high the hips are instead of how they rise, so that errors of height do not add up. ``position``
-    (released code): the hips in the world, and zero; rotations are not relative to where the body faces.
+    root: the root's channels. ``velocity`` (paper): left, up, ahead of every frame as seen from where the
+    body faces, in units per frame, and its turn in radians per frame. ``height``: the same, but how high
+    the hips are instead of how they rise, so that errors of height do not add up. ``position`` (released
+    code): the hips in the world, and zero; rotations are not relative to where the body faces.
     lengths: the unit, centimetres (``world``), or such that the hips of every body are as high at rest
     (``body``): a movement that is copied then is one that is scaled.
     smoothing: frames over which the direction that a body faces is averaged.

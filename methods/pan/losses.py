@@ -60,6 +60,11 @@ def rescaled(velocity: Tensor, range_: Tensor) -> Tensor:
     return velocity / speed.clamp_min(1e-6) * ((speed - slowest) / (fastest - slowest).clamp_min(1e-6))
 
 
+def discriminator_loss(real: Tensor, answers: Tensor) -> Tensor:
+    """The discriminator's part of eq. 12, in the direction of LSGAN: real is 1, an answer is 0."""
+    return 0.5 * (least_squares(real, True) + least_squares(answers, False))
+
+
 @dataclass
 class Answer:
     """A motion as the losses compare it.
@@ -214,7 +219,7 @@ class Discriminators(nn.Module):
         return least_squares(self.discriminators[name](answers), True)
 
     def loss(self, shown: Sequence[tuple[str, Tensor, Tensor]]) -> Terms:
-        """The discriminators' part of eq. 12, in the direction of LSGAN: real is 1, an answer is 0.
+        """The mean of ``discriminator_loss`` over structures.
 
         shown: structure, real motion, answers. The term has the name that logs and cards have.
         """
@@ -223,8 +228,7 @@ class Discriminators(nn.Module):
             if name in self.pools:
                 answers = self.pools[name](answers)
             discriminator = self.discriminators[name]
-            scores = discriminator(real), discriminator(answers)
-            found.append(0.5 * (least_squares(scores[0], True) + least_squares(scores[1], False)))
+            found.append(discriminator_loss(discriminator(real), discriminator(answers)))
         if not found:
             return {}
         names = {name for name, _, _ in shown}

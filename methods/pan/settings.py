@@ -87,7 +87,7 @@ FIELDS: Mapping[str, tuple[str, str]] = {
     "adversarial": ("weights", "adversarial"),
     "velocity": ("weights", "velocity"),
 }
-"""Parameter -> the part of ``Settings`` that it overrides ("" for the settings themselves), and its field."""
+"""Parameter -> the part of ``Settings`` that it overrides ("": none, the settings), and its field."""
 
 
 @dataclass(frozen=True)

@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+
 import torch
 from torch import Tensor, nn
+
 from retarget_bench.errors import BenchError
+
 from .design import Design
 from .layout import Layout, Parts
 from .network import Decoder, Encoder, SkeletonEncoder
-from collections.abc import Hashable, Iterable, Iterator
-from torch import Tensor
-from .layout import Layout
 from .network.groups import body_parts, convolved_parts, written
-
 
 ROLES, PARENTS, CAST = "roles", "parents", "cast"
 """Names of the tensors that identify a structure."""
@@ -22,7 +21,7 @@ ROWS = "\n"
 
 
 class Structure(nn.Module):
-    """Encoder, skeleton encoder and decoder of a structure (G of section 5.5), with the statistics of eq. 15.
+    """Encoder, skeleton encoder, decoder and statistics (eq. 15) of a structure (G of section 5.5).
 
     mean, deviation: ``(1 + characters, edges + 1, 4)``: of all its training motion, then of each character
     of ``cast`` where statistics are by character.

@@ -176,7 +176,7 @@ class Learner:
         shown: Sequence[Mapping[int, Answer]],
         memory: dict[str, Any],
     ) -> None:
-        """Adversarial loss of answers on the other structure; where there is one structure, of those on it."""
+        """Adversarial loss of answers on the other structure, or on the only one."""
         memory["shown"], weight = [], self._settings.weights.adversarial
         for there, name in enumerate(names):
             for here in range(len(names)):

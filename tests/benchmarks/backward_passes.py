@@ -38,7 +38,8 @@ PASSES: Mapping[str, Mapping[str, tuple[str, Callable[..., Any]]]] = {
         "attend": (f"{PAN}.core._attend", plain.attend),
         "gather": (f"{PAN}.gather._gather", plain.gather),
         "wide": (f"{PAN}.wide._wide", plain.wide),
-        **KINEMATICS, **LEVELS,
+        **KINEMATICS,
+        **LEVELS,
     },
     "humot": {
         "means": (f"{HUMOT}.common._means", plain.means),

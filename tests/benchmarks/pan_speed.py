@@ -92,7 +92,9 @@ class Iteration:
         torch.manual_seed(0)
         self.rows = rows
         self.structures = nn.ModuleList(Structure(layout, plain) for layout in LAYOUTS)
-        self.discriminators = nn.ModuleList(Discriminator(3 * (each.edges + 1), RELEASED) for each in LAYOUTS)
+        self.discriminators = nn.ModuleList(
+            Discriminator(3 * (each.edges + 1), RELEASED) for each in LAYOUTS
+        )
         self.optimisers = [
             torch.optim.Adam(each.parameters(), 1e-3) for each in (self.structures, self.discriminators)
         ]

@@ -28,7 +28,7 @@ def test_rows_train(row, variant):
     found = {phase.name: learner.losses(phase.name, batch, memory) for phase in learner.phases}
     assert all(term.isfinite() for terms in found.values() for term in terms.values())
     left_out = {
-        "w.o. L_kine": {"positions", "again_positions", "root"},
+        "w.o. L_kine": {"places", "again_places", "root"},
         "w.o. L_adv": {"adversarial"},
     }.get(row.label, set())
     assert not left_out & set(found["generator"])

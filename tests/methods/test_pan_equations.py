@@ -12,10 +12,9 @@ from torch import nn
 
 from retarget_bench.methods.pan.design import PAPER
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder
-from retarget_bench.methods.pan.network.attention import Attention
-from retarget_bench.methods.pan.network.attention import Blocks
+from retarget_bench.methods.pan.network.attention import Attention, Blocks
 from retarget_bench.methods.pan.network.groups import Group
-from retarget_bench.methods.pan.network.layers import wide
+from retarget_bench.methods.pan.network.layers import mlp
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +38,7 @@ def embedded(encoder: Encoder, seen: np.ndarray) -> np.ndarray:
 def test_equation_1_embeds_a_slot_by_three_layers_256_wide():
     encoder = Encoder(S23, PAPER)
     seen = torch.randn(7, 4)
-    found = wide(seen, encoder.embedding, "relu")
+    found = mlp(seen, encoder.embedding, "relu")
     assert [len(each) for each in arrays(encoder.embedding)[::2]] == [256, 256, 32]
     close(found, torch.from_numpy(embedded(encoder, seen.double().numpy())).float())
 

@@ -14,7 +14,7 @@ import torch
 from retarget_bench.api import Context
 from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.body import cast
+from retarget_bench.methods.pan.body import in_layout
 from retarget_bench.motion import alignment, kinematics, roles, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -96,7 +96,9 @@ def test_the_structure_with_the_same_joints_is_chosen(points):
     assert trained(("body23", "body28")).assignment(points).structure == "body23"
     assert trained(("body28",)).assignment(points).structure == "body28"
     for name in ("ada", "clara"):
-        assert trained(("body22", "body28")).assignment(puppets()[name]).structure == puppets()[name].structure
+        assert (
+            trained(("body22", "body28")).assignment(puppets()[name]).structure == puppets()[name].structure
+        )
 
 
 def test_filled_bodies_have_bones_of_no_length(points, mixamo_like):
@@ -174,6 +176,6 @@ def test_another_order_of_the_same_joints_is_the_same_body(structure):
     plain = Pan()._own(body)
     other = rewriting.reordered(body, rewriting.other_order(body))
     assert other.skeleton.names != body.skeleton.names
-    found = cast(other, plain.layout)
+    found = in_layout(other, plain.layout)
     names = [other.skeleton.names[joint] for joint in found.joints]
     assert names == [body.skeleton.names[joint] for joint in plain.joints]

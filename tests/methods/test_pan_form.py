@@ -13,13 +13,15 @@ from scipy.spatial.transform import Rotation
 
 from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.body import cast, missing, own
+from retarget_bench.methods.pan.body import aligned, in_layout, missing
 from retarget_bench.methods.pan.features import Features
 from retarget_bench.motion import rates, rotation
 from retarget_bench.plugins.spec import Spec
 
 BODIES = pan_material.BODIES
-FORMS = [Features(*each) for each in product(("velocity", "position", "height"), ("world", "body"), (0.0, 3.0))]
+FORMS = [
+    Features(*each) for each in product(("velocity", "position", "height"), ("world", "body"), (0.0, 3.0))
+]
 
 
 def there_and_back(features, motion, body, yaw, tips=True):
@@ -61,11 +63,11 @@ def test_puppets_of_every_structure_are_seen_and_shown_again(structure, puppets)
 def test_points_of_pose_estimation_go_through_other_structures(layout, puppets):
     """Section 6.2.3: h36m17 has no collar bones and no feet beyond the ankle."""
     points = puppets["h36m17"]
-    body = cast(points, Pan()._own(puppets[layout]).layout)
+    body = in_layout(points, Pan()._own(puppets[layout]).layout)
     lacking = [rank for rank, joint in enumerate(body.joints) if joint < 0]
     assert lacking
     assert not np.abs(body.bones[[rank - 1 for rank in lacking]]).any()
-    assert sorted(joint for joint in body.joints if joint >= 0) == sorted(own(points).joints)
+    assert sorted(joint for joint in body.joints if joint >= 0) == sorted(aligned(points).joints)
     motion = method_bodies.dance(points, 12)
     for features in FORMS:
         assert apart(motion, there_and_back(features, motion, body, "source")) < 1e-9
@@ -159,7 +161,7 @@ def test_a_body_with_fewer_joints_has_bones_of_no_length():
     """Section 6.2.3: what the body lacks does not move it; what it has survives."""
     few = _few()
     known = Pan()._own(BODIES["one"]).layout
-    body = cast(few, known)
+    body = in_layout(few, known)
     absent = [rank for rank, joint in enumerate(body.joints) if joint < 0]
     assert {known.roles[rank] for rank in absent} == {"spine_3", "left_toe", "right_toe"}
     assert not np.abs(body.bones[[rank - 1 for rank in absent]]).any()
@@ -174,7 +176,7 @@ def _few():
 
 
 def test_absent_joints_do_not_turn():
-    body = cast(_few(), Pan()._own(BODIES["one"]).layout)
+    body = in_layout(_few(), Pan()._own(BODIES["one"]).layout)
     seen = FORMS[0].see(method_bodies.dance(_few(), 8), body)["edges"]
     for edge, joint in enumerate(body.layout.turned):
         if body.joints[joint] < 0:
@@ -184,8 +186,8 @@ def test_absent_joints_do_not_turn():
 def test_joints_that_a_layout_does_not_have_follow_their_parents():
     """And what does exist is where it was: here, hands and feet of a body with one spine joint more."""
     few = _few()
-    body = cast(BODIES["one"], Pan()._own(few).layout)
-    assert len(own(BODIES["one"]).joints) - len(body.joints) == 3
+    body = in_layout(BODIES["one"], Pan()._own(few).layout)
+    assert len(aligned(BODIES["one"]).joints) - len(body.joints) == 3
     (motion,) = pan_material.dances("one", (20,))
     found = there_and_back(FORMS[0], motion, body, "source")
     globals_ = [each.global_rotations for each in (found, motion)]
@@ -200,9 +202,9 @@ def test_a_body_without_any_known_part_is_named():
         *(f"{side}{part}" for side in ("Left", "Right") for part in ("UpLeg", "Leg", "Foot", "Toe")),
         structure="torso",
     )
-    assert missing(cast(torso, known)) == ""
+    assert missing(in_layout(torso, known)) == ""
     legs = replace(known, names=("left_leg",), parts=known.parts[:1])
-    assert "no joint of any part that these weights know (left leg)" in missing(cast(torso, legs))
+    assert "no joint of any part that these weights know (left leg)" in missing(in_layout(torso, legs))
 
 
 def _turn(quaternion) -> Rotation:

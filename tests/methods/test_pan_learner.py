@@ -11,7 +11,6 @@ import torch
 
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.losses import REPLAYED, Pool
 from retarget_bench.methods.pan.losses import Objective
 from retarget_bench.training.config import Recipe
 from retarget_bench.training.data import Material
@@ -220,24 +219,6 @@ def test_a_judge_that_is_not_wanted_is_no_phase():
     learner = pan_material.learner(adversarial=0.0)
     assert [phase.name for phase in learner.phases] == ["generator"]
     assert "adversarial" not in terms(learner, pan_material.batch(learner))["generator"]
-
-
-def test_earlier_answers_are_judged_again():
-    torch.manual_seed(0)
-    pool = ReplayBuffer(4, 3)
-    first = torch.arange(REPLAYED, dtype=torch.float32)[:, None, None].expand(REPLAYED, 4, 3)
-    assert torch.equal(pool(first), first), "while it fills, all are judged as they come"
-    news = 100.0 + first[:40]
-    judged = pool(news)
-    old = (judged < 100.0).flatten(1).all(1)
-    assert 5 <= int(old.sum()) <= 30
-    # nothing is lost and nothing doubled: what is judged and what is kept are all that there was
-    values = torch.cat([judged[:, 0, 0], pool.kept[:, 0, 0]])
-    assert torch.equal(values.sort().values, torch.cat([first, news])[:, 0, 0].sort().values)
-    torch.manual_seed(0)
-    again = ReplayBuffer(4, 3)
-    again(first)
-    assert torch.equal(again(news), judged)
 
 
 # -------------------------------------------------------------------------------------------- weights

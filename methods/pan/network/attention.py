@@ -1,4 +1,4 @@
-"""Attention within body parts (section 4.2), frame by frame: tokens gather what the edges of their parts say.
+"""Attention within body parts (section 4.2), frame by frame: tokens gather from the edges of their parts.
 
 Rows, ``(frames, rows, width)``, are the tokens of the parts, then edges. Groups of rows that see the same
 rows go through small matrices together, padded to the largest of them.
@@ -7,7 +7,6 @@ rows go through small matrices together, padded to the largest of them.
 from __future__ import annotations
 
 from collections.abc import Sequence
-
 
 import torch
 from torch import Tensor, nn
@@ -53,7 +52,7 @@ class Attention(nn.Module):
 
 
 class Block(nn.Module):
-    """The rest of a transformer's layer: projection and MLP (GELU), each with dropout, residual and norm."""
+    """The rest of a transformer's layer: projection and MLP, each with dropout, residual and norm."""
 
     def __init__(self, design: Design) -> None:
         super().__init__()
@@ -126,7 +125,7 @@ class Blocks(nn.Module):
 
     @torch.no_grad()
     def weights(self, queries: Tensor, pairs: Tensor) -> Tensor:
-        """Attention weights ``(frames, groups, queries, keys)`` without the shared group, mean over heads."""
+        """Attention weights ``(frames, groups, queries, keys)`` of all but the shared group."""
         frames, _, width = queries.shape
         size = width // self.heads
         found, _ = self.padded.weights(queries.reshape(frames, -1, size), pairs.reshape(frames, -1, size))
@@ -136,9 +135,9 @@ class Blocks(nn.Module):
 class Padded(nn.Module):
     """Attention of groups, padded to one size.
 
-    asked, keys, values: ``(groups * heads * size,)`` rows of heads that are read, group by group and head by
-    head; -1 at padding. hidden: ``(groups, 1, queries, keys)``, -inf where a query does not see a key. real:
-    0 at padded queries, else 1.
+    asked, keys, values: ``(groups * heads * size,)`` rows of heads that are read, group by group and head
+    by head; -1 at padding. hidden: ``(groups, 1, queries, keys)``, -inf where a query does not see a key.
+    real: 0 at padded queries, else 1.
     """
 
     asked: Tensor

@@ -5,20 +5,16 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
+
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
+
 from ..design import Design
 from ..layout import Layout
-from .attention import Attention, Mean
-from .attention import Blocks
-from .layers import DropoutMask, dropped
+from .attention import Attention, Blocks, Mean
 from .groups import Parts, attending, body_parts, convolved_parts
-from .layers import PartConvolution
-from .layers import mlp
-from .groups import body_parts
-from .layers import PartLinear
-
+from .layers import DropoutMask, PartConvolution, PartLinear, dropped, mlp
 
 BASIS = 10_000.0
 TOGETHER = 512
@@ -88,8 +84,8 @@ class Encoder(nn.Module):
         """Attention of each part's token to each edge in the first layer, the mean over heads.
 
         ``(rows, frames, parts, edges + 1)`` from ``(rows, frames, edges + 1, 4)``; without dropout. The
-        token's attention to itself is left out, so that a part's weights add up to less than 1. Where the body
-        is one part there is one. Raises ValueError where the encoder has no attention.
+        token's attention to itself is left out, so that a part's weights add up to less than 1. Where the
+        body is one part there is one. Raises ValueError where the encoder has no attention.
         """
         first = self.layers[0]
         if not isinstance(first, Attention):

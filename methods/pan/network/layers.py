@@ -178,8 +178,8 @@ def mlp(
     """Linear layers with activations between them, and dropout before the last one.
 
     Rows go through all layers a cacheful at a time, and once more for the gradient: keeping what is hidden
-    would take as long, and much memory. Its own backward pass makes a whole training step 1.43 times as fast
-    as the plain form (default preset; ``released`` with 32 rows: 1.25 times): see
+    would take as long, and much memory. Its own backward pass makes a whole training step 1.43 times as
+    fast as the plain form (default preset; ``released`` with 32 rows: 1.25 times): see
     ``tests/benchmarks/backward_passes.py``.
 
     values: ``(rows, inputs)``; the result is ``(rows, outputs)``.
@@ -189,10 +189,12 @@ def mlp(
 
 
 class _MLP(torch.autograd.Function):
-    """The first bias is one more column of the first weights: so neither it nor its gradient costs a pass."""
+    """The first bias is one more column of the first weights: it and its gradient cost no pass."""
 
     @staticmethod
-    def forward(ctx: Any, values: Tensor, activation: Activation, mask: DropoutMask | None, *weights: Tensor) -> Tensor:
+    def forward(
+        ctx: Any, values: Tensor, activation: Activation, mask: DropoutMask | None, *weights: Tensor
+    ) -> Tensor:
         result = values.new_empty(len(values), len(weights[-1]))
         ctx.activation, ctx.mask, ctx.drawn = activation, mask, []
         values = torch.cat([values, values.new_ones(len(values), 1)], 1)
@@ -314,5 +316,3 @@ class _Workspace:
             torch.ops.aten.threshold_backward.grad_input(given, flat, 0.0, grad_input=given)
         else:
             torch.ops.aten.gelu_backward.grad_input(given, flat, grad_input=given)
-
-
