@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison, Schedule
+from retarget_bench.evaluation.comparison import Comparison, ContactLabels
 
 KINDS = {
     "recall": (
@@ -72,7 +72,7 @@ class Contact:
         return values
 
 
-def agreement(schedule: Schedule) -> dict[str, float]:
+def agreement(schedule: ContactLabels) -> dict[str, float]:
     """Recall, precision and F1 of the labels found, first frame left out; empty without true contacts."""
     wanted, found = schedule.planted[1:], schedule.found[1:]
     true, claimed = int(wanted.sum()), int(found.sum())

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import Comparison, Schedule
+from retarget_bench.evaluation.comparison import Comparison, ContactLabels
 from retarget_bench.motion.contact import runs
 from retarget_bench.motion.ground import ground_height
 
@@ -144,7 +144,7 @@ def _over(comparison: Comparison, places: np.ndarray) -> np.ndarray:
     return over
 
 
-def _plants(schedule: Schedule) -> Iterator[tuple[int, int, int]]:
+def _plants(schedule: ContactLabels) -> Iterator[tuple[int, int, int]]:
     """Column, first frame and past-the-last of every plant."""
     for column, labels in enumerate(schedule.planted.T):
         for first, end in runs(labels).tolist():
@@ -183,7 +183,7 @@ def _stays(places: np.ndarray, fps: float) -> np.ndarray:
     return found
 
 
-def _highest(comparison: Comparison, schedule: Schedule, over: np.ndarray) -> np.ndarray:
+def _highest(comparison: Comparison, schedule: ContactLabels, over: np.ndarray) -> np.ndarray:
     """``(joints,)`` how high the reference has each joint at most while it, or its like of the other side,
     is planted; minus infinity where it never is."""
     parts = [(comparison.target.roles[joint] or "").partition("_")[2] for joint in schedule.joints]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from retarget_bench.api import MetricCard, Value
-from retarget_bench.evaluation.comparison import RATE, Comparison, Schedule, steps
+from retarget_bench.evaluation.comparison import RATE, Comparison, ContactLabels, steps
 
 DEFINITION = (
     "mean over the steps t-1 -> t of contact joints that are labelled planted in both frames of "
@@ -61,7 +61,7 @@ class Slide:
         return values
 
 
-def _slide(comparison: Comparison, schedule: Schedule) -> float | None:
+def _slide(comparison: Comparison, schedule: ContactLabels) -> float | None:
     """Metres per frame of 30 per second; None where no contact lasts two frames."""
     stands = schedule.planted[1:] & schedule.planted[:-1]
     if not stands.any():

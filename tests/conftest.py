@@ -16,7 +16,7 @@ os.environ.setdefault("OMP_NUM_THREADS", "1")
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
     signal.signal(signal.SIGINT, signal.default_int_handler)
 
-from tests.viewing.browser import browser, open_page  # noqa: F401  (fixtures)
+from tests.viewing.browser import browser, open_page, tabs  # noqa: F401  (fixtures)
 
 
 @pytest.fixture(scope="session")

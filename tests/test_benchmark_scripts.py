@@ -36,5 +36,9 @@ def test_what_a_script_imports_is_there(script):
 
 
 def test_what_is_not_there_is_told():
-    text = "from retarget_bench import plan\ndef f():\n    from retarget_bench.files import nothing, digest"
+    text = (
+        "from retarget_bench.evaluation import plan\n"
+        "def f():\n"
+        "    from retarget_bench.files import nothing, digest"
+    )
     assert [is_there(*each) for each in taken(text)] == [True, False, True]

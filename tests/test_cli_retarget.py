@@ -70,7 +70,7 @@ def test_the_default_method_and_another_rate(bench, figures):
 
 
 POSITIONS = """
-from retarget_bench import registry
+from retarget_bench.plugins import registry
 from retarget_bench.api import MethodCard
 
 class Places:

@@ -12,14 +12,14 @@ from matplotlib.figure import Figure
 from retarget_bench import cli
 from retarget_bench.analysis import summary
 from retarget_bench.analysis.statistics import Interval
-from retarget_bench.analysis.summary import Mean, Score, Section
+from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
 from retarget_bench.figures.plotting import canvas
 from retarget_bench.figures.plotting import recall as picture
 
 EPSILONS = ("0.05", "0.1", "1", "4")
 
 
-def score(label: str, values: dict[str, list[float]], *, control: bool = False, sees=()) -> Score:
+def score(label: str, values: dict[str, list[float]], *, control: bool = False, sees=()) -> MethodSummary:
     """A method whose curves are these."""
     curves = {
         value: {
@@ -29,7 +29,7 @@ def score(label: str, values: dict[str, list[float]], *, control: bool = False, 
         for value, numbers in values.items()
     }
     header = {"method": {"label": label, "control": control, "privileged": list(sees)}}
-    return Score(label, header, {}, curves, None)
+    return MethodSummary(label, header, {}, curves, None)
 
 
 def both(recalls: list[float], precisions: list[float]) -> dict[str, list[float]]:
@@ -37,13 +37,13 @@ def both(recalls: list[float], precisions: list[float]) -> dict[str, list[float]
 
 
 @pytest.fixture
-def sections() -> list[Section]:
+def sections() -> list[SplitSummary]:
     scores = [
         score("frozen", both([1.0] * 4, [0.2, 0.3, 0.6, 0.9]), control=True),
         score("pan+footfix", both([0.4, 0.5, 0.7, 0.9], [0.9, 0.9, 0.95, 0.97])),
         score("told", both([0.9, 0.92, 0.95, 0.99], [0.8, 0.9, 0.9, 0.9]), sees=("reference",)),
     ]
-    return [Section("bows", split, [], scores, 4, 12, 900) for split in ("intra", "cross")]
+    return [SplitSummary("bows", split, [], scores, 4, 12, 900) for split in ("intra", "cross")]
 
 
 @pytest.fixture
@@ -138,7 +138,7 @@ def runs(tmp_path_factory) -> Path:
 def test_what_is_drawn_is_what_tables_say(runs, tmp_path, capsys, figures):
     output = tmp_path / "recall.svg"
     assert bench(capsys, "plot", "recall", str(runs), "-o", str(output), "--by-height")[0] == 0
-    (section,) = summary.sections(summary_places(runs))
+    (section,) = summary.split_summaries(summary_places(runs))
     lines = {line.get_label(): line for line in figures[0].axes[0].lines}
     assert set(lines) == {"copy_rotations", "copy_rotations+footfix[steps=2]", "rest_pose"}
     for each in section.scores:

@@ -324,6 +324,7 @@ def test_what_cannot_be_shown_is_a_sentence(method, tmp_path, monkeypatch, capsy
 def test_asking_needs_no_torch():
     import subprocess
 
-    code = "import sys, retarget_bench.evaluation.attention, retarget_bench.commands.plot; print('torch' in sys.modules)"
+    modules = "sys, retarget_bench.evaluation.attention, retarget_bench.commands.plot"
+    code = f"import {modules}; print('torch' in sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "False"

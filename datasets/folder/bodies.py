@@ -11,7 +11,14 @@ import numpy as np
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.files import free_name
 from retarget_bench.motion import bvh
-from retarget_bench.motion.bvh.catalogue import Entry, bvh_files, catalogue, contents, some, subfolders
+from retarget_bench.motion.bvh.catalogue import (
+    CatalogueEntry,
+    bvh_files,
+    catalogue,
+    contents,
+    some,
+    subfolders,
+)
 from retarget_bench.motion.bvh.document import Hierarchy
 
 LAYOUTS = "DIR/clip.bvh, or DIR/Body/clip.bvh with one folder per body"
@@ -34,7 +41,7 @@ class Found:
     sources: Bodies
     targets: tuple[str, ...]
     bodies: Bodies
-    entries: Mapping[Path, Entry]
+    entries: Mapping[Path, CatalogueEntry]
 
 
 def find(root: str, target: str) -> Found:
@@ -94,11 +101,11 @@ def _target(target: Path) -> dict[str, Path]:
     return aim
 
 
-def _readable(files: Mapping[str, Path], entries: Mapping[Path, Entry]) -> dict[str, Path]:
+def _readable(files: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry]) -> dict[str, Path]:
     return {clip: path for clip, path in files.items() if not entries[path].problem}
 
 
-def _group(loose: Mapping[str, Path], entries: Mapping[Path, Entry], bodies: Bodies) -> None:
+def _group(loose: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry], bodies: Bodies) -> None:
     """Loose files, put to the bodies that they show; a body is named after its first file."""
     known: dict[str, tuple[str, Hierarchy]] = {}
     for clip, path in loose.items():

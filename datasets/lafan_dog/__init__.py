@@ -9,7 +9,7 @@ from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.bvh.catalogue import Entry, catalogue, fingerprint, some
+from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, fingerprint, some
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import resampled_frames
 
@@ -181,7 +181,7 @@ class LafanDog:
         return find(self._root, self._folders, self._protocol)
 
     @cached_property
-    def _entries(self) -> Mapping[Path, Entry]:
+    def _entries(self) -> Mapping[Path, CatalogueEntry]:
         files = [path for mine in self._takes.found.values() for path in mine.values()]
         return catalogue(self._takes.root, files)
 

@@ -11,7 +11,7 @@ from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.motion.bvh.catalogue import Entry, catalogue, fingerprint
+from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, fingerprint
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
@@ -138,12 +138,12 @@ class Mixamo:
         }
 
     @cached_property
-    def _entries(self) -> dict[Path, Entry]:
+    def _entries(self) -> dict[Path, CatalogueEntry]:
         files = [path for clips in self._files.values() for path in clips.values()]
         return catalogue(self._layout.root, files)
 
     @cached_property
-    def _others(self) -> dict[Path, Entry]:
+    def _others(self) -> dict[Path, CatalogueEntry]:
         """The files that no case shows."""
         files = (path for clips in self._layout.clips.values() for path in clips.values())
         return catalogue(self._layout.root, [path for path in files if path not in self._entries])
@@ -154,7 +154,7 @@ class Mixamo:
 
     @cached_property
     def _listing(self) -> listing.Listing:
-        def structure(name: str, path: Path, entry: Entry) -> str:
+        def structure(name: str, path: Path, entry: CatalogueEntry) -> str:
             return self._motions.rig(name, path, entry).native.structure
 
         clips, notes = listing.readable(self._files, self._entries, structure, self._selection, self._fps)

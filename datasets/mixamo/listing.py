@@ -8,7 +8,7 @@ from pathlib import Path
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.bvh.catalogue import Entry, some
+from retarget_bench.motion.bvh.catalogue import CatalogueEntry, some
 from retarget_bench.motion.motion import resampled_frames
 
 from .protocols import Selection
@@ -44,8 +44,8 @@ class Listing:
 
 def readable(
     files: Files,
-    entries: Mapping[Path, Entry],
-    structure: Callable[[str, Path, Entry], str],
+    entries: Mapping[Path, CatalogueEntry],
+    structure: Callable[[str, Path, CatalogueEntry], str],
     selection: Selection,
     fps: float,
 ) -> tuple[dict[tuple[str, str], Clip], list[str]]:

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import bvh
-from retarget_bench.motion.bvh.catalogue import Entry
+from retarget_bench.motion.bvh.catalogue import CatalogueEntry
 from retarget_bench.motion.motion import Motion
 
 from .rigs import Rig, rig
@@ -37,7 +37,7 @@ class Motions:
     _kept: OrderedDict[Path, Motion] = field(default_factory=OrderedDict)
     _bytes: int = 0
 
-    def rig(self, name: str, path: Path, entry: Entry) -> Rig:
+    def rig(self, name: str, path: Path, entry: CatalogueEntry) -> Rig:
         """The body in a file; files with the same hierarchy share one object. Raises BenchError."""
         key = (name, entry.hierarchy)
         if key not in self._rigs:
@@ -50,7 +50,7 @@ class Motions:
             raise found
         return found
 
-    def motion(self, name: str, path: Path, entry: Entry) -> Motion:
+    def motion(self, name: str, path: Path, entry: CatalogueEntry) -> Motion:
         """A file's motion on the joints and at the rate of the cases. Raises BenchError."""
         if path in self._kept:
             self._kept.move_to_end(path)

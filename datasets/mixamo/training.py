@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.bvh.catalogue import Entry
+from retarget_bench.motion.bvh.catalogue import CatalogueEntry
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.lazy_clips import LazyClips
 
@@ -21,7 +21,11 @@ class Clips(LazyClips[tuple[str, Path]]):
     """Motions of one character, each read when it is asked for."""
 
     def __init__(
-        self, motions: Motions, character: str, files: Mapping[str, Path], entries: Mapping[Path, Entry]
+        self,
+        motions: Motions,
+        character: str,
+        files: Mapping[str, Path],
+        entries: Mapping[Path, CatalogueEntry],
     ) -> None:
         super().__init__(list(files.items()))
         self._motions, self._entries, self.character = motions, entries, character
@@ -36,7 +40,7 @@ class Clips(LazyClips[tuple[str, Path]]):
 
 
 def training(
-    motions: Motions, files: Mapping[str, Mapping[str, Path]], entries: Mapping[Path, Entry]
+    motions: Motions, files: Mapping[str, Mapping[str, Path]], entries: Mapping[Path, CatalogueEntry]
 ) -> Training:
     """Every character with its readable files, under the structure that most of them have."""
     found: dict[str, dict[str, Clips]] = {}
@@ -53,7 +57,7 @@ def training(
     return found
 
 
-def _structure(motions: Motions, name: str, path: Path, entry: Entry) -> str:
+def _structure(motions: Motions, name: str, path: Path, entry: CatalogueEntry) -> str:
     """Of the body in a file; "" where it cannot be used."""
     if entry.problem:
         return ""

@@ -16,9 +16,9 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Material
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
 
 from .ablations import ABLATIONS
 from .design import PAPER_COUNT, SMALL, TEXT, Design
@@ -36,7 +36,7 @@ Variant = Literal["small", "text", "paper_count"]
 DESIGNS: Mapping[Variant, Design] = {"small": SMALL, "text": TEXT, "paper_count": PAPER_COUNT}
 
 
-class HuMoT(Learned):
+class HuMoT(LearnedMethod):
     """Topology-agnostic transformer (Mourot, Hoyet, Le Clerc, Hellier, 2023).
 
     An encoder reads joint positions, each beside its position in the skeleton's template (a neutral pose),
@@ -61,8 +61,8 @@ class HuMoT(Learned):
     """
 
     ablations = ABLATIONS
-    presets: Mapping[str, Recipe] = {
-        "paper": Recipe(
+    presets: Mapping[str, TrainingConfig] = {
+        "paper": TrainingConfig(
             steps=10_000_000,
             batch=32,
             window=30,
@@ -72,11 +72,11 @@ class HuMoT(Learned):
             period=260_000,
             validate=10_000,
         ),
-        "finetune": Recipe(steps=20_000, batch=32, window=30, rate=5e-5),
-        "default": Recipe(
+        "finetune": TrainingConfig(steps=20_000, batch=32, window=30, rate=5e-5),
+        "default": TrainingConfig(
             steps=20_000, batch=16, window=30, rate=7e-4, schedule="cosine", warm_up=50, validate=1000
         ),
-        "quick": Recipe(steps=20, batch=8, window=30, rate=1e-3, validate=20, cases=2),
+        "quick": TrainingConfig(steps=20, batch=8, window=30, rate=1e-3, validate=20, cases=2),
     }
 
     def __init__(
@@ -110,15 +110,15 @@ class HuMoT(Learned):
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return {"places": body(motion.character).see(motion)}
 
-    def learner(self, material: Material, recipe: Recipe) -> Learner:
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Learner:
         from .training import Learner
 
         def trained(tensors: Mapping[str, Tensor]) -> Method:
             options = {"windows": self.windows, "root_rule": self.root_rule, **self.facts()}
             return type(self)(**options).using(tensors)
 
-        bodies = {name: body(material.characters[name]) for name in material.clips}
-        return Learner(material, recipe, bodies, DESIGNS[self.variant], self.settings, trained)
+        bodies = {name: body(training_data.characters[name]) for name in training_data.clips}
+        return Learner(training_data, config, bodies, DESIGNS[self.variant], self.settings, trained)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:

@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from retarget_bench.training.ablation import Ablation, Column, Row
+from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 
 SELF, INTRA, CROSS = "Self", "Intra-structural", "Cross-structural"
 _COLUMNS = tuple(
-    Column(label, "heights", "humot_mpjpe", splits=(split,))
+    AblationColumn(label, "heights", "humot_mpjpe", splits=(split,))
     for label, split in ((SELF, "self"), (INTRA, "intra"), (CROSS, "cross"))
 )
 
 
-def _row(label: str, parameters: dict[str, bool | float], *printed: str) -> Row:
-    return Row(label, parameters, dict(zip((SELF, INTRA, CROSS), printed, strict=True)))
+def _row(label: str, parameters: dict[str, bool | float], *printed: str) -> AblationRow:
+    return AblationRow(label, parameters, dict(zip((SELF, INTRA, CROSS), printed, strict=True)))
 
 
 ABLATIONS = {
@@ -23,8 +23,8 @@ ABLATIONS = {
         rows=(
             _row("HuMoT, no SJS", {"subsampling": False}, "0.0093", "0.0638", "0.0552"),
             _row("HuMoT, no BLC", {"consistency": 0.0}, "0.0113", "0.0589", "0.0466"),
-            Row("HuMoT, bodies in their own sizes", {"sized": False}),
-            Row("HuMoT, bodies and limbs as they are", {"varied": False}),
+            AblationRow("HuMoT, bodies in their own sizes", {"sized": False}),
+            AblationRow("HuMoT, bodies and limbs as they are", {"varied": False}),
             _row("HuMoT", {}, "0.0087", "0.0580", "0.0440"),
         ),
         notes=(

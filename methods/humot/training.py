@@ -11,9 +11,9 @@ import numpy as np
 from torch import Tensor, nn
 
 from retarget_bench.api import Method
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import Clip, Material
+from retarget_bench.training.data import ClipArrays, TrainingData
 
 from .augmentation import proportions, reshaped, swung
 from .design import Design
@@ -40,21 +40,21 @@ class Turn(NamedTuple):
 
 
 class Learner:
-    """A ``Learner`` (see ``training/contract.py``).
+    """A ``TrainingModule`` (see ``training/contract.py``).
 
     bodies: by character. build: the method with tensors.
     """
 
     def __init__(
         self,
-        material: Material,
-        recipe: Recipe,
+        training_data: TrainingData,
+        config: TrainingConfig,
         bodies: Mapping[str, Body],
         design: Design,
         settings: Settings,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        self._material, self._frames, self._bodies = material, recipe.window, bodies
+        self._material, self._frames, self._bodies = training_data, config.window, bodies
         self._settings, self._build = settings, build
         self._network = Autoencoder(design)
         self.modules = nn.ModuleDict({AUTOENCODER: self._network})
@@ -211,7 +211,7 @@ def parents_among(parents: Sequence[int], joints: np.ndarray) -> np.ndarray:
     return np.array(found, dtype=np.int64)
 
 
-def held_out(clip: Clip, starts: Sequence[int]) -> frozenset[int]:
+def held_out(clip: ClipArrays, starts: Sequence[int]) -> frozenset[int]:
     """The tenth of a clip's windows that are not trained on, by their starts; always the same ones.
 
     Four fifths of such a window are in windows beside it, most of which are trained on. The tenth is

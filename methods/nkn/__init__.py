@@ -11,10 +11,11 @@ from retarget_bench.errors import SkeletonError
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.structures import BODY22, reduce
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 
-from .form import Lengths
-from .retargeter import Retargeter, Terms, Yaw, common_reasons
+from .features import Lengths
+from .inference import Retargeter, Yaw, common_reasons
+from .training import Losses
 
 PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
 """Of the 22 joints, as the published code has them."""
@@ -58,19 +59,19 @@ class Nkn(Retargeter):
     As published, with no weights shipped: ``nkn[drift=0,lengths=world]``, preset ``paper``.
     """
 
-    presets: Mapping[str, Recipe] = {
-        "paper": Recipe(steps=50_000, batch=16, window=60, rate=1e-4),
-        "default": Recipe(
+    presets: Mapping[str, TrainingConfig] = {
+        "paper": TrainingConfig(steps=50_000, batch=16, window=60, rate=1e-4),
+        "default": TrainingConfig(
             steps=6_000, batch=16, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
         ),
-        "quick": Recipe(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
+        "quick": TrainingConfig(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
     }
 
     def __init__(
         self,
         cell: Literal["tf", "torch"] = "tf",
         hidden: int = 512,
-        losses: Terms = "adversarial",
+        losses: Losses = "adversarial",
         same: float = 0.2,
         drift: float = 0.05,
         facing: float = 20.0,

@@ -14,7 +14,7 @@ from torch.nn import functional
 
 from retarget_bench.training.layers.masks import frame_mask
 
-from .pose import MOVES
+from .network.pose import MOVES
 
 TWIST, SMOOTH, ADVERSARIAL = 10.0, 0.01, 0.001
 LIMIT = radians(100.0)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 from zlib import crc32
 
 from retarget_bench.api import MethodCard
@@ -13,16 +13,13 @@ from retarget_bench.evaluation.comparison import body_joints
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Scalar
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
 
 from ..nkn import PARAMETERS, Nkn
-from ..nkn.form import Lengths
-from ..nkn.retargeter import SIGNATURE, Retargeter, Signature, Terms, Yaw, common_reasons
-
-if TYPE_CHECKING:
-    from retarget_bench.training.data import Material
-
-    from ..nkn.learner import Learner
+from ..nkn.features import SIGNATURE, Lengths, Signature
+from ..nkn.inference import Retargeter, Yaw, common_reasons
+from ..nkn.training import Losses, NknTraining
 
 TWO_LEGGED, ALL = "two_legged", "all"
 
@@ -41,9 +38,9 @@ class NknCross(Retargeter):
     hidden: narrower than NKN's, since there are as many networks as structures.
     """
 
-    presets: Mapping[str, Recipe] = {
+    presets: Mapping[str, TrainingConfig] = {
         **Nkn.presets,
-        "default": Recipe(
+        "default": TrainingConfig(
             steps=6_000, batch=32, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
         ),
     }
@@ -53,7 +50,7 @@ class NknCross(Retargeter):
         structures: str = TWO_LEGGED,
         cell: Literal["tf", "torch"] = "tf",
         hidden: int = 256,
-        losses: Terms = "adversarial",
+        losses: Losses = "adversarial",
         same: float = 0.2,
         drift: float = 0.05,
         facing: float = 20.0,
@@ -133,20 +130,20 @@ class NknCross(Retargeter):
     def another(self) -> NknCross:
         return NknCross(**self.choices)
 
-    def learner(self, material: Material, recipe: Recipe) -> Learner:
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NknTraining:
         """Raises NotSupported where bodies of one structure have different joints."""
         known: dict[str, tuple[str, Signature]] = {}
-        for name in sorted(material.clips):
-            body = self.body(material.characters[name])
+        for name in sorted(training_data.clips):
+            body = self.body(training_data.characters[name])
             first, joints = known.setdefault(self.structure(body.character), (name, _signature(body)))
             if joints != _signature(body):
                 raise NotSupported(
                     f"{first} and {name} are both of structure {body.character.structure} and have "
                     "different joints; give one of them another structure"
                 )
-        learner = super().learner(material, recipe)
-        learner.signatures = {name: joints for name, (_, joints) in known.items()}
-        return learner
+        module = super().training_module(training_data, config)
+        module.signatures = {name: joints for name, (_, joints) in known.items()}
+        return module
 
 
 @lru_cache(maxsize=1024)

@@ -14,9 +14,9 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Material
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
 
 from .ablations import ABLATIONS
 from .body import FOUR, Assignment, Body, aligned, assign, structure_key
@@ -35,7 +35,7 @@ OWN, BETWEEN = "puppets", "puppets_three"
 """Names of shipped weights: for people, and for people and dogs."""
 
 
-class Pan(Learned):
+class Pan(LearnedMethod):
     """Pose-aware attention network (Hu, Zhang, Zhong, Jiang, Xia: TVCG 2023).
 
     Every structure has a motion encoder, a skeleton encoder and a decoder. The encoder pools edges of the
@@ -67,12 +67,12 @@ class Pan(Learned):
     """
 
     ablations = ABLATIONS
-    presets: Mapping[str, Recipe] = {
-        "paper": Recipe(steps=150_000, batch=256, window=64, rate=1e-3, validate=2000),
-        "default": Recipe(
+    presets: Mapping[str, TrainingConfig] = {
+        "paper": TrainingConfig(steps=150_000, batch=256, window=64, rate=1e-3, validate=2000),
+        "default": TrainingConfig(
             steps=20_000, batch=16, window=64, rate=1e-3, schedule="cosine", warm_up=100, validate=200
         ),
-        "quick": Recipe(steps=20, batch=8, window=16, rate=1e-3, validate=20, cases=2),
+        "quick": TrainingConfig(steps=20, batch=8, window=16, rate=1e-3, validate=20, cases=2),
     }
 
     def __init__(
@@ -124,17 +124,17 @@ class Pan(Learned):
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return self.settings.features.see(motion, self._own(motion.character))
 
-    def learner(self, material: Material, recipe: Recipe) -> Learner:
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Learner:
         """Raises NotSupported where bodies of one structure differ in joints, or there is one body only."""
         from .training import Learner
 
-        if recipe.window % 4 or recipe.window < 16:
+        if config.window % 4 or config.window < 16:
             raise NotSupported(
-                f"windows of pan are a multiple of 4 and 16 or more, and not {recipe.window}"
+                f"windows of pan are a multiple of 4 and 16 or more, and not {config.window}"
             )
         bodies: dict[str, dict[str, Body]] = {}
-        for name in sorted(material.clips):
-            body = self._own(material.characters[name])
+        for name in sorted(training_data.clips):
+            body = self._own(training_data.characters[name])
             mine = bodies.setdefault(structure_key(body.character), {})
             mine[name] = body
             first = next(iter(mine.values()))
@@ -148,7 +148,7 @@ class Pan(Learned):
             same = {"parts": self._asked, "tips": self.tips, "target_stats": self.target_stats}
             return Pan(**{**self.facts(), **same}).using(tensors)
 
-        return Learner(material, recipe, bodies, self.settings, trained)
+        return Learner(training_data, config, bodies, self.settings, trained)
 
     def _own(self, character: Character) -> Body:
         """The character in its own structure's layout."""

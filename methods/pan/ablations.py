@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from retarget_bench.training.ablation import Ablation, Column, Row
+from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 
 INTRA, CROSS = "Intra-structural", "Cross-structural"
 VALUE = "san_code"
 """The error that the authors' code prints as Table 1 and Table 5; eq. 16 as typed is ``pan_eq16_mean``."""
 _COLUMNS = (
-    Column(INTRA, "1e-3", VALUE, splits=("intra",)),
-    Column(CROSS, "1e-3", VALUE, splits=("cross",)),
+    AblationColumn(INTRA, "1e-3", VALUE, splits=("intra",)),
+    AblationColumn(CROSS, "1e-3", VALUE, splits=("cross",)),
 )
 
 
-def _row(label: str, parameters: dict[str, bool | float], intra: str, cross: str) -> Row:
-    return Row(label, parameters, {INTRA: intra, CROSS: cross})
+def _row(label: str, parameters: dict[str, bool | float], intra: str, cross: str) -> AblationRow:
+    return AblationRow(label, parameters, {INTRA: intra, CROSS: cross})
 
 
 ABLATIONS = {

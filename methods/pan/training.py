@@ -11,9 +11,9 @@ from torch import Tensor, nn
 
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import Material
+from retarget_bench.training.data import TrainingData
 
 from .body import Body
 from .kinematics import Kinematics, world
@@ -27,7 +27,7 @@ Side = Mapping[str, Any]
 
 
 class Learner:
-    """A ``Learner`` (see ``training/contract.py``).
+    """A ``TrainingModule`` (see ``training/contract.py``).
 
     bodies: of each character by structure. build: the method with the tensors that it is given.
     Raises NotSupported where there is one character only.
@@ -35,24 +35,26 @@ class Learner:
 
     def __init__(
         self,
-        material: Material,
-        recipe: Recipe,
+        training_data: TrainingData,
+        config: TrainingConfig,
         bodies: Mapping[str, Mapping[str, Body]],
         settings: Settings,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        if len(material.clips) < 2:
+        if len(training_data.clips) < 2:
             raise NotSupported("pan learns from at least two characters, and there is one")
         self._build, self._settings = build, settings
         self._names = sorted(bodies)
         own = settings.statistics == "character"
-        self._windows = Windows(material, recipe.window, bodies, settings.features, settings.reversed_, own)
+        self._windows = Windows(
+            training_data, config.window, bodies, settings.features, settings.reversed_, own
+        )
         structures = {}
         for name in self._names:
             cast = sorted(bodies[name]) if own else ()
             layout = next(iter(bodies[name].values())).layout
             structures[name] = Structure(layout, settings.design, cast)
-            fit_statistics(structures[name], material, sorted(bodies[name]), settings.still)
+            fit_statistics(structures[name], training_data, sorted(bodies[name]), settings.still)
         if settings.shared:
             share_initialisation(list(structures.values()), settings.design)
         self._structures = structures
@@ -60,7 +62,7 @@ class Learner:
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(structures)})
         self.phases: Sequence[Phase] = (Phase("generator", ("generator",)),)
         edges = {name: each.layout.edges for name, each in structures.items()}
-        self._discriminators = Discriminators(edges, recipe.window, settings.design, settings.weights)
+        self._discriminators = Discriminators(edges, config.window, settings.design, settings.weights)
         if settings.weights.adversarial > 0:
             self.modules["discriminator"] = self._discriminators
             self.phases = (*self.phases, Phase("discriminator", ("discriminator",)))

@@ -9,7 +9,7 @@ import numpy as np
 import torch
 from torch import Tensor
 
-from retarget_bench.training.data import Material
+from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.normaliser import statistics
 
 from .body import Body
@@ -29,14 +29,14 @@ class Windows:
 
     def __init__(
         self,
-        material: Material,
+        training_data: TrainingData,
         frames: int,
         bodies: Mapping[str, Mapping[str, Body]],
         features: Features,
         backwards: bool,
         by_character: bool,
     ) -> None:
-        self._material, self._frames, self._features = material, frames, features
+        self._material, self._frames, self._features = training_data, frames, features
         self._backwards, self._by_character = backwards, by_character
         self._names = sorted(bodies)
         self._casts = {name: sorted(bodies[name]) for name in self._names}
@@ -119,10 +119,12 @@ def _order(known: int, frames: int, backwards: bool) -> np.ndarray:
     return order[::-1] if backwards else order
 
 
-def fit_statistics(structure: Structure, material: Material, cast: Sequence[str], still: float) -> None:
+def fit_statistics(
+    structure: Structure, training_data: TrainingData, cast: Sequence[str], still: float
+) -> None:
     """Set mean and deviation of all motion of a structure, and of each character of its ``cast``."""
     for row, names in enumerate([list(cast), *([name] for name in structure.cast)]):
-        mean, deviation = statistics_of(material.stacked("edges", names), still)
+        mean, deviation = statistics_of(training_data.stacked("edges", names), still)
         structure.mean[row], structure.deviation[row] = mean, deviation
 
 

@@ -13,18 +13,18 @@ from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Material
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
 
 from .ablations import ABLATIONS
-from .form import Form, Normalisation, Root, Yaw, unfit
+from .features import Features, Normalisation, Root, Yaw, unfit
 from .inference import retargeted
-from .learner import Reference, SMRMLearner, Weighting
 from .network import Generator
+from .training import Reference, SmrmTraining, Weighting
 
 
-class SMRM(Learned):
+class SMRM(LearnedMethod):
     """Skeletal motion retargeting of the correspondence-free pipeline (Marsot, Rekik et al., HAL v1, 2023).
 
     A two-layer GRU reads places of 22 joints and a move of the hips frame by frame; a second one reads its
@@ -81,10 +81,10 @@ class SMRM(Learned):
             raise BenchError("smrm needs a context of two frames or more, and at least one hidden number")
         if min(adversarial, rotation_cycle, smooth) < 0 or not 0 <= same <= 1:
             raise BenchError("weights of smrm's losses cannot be negative, and same is a share from 0 to 1")
-        self.form = Form(normalisation, root, yaw)
+        self.features = Features(normalisation, root, yaw)
         self.weighting = Weighting(adversarial, rotation_cycle, smooth, reference_rotation, same)
         self.context, self.hidden = context, hidden
-        self.presets: Mapping[str, Recipe] = _presets(context)
+        self.presets: Mapping[str, TrainingConfig] = _presets(context)
         self.card = MethodCard(
             name="smrm",
             summary="Recurrent retargeting learned without pairs: what is carried there comes back",
@@ -109,11 +109,11 @@ class SMRM(Learned):
     # -------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, str | int | float | bool]:
         """The parameters that weights depend on."""
-        form, weighting = self.form, self.weighting
+        features, weighting = self.features, self.weighting
         return {
-            "normalisation": form.normalisation,
-            "root": form.root,
-            "yaw": form.yaw,
+            "normalisation": features.normalisation,
+            "root": features.root,
+            "yaw": features.yaw,
             "adversarial": weighting.adversarial,
             "rotation_cycle": weighting.rotation_cycle,
             "smooth": weighting.smooth,
@@ -127,13 +127,15 @@ class SMRM(Learned):
         return unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return self.form.see(motion)
+        return self.features.see(motion)
 
-    def learner(self, material: Material, recipe: Recipe) -> SMRMLearner:
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> SmrmTraining:
         def trained(tensors: Mapping[str, Tensor]) -> Method:
             return type(self)(self.weights, **self.facts()).using(tensors)  # type: ignore[arg-type]
 
-        return SMRMLearner(material, recipe, self.form, self.weighting, Generator(self.hidden), trained)
+        return SmrmTraining(
+            training_data, config, self.features, self.weighting, Generator(self.hidden), trained
+        )
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -148,7 +150,7 @@ class SMRM(Learned):
         if not sources:
             return []
         device = torch.device(contexts[0].device)
-        return retargeted(self._generator.to(device), self.form, sources, targets)
+        return retargeted(self._generator.to(device), self.features, sources, targets)
 
     @cached_property
     def _generator(self) -> Generator:
@@ -157,14 +159,16 @@ class SMRM(Learned):
         return generator.eval()
 
 
-def _presets(context: int) -> Mapping[str, Recipe]:
+def _presets(context: int) -> Mapping[str, TrainingConfig]:
     """How long and fast. The paper says Adam at 1e-4 for 1000 epochs of 2330 windows, and no batch size."""
     return {
-        "paper": Recipe(steps=1000 * 2330 // 16, batch=16, window=context, rate=1e-4, validate=2500),
-        "default": Recipe(
+        "paper": TrainingConfig(
+            steps=1000 * 2330 // 16, batch=16, window=context, rate=1e-4, validate=2500
+        ),
+        "default": TrainingConfig(
             steps=8000, batch=32, window=context, rate=1e-3, schedule="cosine", warm_up=200, validate=200
         ),
-        "quick": Recipe(
+        "quick": TrainingConfig(
             steps=60,
             batch=16,
             window=context,

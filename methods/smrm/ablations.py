@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-from retarget_bench.training.ablation import Ablation, Column, Row
+from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 
 _SKIN = "compares points of the skin in correspondence, which no metric here does"
 _COLUMNS = (
-    Column("MPJPE", "m", "mpjpe_m"),
-    Column("PA-MPJPE", "m", "pa_mpjpe_m"),
-    Column("Acc", "m/frame^2", "acc"),
-    Column("PA-Acc", "m/frame^2", "pa_acc"),
-    Column("MPVD", "m", missing=_SKIN),
-    Column("PA-MPVD", "m", missing=_SKIN),
-    Column("MEDL", "m", missing=_SKIN),
+    AblationColumn("MPJPE", "m", "mpjpe_m"),
+    AblationColumn("PA-MPJPE", "m", "pa_mpjpe_m"),
+    AblationColumn("Acc", "m/frame^2", "acc"),
+    AblationColumn("PA-Acc", "m/frame^2", "pa_acc"),
+    AblationColumn("MPVD", "m", missing=_SKIN),
+    AblationColumn("PA-MPVD", "m", missing=_SKIN),
+    AblationColumn("MEDL", "m", missing=_SKIN),
 )
 _NOTES = (
     "Printed numbers are on 4 SMPL bodies x 4 Mixamo motions; the whole pipeline made them, with skeletons "
@@ -21,9 +21,9 @@ _NOTES = (
 )
 
 
-def _row(label: str, parameters: dict[str, float | int], *printed: str) -> Row:
+def _row(label: str, parameters: dict[str, float | int], *printed: str) -> AblationRow:
     names = (column.label for column in _COLUMNS)
-    return Row(label, parameters, dict(zip(names, printed, strict=True)))
+    return AblationRow(label, parameters, dict(zip(names, printed, strict=True)))
 
 
 ABLATIONS = {

@@ -14,7 +14,7 @@ from retarget_bench.motion import rates, root_rules, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from .form import JOINTS, Body, Form
+from .features import JOINTS, Body, Features
 from .network import MOVES, Answer, Generator
 
 CHUNK = 256
@@ -34,15 +34,15 @@ class _Row:
     moved: np.ndarray
 
     @classmethod
-    def of(cls, form: Form, source: Prediction, target: Character) -> _Row:
+    def of(cls, features: Features, source: Prediction, target: Character) -> _Row:
         shown = rates.at_thirty(source)
-        seen = form.see(shown)
+        seen = features.see(shown)
         ratio = root_rules.ratio("hip_height", source.character, target)
         return cls(
             source=source,
             seen=seen,
-            moves=form.moves(seen["hips"], seen["before"], seen["turn"]),
-            body=form.body(target),
+            moves=features.moves(seen["hips"], seen["before"], seen["turn"]),
+            body=features.body(target),
             start=transfer.hips(shown)[0] * ratio,
             rotations=np.empty((shown.frames, JOINTS, 4), np.float32),
             moved=np.empty((shown.frames, MOVES), np.float32),
@@ -55,19 +55,19 @@ class _Row:
 
 def retargeted(
     generator: Generator,
-    form: Form,
+    features: Features,
     sources: Sequence[Prediction],
     targets: Sequence[Character],
     chunk: int = CHUNK,
 ) -> list[Motion]:
     """Every source on its target. Neither ``chunk`` nor what stands beside a row changes the result."""
-    rows = [_Row.of(form, source, target) for source, target in zip(sources, targets, strict=True)]
+    rows = [_Row.of(features, source, target) for source, target in zip(sources, targets, strict=True)]
     longest_first = sorted(rows, key=lambda row: -row.frames)
     first = 0
     for answer in stream(generator, longest_first, chunk):
         _keep(longest_first, answer, first)
         first += chunk
-    return [_answered(form, row) for row in rows]
+    return [_answered(features, row) for row in rows]
 
 
 def stream(generator: Generator, rows: Sequence[_Row], chunk: int) -> Iterator[Answer]:
@@ -120,7 +120,7 @@ def _keep(rows: Sequence[_Row], answer: Answer, first: int) -> None:
         row.moved[first : first + left] = moved[:left]
 
 
-def _answered(form: Form, row: _Row) -> Motion:
+def _answered(features: Features, row: _Row) -> Motion:
     """The answer as a motion at the source's rate, with its number of frames."""
-    motion = form.motion(row.body, row.rotations, row.moved, row.seen, row.start)
+    motion = features.motion(row.body, row.rotations, row.moved, row.seen, row.start)
     return rates.back(motion, row.source)

@@ -14,14 +14,14 @@ from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.training.layers.normaliser import Normaliser
 
-from .form import JOINTS, SKELETON
+from .features import JOINTS, SKELETON
 
 MOVES = 3
 
 
 class Answer(NamedTuple):
     """For ``(rows, frames)``. positions: ``(22, 3)`` units, relative to the hips. rotations: ``(22, 4)``,
-    unit, in aligned form. moves: ``(3,)``, see ``Form.moves``."""
+    unit, in aligned form. moves: ``(3,)``, see ``Features.moves``."""
 
     positions: Tensor
     rotations: Tensor

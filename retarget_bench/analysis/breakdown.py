@@ -16,8 +16,8 @@ from retarget_bench.evaluation.tasks import levels
 from retarget_bench.motion.roles import BODY_PARTS
 from retarget_bench.results import case_metadata, compatibility, store
 from retarget_bench.results.columns import Key
-from retarget_bench.results.result_matrix import Panel, Row
-from retarget_bench.results.store import Place
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
+from retarget_bench.results.store import ResultPaths
 
 By = Literal["pair", "clip", "kind", "structure", "level", "joint", "part", "seen", "second", "threshold"]
 CURVES: tuple[By, ...] = ("second", "threshold")
@@ -27,7 +27,7 @@ NameOf = Callable[[str, str], str]
 """From a target and one of its joints to the group of the joint."""
 
 
-def broken_down(panel: Panel, by: By) -> list[Panel]:
+def breakdown(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
     """A panel per group, in alphabetical order (body parts from the trunk outwards).
 
     ``joint`` and ``part`` have the values that are known per joint, averaged within a case over the
@@ -47,13 +47,13 @@ def broken_down(panel: Panel, by: By) -> list[Panel]:
 
 
 # ----------------------------------------------------------------------------------------------- marks
-def _by_mark(panel: Panel, groups: Mapping[str, str]) -> list[Panel]:
+def _by_mark(panel: ResultMatrix, groups: Mapping[str, str]) -> list[ResultMatrix]:
     """A panel per group; case -> its group, in the order in which groups are to stand."""
     names = np.array([groups[info.id] for info in panel.cases])
     return [panel.restricted(names == name, name) for name in dict.fromkeys(groups.values())]
 
 
-def structures_of(panel: Panel) -> dict[str, str]:
+def structures_of(panel: ResultMatrix) -> dict[str, str]:
     """Case -> the structure of its target, by name. Raises BenchError where results do not say it."""
     found: dict[str, str] = {}
     for row in panel.rows:
@@ -68,7 +68,7 @@ def structures_of(panel: Panel) -> dict[str, str]:
     return dict(sorted(groups.items(), key=lambda pair: pair[1]))
 
 
-def _levels(panel: Panel) -> dict[str, str]:
+def _levels(panel: ResultMatrix) -> dict[str, str]:
     conditions = {
         case: each for row in panel.rows for case, each in case_metadata.read_conditions(row.place).items()
     }
@@ -82,8 +82,8 @@ def _levels(panel: Panel) -> dict[str, str]:
 
 
 # ---------------------------------------------------------------------------------------------- joints
-def _by_joint(panel: Panel, by: By) -> list[Panel]:
-    values = {key: value for key, value in panel.values.items() if value["index"] == "joint"}
+def _by_joint(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
+    values = {key: value for key, value in panel.values.items() if value.index == "joint"}
     if not values:
         raise BenchError(f"{panel.dataset}, {panel.split}: no value is known per joint; run bench score")
     newest = compatibility.newest(row.header for row in panel.rows)
@@ -95,7 +95,7 @@ def _by_joint(panel: Panel, by: By) -> list[Panel]:
         draws.append([_joint_means(panel, place, fresh, name_of) for place in row.places])
     groups = {group for row in draws for draw in row for group in draw}
     order = {part: rank for rank, part in enumerate(BODY_PARTS)}
-    plain = {key: {**value, "index": ""} for key, value in values.items()}
+    plain = {key: replace(value, index="") for key, value in values.items()}
     return [
         replace(
             panel,
@@ -110,7 +110,7 @@ def _by_joint(panel: Panel, by: By) -> list[Panel]:
     ]
 
 
-def _part_of(row: Row) -> NameOf:
+def _part_of(row: MethodRow) -> NameOf:
     parts = case_metadata.read_parts(row.place)
     if parts is None:
         raise BenchError(
@@ -126,7 +126,7 @@ def _own_name(target: str, joint: str) -> str:
 
 
 def _joint_means(
-    panel: Panel, place: Place, values: set[str], name_of: NameOf
+    panel: ResultMatrix, place: ResultPaths, values: set[str], name_of: NameOf
 ) -> dict[str, dict[Key, np.ndarray]]:
     """Group -> (value id, "") -> ``(cases,)``: the mean over the joints of the group."""
     position = {info.id: number for number, info in enumerate(panel.cases)}
@@ -155,8 +155,8 @@ def _joint_means(
 
 
 # -------------------------------------------------------------------------------------------- curves
-def _by_point(panel: Panel, by: By) -> list[Panel]:
-    values = {key: {**value, "index": ""} for key, value in panel.values.items() if value["index"] == by}
+def _by_point(panel: ResultMatrix, by: By) -> list[ResultMatrix]:
+    values = {key: replace(value, index="") for key, value in panel.values.items() if value.index == by}
     if not values:
         raise BenchError(f"{panel.dataset}, {panel.split}: no value is a curve over {by}; run bench score")
     points = {index for value, index in panel.keys if value in values}
@@ -186,12 +186,12 @@ def _at_point(draw: Mapping[Key, np.ndarray], values: Collection[str], point: st
     return {(value, ""): draw[value, point] for value in values if (value, point) in draw}
 
 
-def lasting(panel: Panel, seconds: int) -> Panel:
+def lasting(panel: ResultMatrix, seconds: int) -> ResultMatrix:
     """The cases that last so many whole seconds, as curves over seconds tell.
 
     Raises BenchError where results have no such curve.
     """
-    curves = {key for key, value in panel.values.items() if value["index"] == "second"}
+    curves = {key for key, value in panel.values.items() if value.index == "second"}
     if not curves:
         raise BenchError(
             f"{panel.dataset}, {panel.split}: results do not say how long clips last; bench score adds it "
@@ -205,13 +205,13 @@ def lasting(panel: Panel, seconds: int) -> Panel:
 
 
 # ------------------------------------------------------------------------------------------------ seen
-def _by_seen(panel: Panel) -> list[Panel]:
+def _by_seen(panel: ResultMatrix) -> list[ResultMatrix]:
     """By whether training had the characters and the motion (NKN's four groups).
 
     What counts is what a method's own weights were trained on; for untrained methods the marks of the
     data set, or where it has none those of the first trained method.
     """
-    manifests = [row.header["method"].get("trained_on") for row in panel.rows]
+    manifests = [row.header.method.trained_on for row in panel.rows]
     fallback: Any = next((each for each in manifests if each), None)
     names = []
     for row, manifest in zip(panel.rows, manifests, strict=True):

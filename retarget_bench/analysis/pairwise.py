@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
@@ -15,7 +14,8 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import compatibility
-from retarget_bench.results.result_matrix import Panel, Row
+from retarget_bench.results.header import DeclaredValue
+from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 
 LEAST_CLIPS = 6
 """With fewer, no pattern of signs is rare enough: 2 of 2^5 is more than 5 %."""
@@ -33,7 +33,7 @@ class Difference:
     """
 
     value: str
-    facts: Mapping[str, Any]
+    facts: DeclaredValue
     first: float
     second: float
     difference: float
@@ -54,13 +54,13 @@ class Difference:
             return "few"
         if self.adjusted >= ALPHA:
             return "open"
-        if self.facts["better"] == "none":
+        if self.facts.better == "none":
             return "higher" if self.difference > 0 else "lower"
-        return "first" if (self.difference > 0) == (self.facts["better"] == "higher") else "second"
+        return "first" if (self.difference > 0) == (self.facts.better == "higher") else "second"
 
 
 @dataclass(frozen=True)
-class Versus:
+class PairwiseComparison:
     """Two methods on one split of one data set; ``notes`` are what a reader must know of them."""
 
     dataset: str
@@ -71,7 +71,7 @@ class Versus:
     notes: tuple[str, ...]
 
 
-def find(panel: Panel, name: str) -> Row | None:
+def find(panel: ResultMatrix, name: str) -> MethodRow | None:
     """The row of a method by its label, or by what means the same; None where it has no results here."""
     rows = {row.label: row for row in panel.rows}
     label = label_of(name, rows)
@@ -83,7 +83,7 @@ def label_of(name: str, labels: Collection[str]) -> str | None:
     return next((each for each in (name, _canonical(name)) if each in labels), None)
 
 
-def unknown(panels: Sequence[Panel], name: str) -> BenchError:
+def unknown(panels: Sequence[ResultMatrix], name: str) -> BenchError:
     """The error for a method that has no results at all: it lists those that have, close names first."""
     labels = sorted({row.label for panel in panels for row in panel.rows})
     if close := difflib.get_close_matches(name, labels, 3, 0.5):
@@ -98,13 +98,15 @@ def _canonical(name: str) -> str:
         return name
 
 
-def versus(panel: Panel, first: Row, second: Row, values: Sequence[str]) -> Versus:
+def compare(
+    panel: ResultMatrix, first: MethodRow, second: MethodRow, values: Sequence[str]
+) -> PairwiseComparison:
     """The differences of two rows of a panel, of those values that both have a number for.
 
     p-values are adjusted by Holm over the values compared here. Raises BenchError where the two were
     scored on different data.
     """
-    contents = [row.header["dataset"]["content"] for row in (first, second)]
+    contents = [row.header.dataset.content for row in (first, second)]
     if contents[0] != contents[1]:
         raise BenchError(
             f"{first.label} and {second.label} were scored on different data called {panel.dataset} "
@@ -113,7 +115,7 @@ def versus(panel: Panel, first: Row, second: Row, values: Sequence[str]) -> Vers
     found = [_difference(panel, first, second, value) for value in values]
     differences = [each for each in found if each is not None]
     adjusted = statistics.holm(np.array([each.p for each in differences]))
-    return Versus(
+    return PairwiseComparison(
         dataset=panel.dataset,
         split=panel.split,
         first=first.label,
@@ -125,7 +127,7 @@ def versus(panel: Panel, first: Row, second: Row, values: Sequence[str]) -> Vers
     )
 
 
-def _difference(panel: Panel, first: Row, second: Row, value: str) -> Difference | None:
+def _difference(panel: ResultMatrix, first: MethodRow, second: MethodRow, value: str) -> Difference | None:
     numbers = [row.number((value, "")) for row in (first, second)]
     if numbers[0] is None or numbers[1] is None:
         return None
@@ -135,9 +137,9 @@ def _difference(panel: Panel, first: Row, second: Row, value: str) -> Difference
         return None
     both, clips = both[:, there], panel.clips[there]
     facts = panel.values[value]
-    scale = statistics.losses(both, facts) if facts["better"] == "target" else both
+    scale = statistics.losses(both, facts.better, facts.goal) if facts.better == "target" else both
     pair = statistics.per_clip(scale, clips)
-    apart = statistics.differences(pair[:1], pair[1:], facts["tolerance"])
+    apart = statistics.differences(pair[:1], pair[1:], facts.tolerance)
     means = statistics.per_clip(both, clips).mean(axis=1)
     p = float(statistics.sign_flip(apart)[0])
     return Difference(
@@ -155,17 +157,17 @@ def _difference(panel: Panel, first: Row, second: Row, value: str) -> Difference
     )
 
 
-def _notes(first: Row, second: Row) -> list[str]:
+def _notes(first: MethodRow, second: MethodRow) -> list[str]:
     notes = []
     for row in (first, second):
-        method, counts = row.header["method"], row.header["counts"]
-        if method["privileged"]:
-            seen = ", ".join(name.replace("_", " ") for name in method["privileged"])
+        method, counts = row.header.method, row.header.counts
+        if method.privileged:
+            seen = ", ".join(name.replace("_", " ") for name in method.privileged)
             notes.append(f"{row.label} sees {seen}")
-        if method["control"]:
+        if method.control:
             notes.append(f"{row.label} is a control")
-        if counts["ok"] < counts["asked"]:
-            notes.append(f"{row.label} answered {counts['ok']} of {counts['asked']} cases")
+        if counts.ok < counts.asked:
+            notes.append(f"{row.label} answered {counts.ok} of {counts.asked} cases")
         if len(row.draws) > 1:
             notes.append(f"{row.label}: mean of {len(row.draws)} seeds in every case")
     one, two = (compatibility.metric_versions(row.header) for row in (first, second))

@@ -9,12 +9,12 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
 import numpy as np
 
 from retarget_bench.analysis.protocols import PROTOCOL
 from retarget_bench.errors import BenchError
+from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.store import Results
 
 CONSTANT = 1e-6
@@ -26,7 +26,7 @@ NOTHING = 1e-9
 
 
 @dataclass(frozen=True)
-class Reading:
+class ProtocolReading:
     """One protocol's number for a method on a split.
 
     value: mean over clips of the mean per clip. cases: ``(id, number)`` of every case that has it.
@@ -74,7 +74,7 @@ class Explanation:
     dataset: str
     split: str
     method: str
-    readings: tuple[Reading, ...]
+    readings: tuple[ProtocolReading, ...]
     factors: tuple[Factor, ...]
 
 
@@ -84,9 +84,9 @@ def explain(results: Results, selves: Results | None = None) -> Explanation:
     selves: the same method on the split self, which legacy protocols pool into intra.
     Raises BenchError where the results declare no protocol or have no number of any.
     """
-    declared: Mapping[str, Mapping[str, Any]] = results.header["values"]
-    label = results.header["method"]["label"]
-    known = {id_: value for id_, value in declared.items() if value.get("protocol")}
+    declared: Mapping[str, DeclaredValue] = results.header.values
+    label = results.header.method.label
+    known = {id_: value for id_, value in declared.items() if value.protocol}
     if not known:
         raise BenchError(
             f"the results of {label} do not say what their position protocols are (they were written by an "
@@ -98,16 +98,16 @@ def explain(results: Results, selves: Results | None = None) -> Explanation:
         raise BenchError(f"{label} has no position error on {results.place.split}: no case has a reference")
     factors = tuple(_factor(a, b) for a, b in combinations(readings, 2))
     header = results.header
-    if header["method"].get("stochastic") and (seeds := header.get("seeds")):
+    if header.method.stochastic and (seeds := header.seeds):
         label += f", seed {seeds[0]}"
-    return Explanation(header["dataset"]["label"], results.place.split, label, readings, factors)
+    return Explanation(header.dataset.label, results.place.split, label, readings, factors)
 
 
 def _reading(
-    id_: str, value: Mapping[str, Any], results: Results, selves: Results | None
-) -> Reading | None:
+    id_: str, value: DeclaredValue, results: Results, selves: Results | None
+) -> ProtocolReading | None:
     pooled = [results]
-    if value["with_self"] and results.place.split == "intra" and selves is not None:
+    if value.with_self and results.place.split == "intra" and selves is not None:
         pooled.append(selves)
     cases, by_clip = {}, {}  # type: dict[str, float], dict[str, list[float]]
     for each in pooled:
@@ -119,11 +119,11 @@ def _reading(
     if not cases:
         return None
     mean = float(np.mean([np.mean(numbers) for numbers in by_clip.values()]))
-    facts = {**value["protocol"], "unit": value["unit"]}
-    return Reading(id_, value["label"], value["unit"], mean, cases, len(by_clip), facts)
+    facts = {**value.protocol, "unit": value.unit}
+    return ProtocolReading(id_, value.label, value.unit, mean, cases, len(by_clip), facts)
 
 
-def _factor(first: Reading, second: Reading) -> Factor:
+def _factor(first: ProtocolReading, second: ProtocolReading) -> Factor:
     comparable = (
         first.cases.keys() == second.cases.keys() or first.facts["self pairs"] != second.facts["self pairs"]
     )

@@ -2,20 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from retarget_bench.analysis.breakdown import By, broken_down, structures_of
-from retarget_bench.analysis.summary import Section, section
-from retarget_bench.results.result_matrix import Panel, panels
-from retarget_bench.results.store import Place
+from retarget_bench.analysis.breakdown import By, breakdown, structures_of
+from retarget_bench.analysis.summary import SplitSummary, split_summary
+from retarget_bench.results.header import ResultHeader
+from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
+from retarget_bench.results.store import ResultPaths
 
 
 @dataclass(frozen=True)
-class Half:
+class SeenPart:
     """One method alone, on the cases whose targets are of structures that its weights know, or not.
 
     seen:       whether its training manifest has the structures.
@@ -26,20 +26,20 @@ class Half:
     label: str
     seen: bool
     structures: tuple[str, ...]
-    sections: tuple[Section, ...]
+    sections: tuple[SplitSummary, ...]
 
 
-def halves(places: Iterable[Place], by: By) -> list[Half]:
+def seen_and_unseen(places: Iterable[ResultPaths], by: By) -> list[SeenPart]:
     """Two halves of every method that was trained on some of the structures that it answered for and not on
     others, the seen one first; nothing of all other methods.
 
     by: what every half is broken down by. Raises BenchError where the results of a trained method do not
     say of what structure bodies are, or do not know what they are to be broken down by.
     """
-    return [half for panel in panels(places) for half in _of_panel(panel, by)]
+    return [half for panel in result_matrices(places) for half in _of_panel(panel, by)]
 
 
-def _of_panel(panel: Panel, by: By) -> list[Half]:
+def _of_panel(panel: ResultMatrix, by: By) -> list[SeenPart]:
     known = {row.label: _known(row.header) for row in panel.rows}
     if not any(known.values()):
         return []
@@ -53,13 +53,13 @@ def _of_panel(panel: Panel, by: By) -> list[Half]:
         if not known[row.label] or not (had & answered).any() or not (~had & answered).any():
             continue
         for seen, mine in ((True, had), (False, ~had)):
-            parts = broken_down(alone.restricted(mine, ""), by)
+            parts = breakdown(alone.restricted(mine, ""), by)
             names = tuple(sorted(set(structures[mine & answered].tolist())))
-            found.append(Half(row.label, seen, names, tuple(section(part) for part in parts)))
+            found.append(SeenPart(row.label, seen, names, tuple(split_summary(part) for part in parts)))
     return found
 
 
-def _answered(alone: Panel) -> np.ndarray:
+def _answered(alone: ResultMatrix) -> np.ndarray:
     """``(cases,)`` bool: where a panel's only method has any number."""
     found = np.zeros(len(alone.cases), dtype=bool)
     for key in alone.keys:
@@ -67,7 +67,7 @@ def _answered(alone: Panel) -> np.ndarray:
     return found
 
 
-def _known(header: Mapping[str, Any]) -> frozenset[str]:
+def _known(header: ResultHeader) -> frozenset[str]:
     """The structures that the weights behind a result were trained on; none where there are no weights."""
-    trained = header["method"].get("trained_on") or {}
+    trained = header.method.trained_on or {}
     return frozenset(trained.get("structures", ()))

@@ -8,10 +8,8 @@ intervals and p-values on every machine.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 
@@ -236,17 +234,17 @@ def differences(first: np.ndarray, second: np.ndarray, tolerance: float) -> np.n
     return np.where(np.abs(apart) <= tolerance, 0.0, apart)
 
 
-def losses(numbers: np.ndarray, value: Mapping[str, Any]) -> np.ndarray:
+def losses(numbers: np.ndarray, better: str, goal: float = 1.0) -> np.ndarray:
     """Numbers of a value on a scale of which less is better: negated, or |log(number / goal)|.
 
-    value: what its header declares: ``better`` and ``goal``.
+    better, goal: as the value's header declares them.
     """
-    if value["better"] == "higher":
+    if better == "higher":
         return -numbers
-    if value["better"] != "target":
+    if better != "target":
         return numbers
     with np.errstate(divide="ignore", invalid="ignore"):
-        away = np.abs(np.log(numbers / value["goal"]))
+        away = np.abs(np.log(numbers / goal))
     farthest = np.log(FARTHEST_RATIO)
-    away = np.where(numbers / value["goal"] <= 0, farthest, np.minimum(away, farthest))
+    away = np.where(numbers / goal <= 0, farthest, np.minimum(away, farthest))
     return np.where(np.isnan(numbers), np.nan, away)

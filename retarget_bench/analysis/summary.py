@@ -4,19 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 import numpy as np
 
 from retarget_bench.analysis import statistics
-from retarget_bench.analysis.breakdown import By, broken_down, lasting
+from retarget_bench.analysis.breakdown import By, breakdown, lasting
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics as sets
 from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.set_metrics import SetValue
-from retarget_bench.results.result_matrix import Panel, panels
-from retarget_bench.results.store import Place
+from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
+from retarget_bench.results.store import ResultPaths
 
 COVERAGE = 0.95
 """A method that answered a smaller share of the cases is listed, and not ranked."""
@@ -61,7 +61,7 @@ class Ranking:
 
 
 @dataclass
-class Score:
+class MethodSummary:
     """One method on one split.
 
     means:  value id -> Mean; a value that no case has is absent. Of ranked methods over the common cases.
@@ -72,7 +72,7 @@ class Score:
     """
 
     label: str
-    header: Mapping[str, Any]
+    header: ResultHeader
     means: dict[str, Mean]
     curves: dict[str, dict[str, Mean]]
     fps: float | None
@@ -81,11 +81,11 @@ class Score:
 
     @property
     def asked(self) -> int:
-        return int(self.header["counts"]["asked"])
+        return self.header.counts.asked
 
     @property
     def ok(self) -> int:
-        return int(self.header["counts"]["ok"])
+        return self.header.counts.ok
 
     @property
     def unranked(self) -> str:
@@ -94,7 +94,7 @@ class Score:
 
 
 @dataclass
-class Section:
+class SplitSummary:
     """All methods on one split of one data set, or on one part of it.
 
     part:     which group of the cases, or joints, this is; "" for all.
@@ -104,27 +104,29 @@ class Section:
     dataset: str
     split: str
     notes: list[str]
-    scores: list[Score]
+    scores: list[MethodSummary]
     pairs: int
     clips: int
     frames: int
-    values: dict[str, Mapping[str, Any]] = field(default_factory=dict)
+    values: dict[str, DeclaredValue] = field(default_factory=dict)
     rankings: dict[str, Ranking] = field(default_factory=dict)
     part: str = ""
 
 
-def unranked(header: Mapping[str, Any]) -> str:
+def unranked(header: ResultHeader) -> str:
     """Why a method with this header is not ranked; "" where it is."""
-    method, counts = header["method"], header["counts"]
-    if method["control"]:
+    method, counts = header.method, header.counts
+    if method.control:
         return "control"
-    if method["privileged"]:
-        return "sees " + ", ".join(name.replace("_", " ") for name in method["privileged"])
-    enough = counts["ok"] >= COVERAGE * counts["asked"]
-    return "" if enough else f"answered {counts['ok']} of {counts['asked']}"
+    if method.privileged:
+        return "sees " + ", ".join(name.replace("_", " ") for name in method.privileged)
+    enough = counts.ok >= COVERAGE * counts.asked
+    return "" if enough else f"answered {counts.ok} of {counts.asked}"
 
 
-def sections(places: Iterable[Place], by: By | None = None, at_least: int | None = None) -> list[Section]:
+def split_summaries(
+    places: Iterable[ResultPaths], by: By | None = None, at_least: int | None = None
+) -> list[SplitSummary]:
     """The results at these places, by data set and split (self, intra, cross).
 
     by: one section per group: ``pair``, ``clip``, ``kind``, ``joint``, ``part`` (of the body), ``seen``
@@ -134,32 +136,32 @@ def sections(places: Iterable[Place], by: By | None = None, at_least: int | None
     Numbers on other data, or of another version of a metric, than the newest of a data set are left out.
     Raises BenchError where results do not know what they are to be broken down by, or how long cases last.
     """
-    found = panels(places)
+    found = result_matrices(places)
     if at_least is not None:
         found = [panel for panel in (lasting(each, at_least) for each in found) if len(panel.cases)]
         if not found:
             raise BenchError(f"no case lasts {at_least} s and has a reference; ask for less")
     made = [
-        section(part) for panel in found for part in ([panel] if by is None else broken_down(panel, by))
+        split_summary(part) for panel in found for part in ([panel] if by is None else breakdown(panel, by))
     ]
     for each in made if at_least is not None else []:
         each.notes.append(f"Only clips of {at_least} s or longer.")
     return made
 
 
-def section(panel: Panel) -> Section:
+def split_summary(panel: ResultMatrix) -> SplitSummary:
     """All methods of a panel with their means, curves and ranks."""
     own = [info for info, own in zip(panel.cases, panel.own, strict=True) if own]
     scores = [
-        Score(
+        MethodSummary(
             row.label, row.header, {}, {}, _fps(row.place), sets=[] if panel.part else sets.read(row.place)
         )
         for row in panel.rows
     ]
-    made = Section(
+    made = SplitSummary(
         dataset=panel.dataset,
         split=panel.split,
-        notes=list(panel.rows[0].header["dataset"]["notes"]),
+        notes=list(panel.rows[0].header.dataset.notes),
         scores=scores,
         pairs=len({info.pair for info in own}),
         clips=len({info.clip for info in own}),
@@ -182,7 +184,7 @@ def section(panel: Panel) -> Section:
         if index:
             continue
         _add_spreads(made, panel, value, [common if each else None for each in among])
-        if panel.values[value]["better"] != "none" and among.any():
+        if panel.values[value].better != "none" and among.any():
             made.rankings[value] = _ranking(panel, value, numbers, among, left_out)
     return made
 
@@ -214,16 +216,17 @@ def _means(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
 
 
 def _ranking(
-    panel: Panel, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
+    panel: ResultMatrix, value: str, numbers: np.ndarray, among: np.ndarray, left_out: Mapping[int, str]
 ) -> Ranking:
     labels = [row.label for row in panel.rows]
     # by name, so that equals stand in one order however the results were listed
     at = np.array(sorted(np.flatnonzero(among), key=lambda row: labels[row]))
-    worse = statistics.losses(numbers[at], panel.values[value])
+    declared = panel.values[value]
+    worse = statistics.losses(numbers[at], declared.better, declared.goal)
     there = ~np.isnan(worse).any(axis=0)
     per_clip = statistics.per_clip(worse[:, there], panel.clips[there])
     order = np.argsort(per_clip.mean(axis=1), kind="stable")
-    best, p = statistics.against_best(per_clip, panel.values[value]["tolerance"])
+    best, p = statistics.against_best(per_clip, declared.tolerance)
     adjusted = {labels[at[i]]: float(p[i]) for i in order if i != best}
     return Ranking(
         order=tuple(labels[at[i]] for i in order),
@@ -235,7 +238,9 @@ def _ranking(
     )
 
 
-def _add_spreads(section: Section, panel: Panel, value: str, common: Sequence[np.ndarray | None]) -> None:
+def _add_spreads(
+    section: SplitSummary, panel: ResultMatrix, value: str, common: Sequence[np.ndarray | None]
+) -> None:
     """The spread over seeds, of methods that ran with several: of the mean over the same cases."""
     for score, row, kept in zip(section.scores, panel.rows, common, strict=True):
         if value in score.means and len(row.draws) > 1:
@@ -245,7 +250,7 @@ def _add_spreads(section: Section, panel: Panel, value: str, common: Sequence[np
             score.spread[value] = float(means.std(ddof=1))
 
 
-def _fps(place: Place) -> float | None:
+def _fps(place: ResultPaths) -> float | None:
     times = timing.read(place)
     seconds = sum(second for _, second in times)
     return sum(frames for frames, _ in times) / seconds if seconds > 0 else None

@@ -6,10 +6,10 @@ import numpy as np
 
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.summary import Ranking
-from retarget_bench.results.result_matrix import Panel
+from retarget_bench.results.result_matrix import ResultMatrix
 
 
-def told_apart(panel: Panel, ranking: Ranking, value: str) -> np.ndarray:
+def separated(panel: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
     """``(methods, methods)`` bool, symmetric, in the order of the ranking: whose difference is significant.
 
     Every method is compared with those below it as the best is in the table: sign flips over the same
@@ -18,20 +18,21 @@ def told_apart(panel: Panel, ranking: Ranking, value: str) -> np.ndarray:
     """
     labels = [row.label for row in panel.rows]
     numbers = panel.numbers((value, ""))[[labels.index(label) for label in ranking.order]]
-    worse = statistics.losses(numbers, panel.values[value])
+    declared = panel.values[value]
+    worse = statistics.losses(numbers, declared.better, declared.goal)
     there = ~np.isnan(worse).any(axis=0)
     means = statistics.per_clip(worse[:, there], panel.clips[there])
     count = len(means)
     apart = np.zeros((count, count), dtype=bool)
     for row in range(count - 1):
-        differences = statistics.differences(means[row + 1 :], means[row], panel.values[value]["tolerance"])
+        differences = statistics.differences(means[row + 1 :], means[row], declared.tolerance)
         p = statistics.holm(statistics.sign_flip(differences), count * (count - 1) // 2)
         apart[row, row + 1 :] = p < statistics.ALPHA
     found: np.ndarray = apart | apart.T
     return found
 
 
-def cliques(apart: np.ndarray) -> list[tuple[int, ...]]:
+def tie_groups(apart: np.ndarray) -> list[tuple[int, ...]]:
     """All largest groups of which no two members are told apart; groups of one are left out.
 
     apart: ``(n, n)`` bool, symmetric. Piepho's (2004) insert and absorb: begin with one group of all, and

@@ -69,13 +69,13 @@ def command(
     """
     del plugins
     from retarget_bench import files
-    from retarget_bench.commands.train import Voice
+    from retarget_bench.commands.train import ConsoleReporter
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins import registry
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.tables.rendering import WITH_INTERVALS
     from retarget_bench.training import ablating
-    from retarget_bench.training.train import Asked
+    from retarget_bench.training.train import TrainingOptions
 
     spec = Spec.parse(method)
     data = registry.canonical("datasets", options.dataset_spec(dataset, root))
@@ -83,18 +83,18 @@ def command(
     ablation = ablating.find(spec, table)
     ablating.check(ablation, tested)
     # "" for no budget of one's own: a folder that was trained under one must not pass for this
-    asked = Asked(spec, data, preset, budget or "", seed, jobs=jobs, device=device)
-    voice: Any = Voice()
+    asked = TrainingOptions(spec, data, preset, budget or "", seed, jobs=jobs, device=device)
+    reporter: Any = ConsoleReporter()
     try:
-        trained = ablating.train_rows(ablation, asked, out, voice)
+        trained = ablating.train_rows(ablation, asked, out, reporter)
     finally:
-        voice.close()
+        reporter.close()
     wanted = ablating.plan_of(ablation, trained, tested, out / "results", jobs)
     planning.carry_out(wanted, "bench ablate")
     found = ablating.numbers_of(wanted, trained)
     on, by = (plan.dataset(each).label.strip() for each in (data, tested))
     recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
-    made = ablating.table(ablation, trained, found, ablating.Told(on, by, recipe))
+    made = ablating.table(ablation, trained, found, ablating.AblationFacts(on, by, recipe))
     written = WITH_INTERVALS[form]([made])
     if output is None:
         click.echo(written, nl=False)

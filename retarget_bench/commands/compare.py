@@ -12,9 +12,9 @@ from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
-    from retarget_bench.analysis.pairwise import Versus
-    from retarget_bench.results.result_matrix import Panel
-    from retarget_bench.results.store import Place
+    from retarget_bench.analysis.pairwise import PairwiseComparison
+    from retarget_bench.results.result_matrix import ResultMatrix
+    from retarget_bench.results.store import ResultPaths
 
 FORMATS = ("text", "md", "csv")
 
@@ -71,7 +71,7 @@ def command(
         click.echo(f"wrote {output}")
 
 
-def _places(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[Place]:
+def _places(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[ResultPaths]:
     """Results under the roots, self pairs always among them: some values of other splits pool them."""
     from retarget_bench.results import store
 
@@ -81,7 +81,7 @@ def _places(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -
 
 def _panels(
     roots: Sequence[Path], dataset: str | None, splits: Sequence[str], names: Sequence[str]
-) -> list[Panel]:
+) -> list[ResultMatrix]:
     """The results under the roots; only those of the named methods are read, where each has some."""
     from retarget_bench.analysis import pairwise
     from retarget_bench.results import result_matrix as panel
@@ -93,17 +93,17 @@ def _panels(
     if not places:
         where = f" of {dataset}" if dataset else ""
         raise BenchError(f"no results{where} in {', '.join(map(str, roots))}; bench run makes some")
-    labels = [store.read_header(place.header)["method"]["label"] for place in places]
+    labels = [store.read_header(place.header).method.label for place in places]
     wanted = {pairwise.label_of(name, labels) for name in names}
     if wanted and None not in wanted:
         places = [place for place, label in zip(places, labels, strict=True) if label in wanted]
-    return [each for each in panel.panels(places) if each.split in splits]
+    return [each for each in panel.result_matrices(places) if each.split in splits]
 
 
-def _checked(panels: Sequence[Panel], wanted: list[str] | None) -> list[str] | None:
+def _checked(panels: Sequence[ResultMatrix], wanted: list[str] | None) -> list[str] | None:
     """The values asked for; raises BenchError for one that no result has, or that is a curve."""
     declared = {key: value for panel in panels for key, value in panel.values.items()}
-    known = sorted(key for key, value in declared.items() if not value["index"])
+    known = sorted(key for key, value in declared.items() if not value.index)
     for key in wanted or []:
         if key not in known:
             kind = "is a curve" if key in declared else "is a value of no result"
@@ -113,7 +113,7 @@ def _checked(panels: Sequence[Panel], wanted: list[str] | None) -> list[str] | N
     return wanted
 
 
-def _values(panel: Panel, wanted: list[str] | None, everything: bool) -> list[str]:
+def _values(panel: ResultMatrix, wanted: list[str] | None, everything: bool) -> list[str]:
     """Value ids to compare on a split: those asked for, all, or the columns of a table."""
     from retarget_bench.tables.builder import FIRST_SIGHT, stand_in
 
@@ -125,8 +125,8 @@ def _values(panel: Panel, wanted: list[str] | None, everything: bool) -> list[st
 
 
 def _of_labels(
-    panels: Sequence[Panel], first: str, second: str, values: Sequence[Sequence[str]]
-) -> list[Versus]:
+    panels: Sequence[ResultMatrix], first: str, second: str, values: Sequence[Sequence[str]]
+) -> list[PairwiseComparison]:
     from retarget_bench.analysis import pairwise
 
     for name in (first, second):
@@ -136,26 +136,26 @@ def _of_labels(
     for panel, asked in zip(panels, values, strict=True):
         one, two = pairwise.find(panel, first), pairwise.find(panel, second)
         if one and two:
-            found.append(pairwise.versus(panel, one, two, asked))
+            found.append(pairwise.compare(panel, one, two, asked))
     return _filled(found, f"{first} and {second}")
 
 
 def _of_folders(
-    panels: Sequence[Panel], folders: Sequence[Path], values: Sequence[Sequence[str]]
-) -> list[Versus]:
+    panels: Sequence[ResultMatrix], folders: Sequence[Path], values: Sequence[Sequence[str]]
+) -> list[PairwiseComparison]:
     from retarget_bench.analysis import pairwise
 
     found = []
     for panel, asked in zip(panels, values, strict=True):
         one, two = (
-            {row.header["method"]["label"]: row for row in panel.rows if row.place.root == folder}
+            {row.header.method.label: row for row in panel.rows if row.place.root == folder}
             for folder in folders
         )
-        found += [pairwise.versus(panel, one[label], two[label], asked) for label in one if label in two]
+        found += [pairwise.compare(panel, one[label], two[label], asked) for label in one if label in two]
     return _filled(found, " and ".join(map(str, folders)))
 
 
-def _filled(found: Sequence[Versus], names: str) -> list[Versus]:
+def _filled(found: Sequence[PairwiseComparison], names: str) -> list[PairwiseComparison]:
     """Those with any difference to show."""
     filled = [each for each in found if each.differences]
     if not filled:

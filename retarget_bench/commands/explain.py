@@ -42,7 +42,7 @@ def command(
     if not places:
         raise BenchError(f"no results in {root}; bench run makes some")
     found = {place: store.read_results(place) for place in places}
-    labels = {place: each.header["method"]["label"] for place, each in found.items()}
+    labels = {place: each.header.method.label for place, each in found.items()}
     wanted = [p for p in places if method in (None, labels[p]) and split in (None, p.split)]
     if not wanted:
         there = sorted({f"{labels[place]} on {place.split}" for place in places})

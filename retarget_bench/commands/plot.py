@@ -47,5 +47,7 @@ def recall(
 
     canvas.ending(output)
     places = plot_options.places(roots, dataset, methods, splits)
-    picture.draw(output, summary.sections(places), by_height, plot_options.page(width, no_title, roots))
+    picture.draw(
+        output, summary.split_summaries(places), by_height, plot_options.page(width, no_title, roots)
+    )
     click.echo(f"wrote {output}")

@@ -12,7 +12,7 @@ from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
     from retarget_bench.figures.plotting.canvas import Page
-    from retarget_bench.results.store import Place
+    from retarget_bench.results.store import ResultPaths
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -78,7 +78,7 @@ def places(
     methods: Sequence[str],
     splits: Sequence[str],
     task: str = "retarget",
-) -> list[Place]:
+) -> list[ResultPaths]:
     """The results asked for, of one data set. Raises BenchError where there are none, or of several."""
     from retarget_bench.results import store
 
@@ -96,7 +96,7 @@ def places(
     return _of_methods(asked, methods) if methods else asked
 
 
-def _instead(found: Sequence[Place], dataset: str | None, splits: Sequence[str]) -> str:
+def _instead(found: Sequence[ResultPaths], dataset: str | None, splits: Sequence[str]) -> str:
     """What to ask for instead, to get some of the results that there are."""
     asked = [place for place in found if place.dataset == dataset] or found
     there = sorted({(place.dataset, place.split) for place in asked}, key=lambda each: each[::-1])
@@ -115,7 +115,7 @@ def _instead(found: Sequence[Place], dataset: str | None, splits: Sequence[str])
 
 def task_places(
     roots: Sequence[Path], dataset: str | None, methods: Sequence[str], task: str
-) -> list[Place]:
+) -> list[ResultPaths]:
     """The results of a task, of one data set and with the same levels. Raises BenchError otherwise."""
     found = places(roots, dataset, (), ("self",), task)
     if len(folders := sorted({place.task for place in found})) > 1:
@@ -129,16 +129,16 @@ def task_places(
     return _of_methods(found, methods) if methods else found
 
 
-def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
+def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
     """The results of these methods, in the order of the names. Raises BenchError for an unknown one."""
     from retarget_bench.analysis import pairwise
     from retarget_bench.results import result_matrix, store
 
-    label_of = {place: str(store.read_header(place.header)["method"]["label"]) for place in places}
-    chosen: list[Place] = []
+    label_of = {place: store.read_header(place.header).method.label for place in places}
+    chosen: list[ResultPaths] = []
     for name in names:
         label = pairwise.label_of(name, set(label_of.values()))
         if label is None:
-            raise pairwise.unknown(result_matrix.panels(places), name)
+            raise pairwise.unknown(result_matrix.result_matrices(places), name)
         chosen += [place for place in places if label_of[place] == label and place not in chosen]
     return chosen

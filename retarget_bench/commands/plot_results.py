@@ -13,7 +13,7 @@ from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
     from retarget_bench.motion.character import Character
-    from retarget_bench.results.store import Place
+    from retarget_bench.results.store import ResultPaths
 
 ERROR = "mpjpe_h.world"
 RESULTS = "\n\nRESULTS: folders written by `bench run`. [default: runs]"
@@ -37,11 +37,11 @@ def _command(name: str, value: str, told: str) -> click.Command:
         no_title: bool,
     ) -> None:
         from retarget_bench.figures.plotting import canvas
-        from retarget_bench.results.result_matrix import panels
+        from retarget_bench.results.result_matrix import result_matrices
 
         canvas.ending(output)
         picture: Any = importlib.import_module(f"retarget_bench.figures.plotting.{name}")
-        found = panels(plot_options.places(roots, dataset, methods, splits))
+        found = result_matrices(plot_options.places(roots, dataset, methods, splits))
         picture.draw(output, found, value, plot_options.page(width, no_title, roots))
         click.echo(f"wrote {output}")
 
@@ -106,25 +106,25 @@ def joints(
     """
     from retarget_bench.figures.plotting import canvas
     from retarget_bench.figures.plotting import joints as picture
-    from retarget_bench.results.result_matrix import panels
+    from retarget_bench.results.result_matrix import result_matrices
 
     canvas.ending(output)
     places = plot_options.places(roots, dataset, methods, (split,))
-    (found,) = panels(places)
+    (found,) = result_matrices(places)
     bodies = None if dots else _bodies(places[0], root)
     picture.draw(output, found, value, bodies, structure, plot_options.page(width, no_title, roots))
     click.echo(f"wrote {output}")
 
 
-def _bodies(place: Place, root: str | None) -> dict[str, Character]:
+def _bodies(place: ResultPaths, root: str | None) -> dict[str, Character]:
     """The characters of the data set that results are of. Raises BenchError where it is not here."""
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins import registry
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.results import store
 
-    told = store.read_header(place.header)["dataset"]
-    spec = Spec(str(told["name"]), dict(told.get("parameters", {})))
+    told = store.read_header(place.header).dataset
+    spec = Spec(told.name, told.parameters)
     try:
         data = plan.dataset(
             registry.canonical("datasets", spec if root is None else spec.with_parameters(root=root))

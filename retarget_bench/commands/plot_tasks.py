@@ -31,7 +31,7 @@ def denoise(
 
     canvas.ending(output)
     places = plot_options.task_places(roots, dataset, methods, "denoise")
-    sections, apart = summary.sections(places, "level"), seen_unseen.halves(places, "level")
+    sections, apart = summary.split_summaries(places, "level"), seen_unseen.seen_and_unseen(places, "level")
     picture.draw(output, sections, apart, plot_options.page(width, no_title, roots))
     click.echo(f"wrote {output}")
 
@@ -57,7 +57,7 @@ def upsample(
 
     canvas.ending(output)
     places = plot_options.task_places(roots, dataset, methods, "upsample")
-    sections, apart = summary.sections(places, "level"), seen_unseen.halves(places, "level")
+    sections, apart = summary.split_summaries(places, "level"), seen_unseen.seen_and_unseen(places, "level")
     major = picture.major_share(places)
     picture.draw(output, sections, major, apart, plot_options.page(width, no_title, roots))
     click.echo(f"wrote {output}")

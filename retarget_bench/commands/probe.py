@@ -15,7 +15,7 @@ from retarget_bench.plugins.spec import Spec
 
 if TYPE_CHECKING:
     from retarget_bench.api import CaseInfo, Dataset
-    from retarget_bench.results.store import Place
+    from retarget_bench.results.store import ResultPaths
     from retarget_bench.verification.probe.asking import Reply, Subject
     from retarget_bench.verification.probe.probes import Probe
 
@@ -160,10 +160,10 @@ def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> b
         for spec, replies in answers.items():
             click.echo(report.listing(str(spec), replies))
     else:
-        places: list[Place] = []
+        places: list[ResultPaths] = []
         for spec, replies in answers.items():
             places += report.store(spec, data, replies, out)
-        found = summary.sections(places)
+        found = summary.split_summaries(places)
         click.echo(RENDERERS["text"](builder.tables(found, builder.all_columns(found)[:-1])))
     off = [
         sentence for spec, replies in answers.items() for sentence in report.findings(str(spec), replies)

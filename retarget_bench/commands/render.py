@@ -15,7 +15,7 @@ from retarget_bench.errors import BenchError
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-    from retarget_bench.viewer.drawing import Look
+    from retarget_bench.viewer.drawing import DrawingStyle
     from retarget_bench.viewer.scene import Scene
 
 VIEWS = ("three-quarter", "front", "side")
@@ -99,7 +99,7 @@ def command(
     """
     del plugins
     from retarget_bench.viewer import clips
-    from retarget_bench.viewer.drawing import Look
+    from retarget_bench.viewer.drawing import DrawingStyle
 
     kind = clips.ending(output)
     if sheet and kind != clips.STILL:
@@ -108,7 +108,7 @@ def command(
         raise BenchError("--fps and --every both say which frames are shown; give one of them")
     scene = scene_of(names, **source)
     frames = chosen(scene, start, end, fps, every)
-    look = Look(size or (1280, 720), view, overlay, skin, camera)
+    look = DrawingStyle(size or (1280, 720), view, overlay, skin, camera)
     if sheet:
         written = _sheet(output, scene, look, frames, columns, size)
     elif kind == clips.STILL:
@@ -147,18 +147,18 @@ def _one(scene: Scene, frames: Sequence[int], frame: int | None) -> int:
     return frame - 1
 
 
-def _still(output: Path, scene: Scene, look: Look, frame: int) -> str:
+def _still(output: Path, scene: Scene, look: DrawingStyle, frame: int) -> str:
     from retarget_bench.viewer import clips
-    from retarget_bench.viewer.drawing import Picture
+    from retarget_bench.viewer.drawing import Drawing
 
-    clips.write_still(output, Picture(scene, look, [frame]).at(frame))
+    clips.write_still(output, Drawing(scene, look, [frame]).at(frame))
     return f"frame {frame + 1}, {look.size[0]} x {look.size[1]} pixels"
 
 
 def _sheet(
     output: Path,
     scene: Scene,
-    look: Look,
+    look: DrawingStyle,
     frames: Sequence[int],
     columns: int,
     size: tuple[int, int] | None,
@@ -174,14 +174,14 @@ def _sheet(
     return f"{len(shown)} moments, {look.size[0]} x {look.size[1]} pixels"
 
 
-def _clip(output: Path, scene: Scene, look: Look, frames: Sequence[int], rate: float) -> str:
+def _clip(output: Path, scene: Scene, look: DrawingStyle, frames: Sequence[int], rate: float) -> str:
     from tqdm import tqdm
 
     from retarget_bench.viewer import clips
-    from retarget_bench.viewer.drawing import Picture
+    from retarget_bench.viewer.drawing import Drawing
 
     clips.check_length(output, look.size, len(frames))
-    picture = Picture(scene, look, frames)
+    picture = Drawing(scene, look, frames)
 
     def drawn() -> Iterator[Image]:
         for frame in tqdm(frames, desc="draw", unit="frame", leave=False, disable=None):

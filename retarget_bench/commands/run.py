@@ -32,5 +32,5 @@ def command(methods: tuple[str, ...], **given: Any) -> None:
     there = [place for place in places if place.header.exists()]
     if not there:
         raise BenchError(f"no results in {plan.root}, and --redo never makes none")
-    click.echo(text(builder.tables(summary.sections(there))))
+    click.echo(text(builder.tables(summary.split_summaries(there))))
     click.echo(f"All values: bench table {plan.root} --all. Rows lie in {plan.root}/.")

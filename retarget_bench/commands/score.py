@@ -40,7 +40,7 @@ def command(what: tuple[str, ...], name: str | None, **given: Any) -> None:
         raise BenchError(f"--name is what a folder's method is called, and {what[0]} is no folder")
     plan = planning.make_plan(what, stage="score", **given)
     places = planning.carry_out(plan, "bench score")
-    found = summary.sections(place for place in places if place.header.exists())
+    found = summary.split_summaries(place for place in places if place.header.exists())
     click.echo(text(builder.tables(found)), nl=False)
 
 

@@ -132,7 +132,7 @@ def _tables(
         return task_tables(places, task, by)
     if task in DERIVED and columns is not None and task != "reconstruct":
         by = by or BY[task]
-    found = summary.sections(places, by, at_least)
+    found = summary.split_summaries(places, by, at_least)
     wanted: tuple[str, ...] = builder.FIRST_SIGHT
     if everything:
         # nobody times probes, nor derived tasks
@@ -141,7 +141,7 @@ def _tables(
     elif columns is not None:
         wanted = tuple(column.strip() for column in columns.split(",") if column.strip())
         if by is None and (over := builder.curve_index(found, wanted)):
-            by, found = over, summary.sections(places, over, at_least)
+            by, found = over, summary.split_summaries(places, over, at_least)
     return builder.tables(found, wanted, by or "")
 
 

@@ -16,9 +16,9 @@ from retarget_bench.plugins.spec import Spec
 if TYPE_CHECKING:
     from retarget_bench.training.checkpoint import Checkpoint
     from retarget_bench.training.config import Precision
-    from retarget_bench.training.loop import Moment
+    from retarget_bench.training.loop import TrainingStatus
     from retarget_bench.training.request import Request
-    from retarget_bench.training.train import Asked, Trained
+    from retarget_bench.training.train import TrainingOptions, TrainingResult
 
 
 @click.command("train")
@@ -86,26 +86,26 @@ def command(
     if method is None and not resume:
         raise click.UsageError("say which METHOD to train, or --resume --out DIR to go on with a run")
     from retarget_bench.training import parallel
-    from retarget_bench.training.train import Asked, train
+    from retarget_bench.training.train import TrainingOptions, train
 
     data = _data(datasets, root)
-    asked = Asked(
+    asked = TrainingOptions(
         *(Spec.parse(method) if method else None, data, preset, budget, seed, init, out, resume, jobs),
         device=device,
         precision=precision,
     )
-    voice = Voice()
+    reporter = ConsoleReporter()
     try:
-        done = train(asked, voice)
+        done = train(asked, reporter)
     except KeyboardInterrupt:
-        voice.close()
+        reporter.close()
         click.echo(f"bench: interrupted{_how_to_go_on(asked)}", err=True)
         return 130
     except BenchError as error:
         parallel.record(error)
         raise
     finally:
-        voice.close()
+        reporter.close()
     if _first():
         click.echo(_ending(done))
     return 0
@@ -113,13 +113,13 @@ def command(
 
 def _data(datasets: tuple[str, ...], root: str | None) -> Spec | None:
     """The data set that ``-d`` and ``--root`` name, or several of them as one."""
-    from retarget_bench.training.joint_datasets import spec_of
+    from retarget_bench.training.joint_datasets import joint_spec
 
     if not datasets:
         if root is not None:
             raise click.UsageError("--root says where a data set lies; say by -d which one")
         return None
-    spec = spec_of([Spec.parse(each) for each in datasets])
+    spec = joint_spec([Spec.parse(each) for each in datasets])
     if not spec.posts:
         return options.dataset_spec(str(spec), root)
     if root is not None:
@@ -134,7 +134,7 @@ def _first() -> bool:
     return os.environ.get("RANK", "0") == "0"
 
 
-class Voice:
+class ConsoleReporter:
     """A bar for gathering motion and one for training, and a line for every validation."""
 
     def __init__(self) -> None:
@@ -178,19 +178,19 @@ class Voice:
             disable=None,
         )
 
-    def show(self, moment: Moment) -> None:
-        self._bar.update((round(moment.seconds) if self._timed else moment.step) - self._bar.n)
-        losses = _losses(moment)
-        best = f"best {moment.best.score:.2f} at {moment.best.step}" if moment.best else ""
-        self._bar.set_postfix_str(f"step {moment.step}, {losses} {best}".strip(), refresh=False)
-        if moment.validation is not None:
-            mark = " (best so far)" if moment.best and moment.best.step == moment.step else ""
+    def show(self, status: TrainingStatus) -> None:
+        self._bar.update((round(status.seconds) if self._timed else status.step) - self._bar.n)
+        losses = _losses(status)
+        best = f"best {status.best.score:.2f} at {status.best.step}" if status.best else ""
+        self._bar.set_postfix_str(f"step {status.step}, {losses} {best}".strip(), refresh=False)
+        if status.validation is not None:
+            mark = " (best so far)" if status.best and status.best.step == status.step else ""
             self.say(
-                f"step {moment.step}, {_time(moment.seconds)}: {losses}; "
-                f"validation {_scores(moment.validation)}{mark}"
+                f"step {status.step}, {_time(status.seconds)}: {losses}; "
+                f"validation {_scores(status.validation)}{mark}"
             )
-            if moment.problem:
-                self.say(f"not every validation case got an answer: {moment.problem}")
+            if status.problem:
+                self.say(f"not every validation case got an answer: {status.problem}")
 
     def close(self) -> None:
         if self._bar is not None:
@@ -198,10 +198,10 @@ class Voice:
             self._bar = None
 
 
-def _losses(moment: Moment) -> str:
+def _losses(status: TrainingStatus) -> str:
     """The sum of each phase's terms."""
     sums: dict[str, float] = {}
-    for name, value in moment.losses.items():
+    for name, value in status.losses.items():
         phase, _, term = name.partition(".")
         if term != "norm":
             sums[phase] = sums.get(phase, 0.0) + value
@@ -223,7 +223,7 @@ def _time(seconds: float) -> str:
     return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
 
 
-def _how_to_go_on(asked: Asked) -> str:
+def _how_to_go_on(asked: TrainingOptions) -> str:
     from retarget_bench.training import checkpoint
     from retarget_bench.training.train import folder_of
 
@@ -232,13 +232,13 @@ def _how_to_go_on(asked: Asked) -> str:
     return f". {_again(asked)} goes on from the last checkpoint."
 
 
-def _again(asked: Asked) -> str:
+def _again(asked: TrainingOptions) -> str:
     where = f" --out {asked.out}" if asked.out else ""
     method = f" '{asked.method}'" if asked.method else ""
     return f"bench train{method} --resume{where}"
 
 
-def _ending(done: Trained) -> str:
+def _ending(done: TrainingResult) -> str:
     from retarget_bench.training.joint_datasets import tested
     from retarget_bench.training.request import without_places
 

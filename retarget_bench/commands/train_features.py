@@ -50,16 +50,18 @@ def command(
     from retarget_bench.evaluation import plan
     from retarget_bench.training.features import data as material
     from retarget_bench.training.features import network
-    from retarget_bench.training.features.train import Recipe, train
+    from retarget_bench.training.features.train import FeatureTrainingConfig, train
 
     spec = options.dataset_spec(dataset, root)
     data, folder = plan.dataset(spec), out or network.own_folder()
-    recipe = Recipe(seed=seed) if steps is None else Recipe(seed=seed, steps=steps)
+    config = (
+        FeatureTrainingConfig(seed=seed) if steps is None else FeatureTrainingConfig(seed=seed, steps=steps)
+    )
     for source in material.sources(data, structures):
         with tqdm(desc=f"motion for {source.structure}", unit="body", leave=False, disable=None) as bar:
             clips = material.gather(spec, source, jobs, _mover(bar))
-        with tqdm(total=recipe.steps, desc=source.structure, unit="step", leave=False, disable=None) as bar:
-            made = train(source, clips, _facts(spec, data, source), folder, recipe, _shower(bar))
+        with tqdm(total=config.steps, desc=source.structure, unit="step", leave=False, disable=None) as bar:
+            made = train(source, clips, _facts(spec, data, source), folder, config, _shower(bar))
         click.echo(_line(made.card, folder))
 
 

@@ -20,7 +20,7 @@ RATE = 30.0
 
 
 @dataclass(frozen=True, eq=False)
-class Schedule:
+class ContactLabels:
     """Which joints of the target should be planted when.
 
     joints:  ``(contacts,)`` joint indices of the target.
@@ -141,7 +141,7 @@ class Comparison:
         return contact_roles(self.target)
 
     @cached_property
-    def schedule(self) -> Schedule | None:
+    def schedule(self) -> ContactLabels | None:
         """The contacts asked for: the case's own labels where it has them, else the reference's by speed.
 
         None where there is neither, or no labelled joint exists on the target.
@@ -154,7 +154,7 @@ class Comparison:
         return self._schedule(joints, planted(self.expected[:, joints], self.height, self.fps))
 
     @cached_property
-    def source_schedule(self) -> Schedule | None:
+    def source_schedule(self) -> ContactLabels | None:
         """The contacts of the source by speed, for the contact joints that both bodies have."""
         at_source, joints = self.shared(self.contact_roles)
         height = float(self.case.source.character.height)
@@ -162,7 +162,7 @@ class Comparison:
             return None
         return self._schedule(joints, planted(self.case.source.positions[:, at_source], height, self.fps))
 
-    def _labelled(self) -> Schedule | None:
+    def _labelled(self) -> ContactLabels | None:
         contacts = self.case.contacts
         assert contacts is not None
         labels = np.asarray(contacts.planted, dtype=bool)
@@ -181,9 +181,9 @@ class Comparison:
 
     def _schedule(
         self, joints: Sequence[int], labels: np.ndarray, pivots: np.ndarray | None = None
-    ) -> Schedule:
+    ) -> ContactLabels:
         found = planted(self.predicted[:, joints], self.height, self.fps)
-        return Schedule(
+        return ContactLabels(
             np.asarray(joints), labels, found, np.zeros_like(labels) if pivots is None else pivots
         )
 

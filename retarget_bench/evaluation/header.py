@@ -5,7 +5,7 @@ from __future__ import annotations
 import platform
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import UTC, datetime
 from functools import lru_cache
 from importlib import metadata
@@ -14,124 +14,111 @@ from typing import Any
 
 import retarget_bench
 from retarget_bench.api import Dataset, Method, Metric, SetMetric
-from retarget_bench.evaluation import score
 from retarget_bench.evaluation.plan import (
-    Cell,
+    EvaluationUnit,
     method,
     metric_versions,
     metrics,
     set_metrics,
-    value_facts,
     without_location,
 )
 from retarget_bench.evaluation.predict import declared
 from retarget_bench.evaluation.set_metrics.real import offers
 from retarget_bench.plugins import registry
-from retarget_bench.results.store import SCHEMA, STATUSES, Entry
+from retarget_bench.results.header import (
+    ELSEWHERE,
+    Counts,
+    DatasetInfo,
+    DeclaredValue,
+    MethodInfo,
+    Problem,
+    ResultHeader,
+)
+from retarget_bench.results.store import CaseResult
 
 PACKAGES = ("numpy", "scipy", "torch")
 
 
-def header_of(cell: Cell, entries: Sequence[Entry]) -> dict[str, Any]:
-    """The header for a finished cell; plain data, ready for JSON."""
-    plan = cell.plan
-    data = cell.data
-    return _sets(cell) | {
-        "schema": SCHEMA,
-        "keys": cell.keys,
-        "task": plan.task,
-        "split": cell.split,
-        "method": _method(cell),
-        "dataset": {
-            "name": cell.dataset.name,
-            "parameters": without_location(cell.dataset),
-            "label": data.label,
-            "version": data.card.version,
-            "content": data.content,
-            "notes": list(data.notes),
-        },
-        "metrics": metric_versions(plan.metrics),
-        "values": _values(metrics(plan.metrics)),
-        "counts": {"asked": len(entries)}
-        | {status: sum(entry.status == status for entry in entries) for status in STATUSES},
-        "problems": _problems(entries),
-        "seeds": [plan.seed],
-        "device": "cpu",
-        "threads": 1,
-        "versions": versions(),
-        "revision": revision(),
-        "date": datetime.now(UTC).isoformat(timespec="seconds"),
+def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHeader:
+    """The header of a finished unit."""
+    plan = unit.plan
+    data = unit.data
+    asked = set_metrics(plan.metrics)
+    return ResultHeader(
+        set_values=_values(asked),
+        networks=unit.networks,
+        # what tables need to know of structures that answers without references are of
+        four_legged=tuple(_four_legged(data)) if asked and offers(data) else None,
+        keys=unit.keys,
+        task=plan.task,
+        split=unit.split,
+        method=_method(unit),
+        dataset=DatasetInfo(
+            name=unit.dataset.name,
+            parameters=without_location(unit.dataset),
+            label=data.label,
+            version=data.card.version,
+            content=data.content,
+            notes=tuple(data.notes),
+        ),
+        metrics=metric_versions(plan.metrics),
+        values=_values(metrics(plan.metrics)),
+        counts=Counts.of(entry.status for entry in entries),
+        problems=_problems(entries),
+        seeds=(plan.seed,),
+        device="cpu",
+        threads=1,
+        versions=versions(),
+        revision=revision(),
+        date=datetime.now(UTC).isoformat(timespec="seconds"),
+    )
+
+
+def _method(unit: EvaluationUnit) -> MethodInfo:
+    common: dict[str, Any] = {
+        "name": unit.method.name,
+        "label": str(unit.known_as),
+        "parameters": dict(unit.known_as.parameters),
+        "posts": tuple(_posts(unit)),
+        "code": unit.prediction_facts["code"],
     }
+    if unit.plan.external:
+        return MethodInfo(**common, origin=ELSEWHERE, privileged=(), control=False)
+    asked = method(unit.method)
+    return MethodInfo(
+        **common,
+        summary=str(getattr(asked.card, "summary", "")),
+        origin=registry.find("methods", unit.method.name).origin,
+        version=str(getattr(asked.card, "version", "")),
+        privileged=declared(asked, "needs"),
+        control=bool(getattr(asked.card, "control", False)),
+        stochastic=bool(getattr(asked.card, "stochastic", False)),
+        trained_on=_manifest(asked),
+    )
 
 
-def _method(cell: Cell) -> dict[str, Any]:
-    common = {
-        "name": cell.method.name,
-        "label": str(cell.known_as),
-        "summary": "" if cell.plan.external else str(getattr(method(cell.method).card, "summary", "")),
-        "parameters": dict(cell.known_as.parameters),
-        **_posts(cell),
-    }
-    if cell.plan.external:
-        return common | {
-            "origin": "predictions made elsewhere",
-            "version": "",
-            "code": cell.prediction_facts["code"],
-            "privileged": [],
-            "control": False,
-            "stochastic": False,
-        }
-    card = method(cell.method).card
-    return common | {
-        "origin": registry.find("methods", cell.method.name).origin,
-        "version": str(getattr(card, "version", "")),
-        "code": cell.prediction_facts["code"],
-        "privileged": list(declared(method(cell.method), "needs")),
-        "control": bool(getattr(card, "control", False)),
-        "stochastic": bool(getattr(card, "stochastic", False)),
-        "trained_on": _manifest(method(cell.method)),
-    }
-
-
-def _posts(cell: Cell) -> dict[str, Any]:
-    """What was done to the method's answers, in order; nothing where nothing was."""
-    found = []
-    for post in cell.known_as.posts:
+def _posts(unit: EvaluationUnit) -> Iterator[dict[str, Any]]:
+    """What was done to the method's answers, in order."""
+    for post in unit.known_as.posts:
         facts: dict[str, Any] = {"name": post.name, "parameters": dict(post.parameters)}
-        if not cell.plan.external:
-            card = registry.create("posts", post).card
-            origin = registry.find("posts", post.name).origin
-            facts |= {"version": str(card.version), "origin": origin}
-        found.append(facts)
-    return {"posts": found} if found else {}
+        if not unit.plan.external:
+            version = str(registry.create("posts", post).card.version)
+            facts |= {"version": version, "origin": registry.find("posts", post.name).origin}
+        yield facts
 
 
-def _manifest(asked: Method) -> dict[str, list[str]] | None:
+def _manifest(asked: Method) -> dict[str, tuple[str, ...]] | None:
     """What a method's weights were trained on (characters, structures, kinds, clips); None: untrained."""
     manifest = getattr(asked, "training_manifest", None)
-    return None if manifest is None else {key: list(map(str, names)) for key, names in manifest.items()}
+    return None if manifest is None else {key: tuple(map(str, names)) for key, names in manifest.items()}
 
 
-def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, Any]:
+def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, DeclaredValue]:
     """Value id -> what tables need to know of it, its metric included."""
-    owner = {value.id: metric.card.name for metric in asked for value in metric.card.values}
     return {
-        key: {**value_facts(value), "needs": list(value.needs), "metric": owner[key]}
-        for key, value in score.declared_values(asked).items()
-    }
-
-
-def _sets(cell: Cell) -> dict[str, Any]:
-    """What is declared of values of whole sets and what makes their features; nothing without any."""
-    asked = set_metrics(cell.plan.metrics)
-    if not asked:
-        return {}
-    data = cell.data
-    return {
-        "set_values": _values(asked),
-        "networks": cell.networks,
-        # what tables need to know of structures that answers without references are of
-        **({"four_legged": _four_legged(data)} if offers(data) else {}),
+        value.id: DeclaredValue.of(value, metric.card.name)
+        for metric in asked
+        for value in metric.card.values
     }
 
 
@@ -139,16 +126,16 @@ def _four_legged(data: Dataset) -> list[str]:
     return sorted({body.structure for body in data.characters().values() if body.four_legged})
 
 
-def _problems(entries: Sequence[Entry]) -> list[dict[str, Any]]:
+def _problems(entries: Sequence[CaseResult]) -> tuple[Problem, ...]:
     """Cases without values, those with the same status and message together."""
     grouped: dict[tuple[str, str], list[str]] = {}
     for entry in entries:
         if entry.status != "ok":
             grouped.setdefault((entry.status, entry.message), []).append(entry.case)
-    return [
-        {"status": status, "message": message, "cases": sorted(cases)}
+    return tuple(
+        Problem(status=status, message=message, cases=tuple(sorted(cases)))
         for (status, message), cases in sorted(grouped.items())
-    ]
+    )
 
 
 @lru_cache(maxsize=1)

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
 
 from retarget_bench import motion
-from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, Value
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import comparison
 from retarget_bench.evaluation.batches import RULE, batches
@@ -99,7 +99,7 @@ def _built(names: tuple[str, ...]) -> tuple[Any, ...]:
 
 
 @dataclass(frozen=True)
-class Cell:
+class EvaluationUnit:
     """One method on one split of one data set: a result file and what it is known by.
 
     draw: which of several seeds of a stochastic method this is; ``plan.seed`` is that seed.
@@ -125,10 +125,10 @@ class Cell:
         return self.method if self.plan.external else known_as(self.method)
 
     @cached_property
-    def place(self) -> store.Place:
+    def place(self) -> store.ResultPaths:
         name = self.known_as.slug + (f".seed-{self.draw}" if self.draw else "")
         task = Spec.parse(self.plan.task).slug
-        return store.Place(self.plan.root, dataset_slug(self.dataset), task, self.split, name)
+        return store.ResultPaths(self.plan.root, dataset_slug(self.dataset), task, self.split, name)
 
     @cached_property
     def prediction_facts(self) -> dict[str, Any]:
@@ -189,7 +189,7 @@ class Cell:
         return digest(f"{self.keys['prediction_key']}\n{case_id}", 16)
 
 
-def cells(plan: Plan) -> list[Cell]:
+def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
     """Every cell of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
     if unknown := [split for split in plan.splits if split not in SPLITS]:
         raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
@@ -200,7 +200,7 @@ def cells(plan: Plan) -> list[Cell]:
         for split in dict.fromkeys(plan.splits):
             if split in offered:
                 found += [
-                    Cell(replace(plan, seed=plan.seed + draw), spec, split, each, draw)
+                    EvaluationUnit(replace(plan, seed=plan.seed + draw), spec, split, each, draw)
                     for each in dict.fromkeys(methods)
                     for draw in range(_draws(plan, each))
                 ]
@@ -295,10 +295,3 @@ def folder_hash(folder: Path) -> str:
     if not found:
         raise BenchError(f"{folder} holds no .npz or .bvh file; give the folder with the predictions")
     return files_hash(found)
-
-
-def value_facts(value: Value) -> Mapping[str, Any]:
-    """What a table needs to know of a value, as plain data for the header."""
-    names = ("label", "meaning", "unit", "better", "goal", "tolerance", "index", "with_self", "formula")
-    facts = {name: getattr(value, name) for name in names}
-    return facts | ({"protocol": dict(value.protocol)} if value.protocol else {})

@@ -200,7 +200,7 @@ def _one_line(error: BaseException) -> str:
 
 
 # --------------------------------------------------------------------------------------------- context
-class Clips(Sequence[Prediction]):
+class ReferenceClips(Sequence[Prediction]):
     """Reference motions of other cases, loaded when they are indexed."""
 
     def __init__(self, load: Callable[[CaseInfo], Case], infos: Sequence[CaseInfo]) -> None:
@@ -213,10 +213,10 @@ class Clips(Sequence[Prediction]):
     @overload
     def __getitem__(self, index: int) -> Prediction: ...
     @overload
-    def __getitem__(self, index: slice) -> Clips: ...
-    def __getitem__(self, index: int | slice) -> Prediction | Clips:
+    def __getitem__(self, index: slice) -> ReferenceClips: ...
+    def __getitem__(self, index: int | slice) -> Prediction | ReferenceClips:
         if isinstance(index, slice):
-            return Clips(self._load, self._infos[index])
+            return ReferenceClips(self._load, self._infos[index])
         reference = self._load(self._infos[index]).reference
         if reference is None:
             raise NotSupported("needs reference motions, and this data set has none")
@@ -245,9 +245,9 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
             anywhere = _clips_of_target(dataset, case.info, dataset.card.splits)
             others = [info for info in anywhere if info.clip != case.info.clip]
         if "target_motions" in needs:
-            context = replace(context, target_motions=Clips(dataset.load, own))
+            context = replace(context, target_motions=ReferenceClips(dataset.load, own))
         if "other_clips" in needs:
-            context = replace(context, other_clips=Clips(dataset.load, others))
+            context = replace(context, other_clips=ReferenceClips(dataset.load, others))
     return context
 
 

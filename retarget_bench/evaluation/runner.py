@@ -7,24 +7,24 @@ from typing import Any
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.header import header_of
-from retarget_bench.evaluation.plan import Cell, Plan, cells, dataset, set_metrics
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
 from retarget_bench.evaluation.process_pool import Executor, LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import evaluate
 from retarget_bench.evaluation.worker import Stop, work
 from retarget_bench.results import case_metadata, store
-from retarget_bench.results.store import Entry, Place
+from retarget_bench.results.store import CaseResult, ResultPaths
 
 Progress = Callable[[int, int], None]
 """Called with the number of cases done and of all that are to be asked."""
 
 
-def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> list[Place]:
+def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> list[ResultPaths]:
     """Compute what a plan lacks and return the places of its results.
 
     Interrupted at any moment, it keeps what was finished; the next run goes on from there.
     """
-    wanted = _with_cases(plan, cells(plan))
+    wanted = _with_cases(plan, evaluation_units(plan))
     todo = {cell: cases for cell in wanted if (cases := _wanted_cases(cell))}
     keep = plan.stage != "predict"
     done = {cell: _begun(cell) if keep else {} for cell in todo}
@@ -40,7 +40,7 @@ def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> lis
     return [cell.place for cell in wanted]
 
 
-def _finish(pool: Executor, done: Mapping[Cell, Mapping[str, Entry]]) -> None:
+def _finish(pool: Executor, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]) -> None:
     """Values of sets, then rows, then the header, which says that all is there."""
     for cell in _with_sets(pool, done):
         listed = [done[cell][info.id] for info in cell.infos]
@@ -49,7 +49,9 @@ def _finish(pool: Executor, done: Mapping[Cell, Mapping[str, Entry]]) -> None:
         set_files.clear(cell.place)
 
 
-def _with_sets(pool: Executor, done: Mapping[Cell, Mapping[str, Entry]]) -> Iterator[Cell]:
+def _with_sets(
+    pool: Executor, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]
+) -> Iterator[EvaluationUnit]:
     """The cells as the values of their sets are written; those without any first."""
     waiting = [cell for cell in done if set_metrics(cell.plan.metrics)]
     yield from (cell for cell in done if cell not in waiting)
@@ -71,7 +73,7 @@ def _with_sets(pool: Executor, done: Mapping[Cell, Mapping[str, Entry]]) -> Iter
         yield waiting[answer.job]
 
 
-def _wanted_cases(cell: Cell) -> list[str]:
+def _wanted_cases(cell: EvaluationUnit) -> list[str]:
     """All cases of a cell, or none where its results are complete and up to date."""
     wanted = [info.id for info in cell.infos]
     redo = cell.plan.redo
@@ -83,15 +85,15 @@ def _wanted_cases(cell: Cell) -> list[str]:
         header = store.read_header(cell.place.header)
     except FileError:
         return wanted
-    counts = header["counts"]
-    if header["keys"] != cell.keys or counts["asked"] != len(wanted):
+    counts = header.counts
+    if header.keys != cell.keys or counts.asked != len(wanted):
         return wanted
-    if counts["missing"]:
+    if counts.missing:
         return wanted
-    return wanted if redo == "failed" and counts["failed"] + counts["invalid"] else []
+    return wanted if redo == "failed" and counts.failed + counts.invalid else []
 
 
-def _begun(cell: Cell) -> dict[str, Entry]:
+def _begun(cell: EvaluationUnit) -> dict[str, CaseResult]:
     """The entries that an interrupted run left, unless they are to be made anew."""
     found = store.open_journal(cell.place, cell.keys, anew=cell.plan.redo != "missing")
     kept = {case: entry for case, entry in found.items() if entry.status != "missing"}
@@ -105,7 +107,7 @@ def _begun(cell: Cell) -> dict[str, Entry]:
 
 
 def _jobs(
-    todo: Mapping[Cell, Sequence[str]], done: Mapping[Cell, Mapping[str, Entry]]
+    todo: Mapping[EvaluationUnit, Sequence[str]], done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]
 ) -> list[dict[str, Any]]:
     """One job per case with all methods that lack it, so that a case is loaded once; and one per batch of
     a method that takes several at once, whole if it lacks any of it."""
@@ -133,7 +135,7 @@ def _jobs(
 
 def _answers(
     pool: Executor, jobs: Sequence[dict[str, Any]], progress: Progress
-) -> Iterator[tuple[Place, Entry]]:
+) -> Iterator[tuple[ResultPaths, CaseResult]]:
     """Entries as they come. A job that killed its worker is tried again, one method and one case at a
     time, so that it costs the method and the case that did it and no other."""
     again: list[dict[str, Any]] = []
@@ -149,7 +151,7 @@ def _answers(
         progress(count, total + len(again))
     for number, answer in enumerate(pool.run(work, again), count + 1):
         ((_, place, wanted),) = again[answer.job]["cells"]
-        lost = [(place, Entry(case, "failed", answer.error)) for case in wanted]
+        lost = [(place, CaseResult(case, "failed", answer.error)) for case in wanted]
         yield from lost if answer.error else _entries(answer.result)
         progress(number, total + len(again))
 
@@ -168,13 +170,13 @@ def _apart(job: Mapping[str, Any]) -> list[dict[str, Any]]:
     ]
 
 
-def _entries(result: list[tuple[Place, Entry]] | Stop) -> list[tuple[Place, Entry]]:
+def _entries(result: list[tuple[ResultPaths, CaseResult]] | Stop) -> list[tuple[ResultPaths, CaseResult]]:
     if isinstance(result, Stop):
         raise BenchError(f"stopped: {result.reason}. What was finished is kept; run again to continue")
     return result
 
 
-def _with_cases(plan: Plan, found: list[Cell]) -> list[Cell]:
+def _with_cases(plan: Plan, found: list[EvaluationUnit]) -> list[EvaluationUnit]:
     """The cells that have cases; raises BenchError with the data set's own notes where none has, and with
     its splits where it has none of those asked for."""
     filled = [cell for cell in found if cell.infos]

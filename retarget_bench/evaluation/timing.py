@@ -13,12 +13,12 @@ from typing import Any
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.plan import Plan, cells, dataset, method
+from retarget_bench.evaluation.plan import Plan, dataset, evaluation_units, method
 from retarget_bench.evaluation.predict import context_for, predict
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.worker import know
 from retarget_bench.files import atomic
-from retarget_bench.results.store import Place, case_seed
+from retarget_bench.results.store import ResultPaths, case_seed
 
 CASES = 5
 REPEATS = 3
@@ -29,7 +29,9 @@ FIELDS = ("case", "frames", "seconds")
 def measure(plan: Plan) -> None:
     """Write times for every cell of a plan that has results but no times newer than them."""
     wanted = [
-        cell for cell in cells(plan) if plan.external is None and not cell.draw and _stale(cell.place)
+        cell
+        for cell in evaluation_units(plan)
+        if plan.external is None and not cell.draw and _stale(cell.place)
     ]
     jobs = [
         {"plan": plan, "dataset": cell.dataset, "method": cell.method, "cases": spread(cell.infos)}
@@ -74,7 +76,7 @@ def time_method(job: dict[str, Any]) -> list[tuple[str, int, float]]:
     return times
 
 
-def read(place: Place) -> list[tuple[int, float]]:
+def read(place: ResultPaths) -> list[tuple[int, float]]:
     """(frames, seconds) of the timed cases; empty where none were timed."""
     try:
         with place.timing.open(encoding="utf-8", newline="") as file:
@@ -85,13 +87,13 @@ def read(place: Place) -> list[tuple[int, float]]:
         raise FileError(place.timing, f"cannot be read as times ({error}); delete it") from error
 
 
-def _stale(place: Place) -> bool:
+def _stale(place: ResultPaths) -> bool:
     if not place.rows.exists():
         return False
     return not place.timing.exists() or place.timing.stat().st_mtime < place.rows.stat().st_mtime
 
 
-def _write(place: Place, times: Iterable[tuple[str, int, float]]) -> None:
+def _write(place: ResultPaths, times: Iterable[tuple[str, int, float]]) -> None:
     with atomic(place.timing) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(FIELDS)

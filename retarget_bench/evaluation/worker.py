@@ -22,7 +22,7 @@ from retarget_bench.files import write_text
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Entry, Place
+from retarget_bench.results.store import CaseResult, ResultPaths
 
 MISSING = Outcome("missing", "no prediction of this version is there; run bench predict, or bench run")
 
@@ -38,14 +38,14 @@ class Stop:
     reason: str
 
 
-def work(job: dict[str, Any]) -> list[tuple[Place, Entry]] | Stop:
+def work(job: dict[str, Any]) -> list[tuple[ResultPaths, CaseResult]] | Stop:
     """One job of ``run._jobs``: an entry per method and case that it lacks."""
     plan: Plan = job["plan"]
     know(plan.plugin_files)
     cases, lost = _loaded(job["dataset"], plan.task, job["split"], job["cases"])
     real = offers(dataset(job["dataset"], plan.task))
     found = [
-        (place, Entry(case, "failed", lost[case]))
+        (place, CaseResult(case, "failed", lost[case]))
         for _, place, wanted in job["cells"]
         for case in wanted
         if case in lost
@@ -73,15 +73,15 @@ def _loaded(
     return cases, lost
 
 
-def _entry(plan: Plan, place: Place, case: Case, outcome: Outcome, real: bool) -> Entry:
+def _entry(plan: Plan, place: ResultPaths, case: Case, outcome: Outcome, real: bool) -> CaseResult:
     if outcome.prediction is None or plan.stage == "predict":
-        return Entry(case.info.id, outcome.status, outcome.message)
+        return CaseResult(case.info.id, outcome.status, outcome.message)
     scored = stage_one.as_scored(outcome.prediction)
     _keep_features(plan, place, case, scored, real)
-    return Entry(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
+    return CaseResult(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
 
 
-def _keep_features(plan: Plan, place: Place, case: Case, scored: Prediction, real: bool) -> None:
+def _keep_features(plan: Plan, place: ResultPaths, case: Case, scored: Prediction, real: bool) -> None:
     """What set metrics need of the case, for when the cell is complete. Raises CannotStore."""
     if asked := set_metrics(plan.metrics):
         arrays = collect(asked, case, scored, real)
@@ -92,7 +92,12 @@ def _keep_features(plan: Plan, place: Place, case: Case, scored: Prediction, rea
 
 
 def _outcomes(
-    plan: Plan, data: Spec, spec: Spec, place: Place, keys: Mapping[str, str], cases: Mapping[str, Case]
+    plan: Plan,
+    data: Spec,
+    spec: Spec,
+    place: ResultPaths,
+    keys: Mapping[str, str],
+    cases: Mapping[str, Case],
 ) -> dict[str, Outcome]:
     """What came of every case that has a key: a prediction that is there, or a new one, which is then
     stored. All ``cases`` are asked where any is new."""
@@ -104,7 +109,7 @@ def _outcomes(
     return {case: outcome or made[case] for case, outcome in found.items()}
 
 
-def _kept(plan: Plan, place: Place, key: str, case: Case) -> Outcome | None:
+def _kept(plan: Plan, place: ResultPaths, key: str, case: Case) -> Outcome | None:
     """What need not be asked, or must not; None where the method is to be asked."""
     if plan.external is not None:
         return elsewhere(plan.external, case)
@@ -126,7 +131,7 @@ def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) ->
 
 
 # ------------------------------------------------------------------------------------- stored outcomes
-def _store(place: Place, key: str, case: Case, outcome: Outcome) -> None:
+def _store(place: ResultPaths, key: str, case: Case, outcome: Outcome) -> None:
     """A prediction as ``.npz``, a refusal or failure as ``.json``; never both. Raises CannotStore."""
     path = place.prediction(case.info.id)
     note = path.with_suffix(".json")
@@ -144,7 +149,7 @@ def _store(place: Place, key: str, case: Case, outcome: Outcome) -> None:
         raise CannotStore(f"{path}: cannot be replaced ({error.strerror})") from error
 
 
-def _stored(place: Place, key: str, case: Case) -> Outcome | None:
+def _stored(place: ResultPaths, key: str, case: Case) -> Outcome | None:
     """The outcome that an earlier run stored under this key, or None."""
     path = place.prediction(case.info.id)
     if path.exists():

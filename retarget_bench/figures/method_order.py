@@ -4,41 +4,43 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
-from retarget_bench.analysis.summary import Section, section
+from retarget_bench.analysis.summary import SplitSummary, split_summary
 from retarget_bench.api import TASKS
 from retarget_bench.figures import palette
 from retarget_bench.results import result_matrix, store
-from retarget_bench.results.result_matrix import Panel
-from retarget_bench.results.store import Place
+from retarget_bench.results.header import ResultHeader
+from retarget_bench.results.result_matrix import ResultMatrix
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.task_tables import COLUMNS
 
 
-def ranked(places: Iterable[Place]) -> dict[str, Mapping[str, Any]]:
+def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:
     """Label -> a header of its results: by rank in the first table (of retargeting, where there is one),
     then those that only later tables have."""
-    found: dict[str, Mapping[str, Any]] = {}
+    found: dict[str, ResultHeader] = {}
     for group in apart(places):
-        panels = result_matrix.panels(group)
+        panels = result_matrix.result_matrices(group)
         mains = {
             each.split: main for each in panels if (main := main_value(each, group[0].task)) is not None
         }
-        sections = [section(each.narrowed(mains[each.split])) for each in panels if each.split in mains]
+        sections = [
+            split_summary(each.narrowed(mains[each.split])) for each in panels if each.split in mains
+        ]
         headers = {row.label: row.header for each in reversed(panels) for row in reversed(each.rows)}
         for label in dict.fromkeys([*order(sections, mains), *sorted(headers)]):
             found.setdefault(label, headers[label])
     return found
 
 
-def everything(roots: Iterable[Path]) -> list[Place]:
+def everything(roots: Iterable[Path]) -> list[ResultPaths]:
     """All results under some folders, of every task: what ranks, and so colours, are of."""
     return [place for root in roots for task in TASKS for place in store.find_results(root, task)]
 
 
-def seats(ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[int, bool]]:
+def seats(ranked: Mapping[str, ResultHeader]) -> dict[str, tuple[int, bool]]:
     """Label -> its place among the methods or among the controls, from 0, and whether it is a control.
 
     ranked: label -> a header of its results, in the order of ``ranked``.
@@ -46,13 +48,13 @@ def seats(ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, tuple[int, bool]
     found: dict[str, tuple[int, bool]] = {}
     counts = {False: 0, True: 0}
     for label, header in ranked.items():
-        control = bool(header["method"]["control"])
+        control = header.method.control
         found[label] = counts[control], control
         counts[control] += 1
     return found
 
 
-def colours(ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
+def colours(ranked: Mapping[str, ResultHeader]) -> dict[str, str]:
     """Label -> ``#rrggbb``, the same in reports, plots, clips and live: controls are grey."""
     return {
         label: palette.control(place) if control else palette.colour(place)
@@ -60,17 +62,17 @@ def colours(ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, str]:
     }
 
 
-def apart(places: Iterable[Place]) -> list[list[Place]]:
+def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:
     """Places by task, retargeting first, and by what tables call the data set."""
-    groups: dict[tuple[int, str, str], list[Place]] = {}
+    groups: dict[tuple[int, str, str], list[ResultPaths]] = {}
     for place in places:
-        label = str(store.read_header(place.header)["dataset"]["label"])
+        label = store.read_header(place.header).dataset.label
         rank = TASKS.index(place.task.split("-")[0])
         groups.setdefault((rank, place.task, label), []).append(place)
     return [groups[key] for key in sorted(groups)]
 
 
-def order(sections: Sequence[Section], main: Mapping[str, str]) -> list[str]:
+def order(sections: Sequence[SplitSummary], main: Mapping[str, str]) -> list[str]:
     """Labels by their mean place over splits, then those that are not ranked.
 
     main: split -> the value that places are by.
@@ -85,7 +87,7 @@ def order(sections: Sequence[Section], main: Mapping[str, str]) -> list[str]:
     return sorted(places, key=lambda label: (sum(places[label]) / len(places[label]), label))
 
 
-def main_value(found: Panel, task: str) -> str | None:
+def main_value(found: ResultMatrix, task: str) -> str | None:
     """The first column of the tables of a split; None where no case has any of the usual ones."""
     wanted = COLUMNS.get(task.split("-")[0], ())
     present = {value for value, _ in found.keys}

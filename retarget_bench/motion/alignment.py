@@ -22,7 +22,7 @@ import numpy as np
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import kinematics, rotation, sampled
-from retarget_bench.motion.body import DOWN, Body
+from retarget_bench.motion.body import DOWN, PosedBody
 from retarget_bench.motion.roles import SIDES
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -50,7 +50,7 @@ def reference_pose(
         raise SkeletonError(
             f"a sample of motion must be (frames, {len(skeleton)}, 4) local rotations, got {sample.shape}"
         )
-    body = Body(skeleton, roles)
+    body = PosedBody(skeleton, roles)
     if body.frame is None:
         return rotation.identity(len(skeleton))
     if not body.rests_in_a_pose:
@@ -79,7 +79,9 @@ def from_relative(character: Character, orientations: np.ndarray) -> np.ndarray:
     return rotation.continuous(local)
 
 
-def _straighten(body: Body, pose: np.ndarray, top: str, middle: str, end: str, wanted: np.ndarray) -> None:
+def _straighten(
+    body: PosedBody, pose: np.ndarray, top: str, middle: str, end: str, wanted: np.ndarray
+) -> None:
     """Swing the two bones of a limb to ``wanted``, unless it rests there already."""
     joints = body.joints(top, middle, end)
     if len(joints) < 3:

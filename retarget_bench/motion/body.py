@@ -21,7 +21,7 @@ _ALONG = np.cos(np.radians(8.0))
 _OPPOSITE = np.cos(np.radians(135.0))
 
 
-class Body:
+class PosedBody:
     """Joints by role and the frame of the hips.
 
     A *pose* is ``(joints, 4)`` local rotations; the methods that change one do so in place.

@@ -16,7 +16,7 @@ import numpy as np
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import bvh, kinematics, roles, rotation
 from retarget_bench.motion.alignment import BONE_TOLERANCE
-from retarget_bench.motion.body import UP, Body
+from retarget_bench.motion.body import UP, PosedBody
 from retarget_bench.motion.bvh import Recording
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.findings import Findings, Reading
@@ -162,7 +162,7 @@ def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, fl
     Mean over time of the direction from the feet to the head, or from the paws to the trunk. A body that
     lies or crawls all the time says little; then the rest pose decides if it is one that a body can take.
     """
-    body = Body(recording.skeleton, found)
+    body = PosedBody(recording.skeleton, found)
     lower = body.joints("left_foot", "right_foot", *(roles.HANDS if body.quadruped else ()))
     upper = [body.hips, body.trunk_end] if body.quadruped else body.joints("head") or [body.trunk_end]
     if not lower or set(upper) <= {body.hips}:
@@ -234,7 +234,7 @@ def _findings(path: Path, motion: Motion, reading: Reading) -> Findings:
 
 def rest_pose(skeleton: Skeleton, found: Sequence[str | None]) -> str:
     """The kind of rest pose, in words."""
-    body = Body(skeleton, found)
+    body = PosedBody(skeleton, found)
     if body.frame is None:
         return "unknown: no legs (or arms) and trunk were found"
     if not body.rests_in_a_pose:
@@ -259,7 +259,7 @@ def rest_pose(skeleton: Skeleton, found: Sequence[str | None]) -> str:
 def _facing(motion: Motion) -> float | None:
     """Degrees from +Z towards +X in the first frame."""
     character = motion.character
-    if "hips" not in character.joint_of or Body(character.skeleton, character.roles).frame is None:
+    if "hips" not in character.joint_of or PosedBody(character.skeleton, character.roles).frame is None:
         return None
     hips = character.joint_of["hips"]
     away = rotation.conjugate(character.reference_globals[hips])

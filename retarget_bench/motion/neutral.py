@@ -12,7 +12,7 @@ import numpy as np
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import kinematics
-from retarget_bench.motion.body import DOWN, Body
+from retarget_bench.motion.body import DOWN, PosedBody
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import SIDES
 
@@ -25,7 +25,7 @@ def neutral_pose(character: Character) -> np.ndarray:
     pose = np.array(character.reference_pose)
     if character.four_legged:
         return pose
-    body = Body(character.skeleton, character.roles)
+    body = PosedBody(character.skeleton, character.roles)
     for side in SIDES:
         joints = body.joints(*(f"{side}_{part}" for part in ("arm", "forearm", "hand")))
         for joint, child in pairwise(joints):

@@ -18,14 +18,14 @@ CLIPS = 240
 RULE = "hip_height"
 
 
-class Clips(Protocol):
+class MotionClips(Protocol):
     """Motions of one character, each made when it is asked for."""
 
     def __len__(self) -> int: ...
     def __getitem__(self, index: int, /) -> Motion: ...
 
 
-Cast = Mapping[str, Mapping[str, Clips]]
+Cast = Mapping[str, Mapping[str, MotionClips]]
 """Structure -> character -> its clips."""
 
 
@@ -61,7 +61,7 @@ def _seen(places: np.ndarray, body: Character) -> np.ndarray:
     return facing.seen(places - places[:, [hips]], facing.facing(places, body)[:, None])
 
 
-def _usable(cast: Cast, target: Character) -> list[tuple[Clips, int]]:
+def _usable(cast: Cast, target: Character) -> list[tuple[MotionClips, int]]:
     """Clips by their number: of the target's structure, else of bodies on as many legs."""
     own = {target.structure: cast[target.structure]} if cast.get(target.structure) else cast
     found = []
@@ -72,7 +72,7 @@ def _usable(cast: Cast, target: Character) -> list[tuple[Clips, int]]:
     return found
 
 
-def _body(clips: Clips) -> Character | None:
+def _body(clips: MotionClips) -> Character | None:
     """Of the first clip that can be used."""
     for number in range(len(clips)):
         with suppress(Unusable):
@@ -84,6 +84,6 @@ def _fits(source: Character, target: Character) -> bool:
     return source.four_legged == target.four_legged and transfer.reason(source, target) is None
 
 
-def _spread(found: Sequence[tuple[Clips, int]], most: int) -> list[tuple[Clips, int]]:
+def _spread(found: Sequence[tuple[MotionClips, int]], most: int) -> list[tuple[MotionClips, int]]:
     at = np.unique(np.linspace(0, len(found) - 1, min(most, len(found))).round().astype(int))
     return [found[index] for index in at.tolist()]

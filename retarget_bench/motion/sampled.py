@@ -20,7 +20,7 @@ from retarget_bench.motion.body import (
     FORWARD,
     LEFT,
     UP,
-    Body,
+    PosedBody,
     frame,
     quarter_turn,
     quarter_turns,
@@ -51,7 +51,7 @@ _BEHIND = np.cos(np.radians(60.0))
 _NEAR_AXIS = np.cos(np.radians(40.0))
 
 
-def reference_pose(body: Body, sample: np.ndarray) -> np.ndarray:
+def reference_pose(body: PosedBody, sample: np.ndarray) -> np.ndarray:
     """``(joints, 4)`` local rotations; sample: ``(frames, joints, 4)`` local rotations, Y-up world."""
     typical = Typical(body, sample)
     pose = rotation.identity(len(body.skeleton))
@@ -70,7 +70,7 @@ def reference_pose(body: Body, sample: np.ndarray) -> np.ndarray:
 class Typical:
     """What a body does most of the time: its upright frames and its mean rotations in them."""
 
-    def __init__(self, body: Body, sample: np.ndarray) -> None:
+    def __init__(self, body: PosedBody, sample: np.ndarray) -> None:
         self.body, self.sample = body, sample
         self.places, self.globals = kinematics.forward(body.skeleton, sample, np.zeros((len(sample), 3)))
         self.hips = self._hips()
@@ -116,7 +116,7 @@ def mean(turned: np.ndarray) -> np.ndarray:
     return np.asarray(np.linalg.eigh(turned.T @ turned)[1][:, -1])
 
 
-def _exact(body: Body, turned: np.ndarray) -> np.ndarray:
+def _exact(body: PosedBody, turned: np.ndarray) -> np.ndarray:
     """The quarter turn that an estimate means in a rig along the axes; elsewhere the estimate."""
     return quarter_turn(turned) if body.along_axes else snapped(turned, np.radians(5.0))
 
@@ -126,7 +126,12 @@ Evidence = tuple[float, np.ndarray]
 
 
 def _place(
-    body: Body, pose: np.ndarray, joint: int, bone: np.ndarray, wanted: np.ndarray, told: list[Evidence]
+    body: PosedBody,
+    pose: np.ndarray,
+    joint: int,
+    bone: np.ndarray,
+    wanted: np.ndarray,
+    told: list[Evidence],
 ) -> None:
     """Turn a joint so that ``bone`` points along ``wanted``, twisted as the evidence tells."""
     if body.along_axes and float(np.abs(bone).max()) > _NEAR_AXIS:
@@ -140,13 +145,13 @@ def _place(
         body.set_global(pose, joint, _exact(body, rotation.multiply(arc, turned)))
 
 
-def _seen(body: Body, pose: np.ndarray, typical: Typical, joint: int) -> np.ndarray:
+def _seen(body: PosedBody, pose: np.ndarray, typical: Typical, joint: int) -> np.ndarray:
     """``(4,)`` a joint's world orientation if it is turned from its parent as it typically is."""
     above = body.get_global(pose, int(body.skeleton.parents[joint]))
     return rotation.multiply(above, typical.local(joint))
 
 
-def _trunk(body: Body, pose: np.ndarray, typical: Typical) -> None:
+def _trunk(body: PosedBody, pose: np.ndarray, typical: Typical) -> None:
     """Spine, neck and head along the trunk; a tail that rests behind the body stays as it is."""
     wanted = FORWARD if body.quadruped else UP
     line = [*body.spine, *body.neck, *body.joints("head")]
@@ -165,14 +170,14 @@ def _trunk(body: Body, pose: np.ndarray, typical: Typical) -> None:
             pose[body.tail] = rotation.identity(len(body.tail))
 
 
-def _leg(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
+def _leg(body: PosedBody, pose: np.ndarray, typical: Typical, side: str) -> None:
     """Upper and lower leg straight down, the axis of the knee across the body."""
     joints = body.joints(f"{side}_up_leg", f"{side}_leg", f"{side}_foot")
     if len(joints) == 3:
         _limb(body, pose, typical, joints, DOWN, LEFT, [])
 
 
-def _arm(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
+def _arm(body: PosedBody, pose: np.ndarray, typical: Typical, side: str) -> None:
     """Collar bone and arm straight out (fore legs: down), the elbow bending forward."""
     hinge = -LEFT if body.quadruped else UP if side == "right" else DOWN
     wanted = body.sideways(side)
@@ -197,7 +202,7 @@ def _arm(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
             body.set_global(pose, joint, _exact(body, _seen(body, pose, typical, joint)))
 
 
-def _rests_straight(body: Body, hand: int, side: str) -> bool:
+def _rests_straight(body: PosedBody, hand: int, side: str) -> bool:
     """Whether the hand's fingers or tip rest in line with the forearm, in a rig where that means much."""
     if not body.along_axes:
         return False
@@ -207,7 +212,7 @@ def _rests_straight(body: Body, hand: int, side: str) -> bool:
 
 
 def _limb(
-    body: Body,
+    body: PosedBody,
     pose: np.ndarray,
     typical: Typical,
     joints: list[int],
@@ -248,7 +253,7 @@ def _hinge(
     return float(np.linalg.norm(axis)), axis, back.mean(axis=0)
 
 
-def _foot(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
+def _foot(body: PosedBody, pose: np.ndarray, typical: Typical, side: str) -> None:
     """Foot and toe as they are when the foot stands still, turned to point forward."""
     joints = body.joints(f"{side}_foot", f"{side}_toe")
     if len(joints) < 2:
@@ -282,7 +287,7 @@ def _standing(typical: Typical, foot: int, toe: int) -> np.ndarray:
     return low[np.argsort(speed, kind="stable")[: len(low) // 2]]
 
 
-def _stand(body: Body, pose: np.ndarray, typical: Typical, side: str) -> None:
+def _stand(body: PosedBody, pose: np.ndarray, typical: Typical, side: str) -> None:
     """Four legs from straight down into the angles of a standing animal, paws too."""
     for part, child in (("hand", None), ("foot", "toe")):
         for joint in body.joints(f"{side}_{part}"):

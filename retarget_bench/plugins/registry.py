@@ -44,11 +44,11 @@ _MARKS: dict[Kind, tuple[str, ...]] = {
     "datasets": ("cases",),
     "posts": ("process",),
 }
-_FILES: dict[Path, Entry] = {}
+_FILES: dict[Path, PluginEntry] = {}
 
 
 @dataclass(frozen=True)
-class Entry:
+class PluginEntry:
     """One plug-in that can be used.
 
     origin:    ``built-in``, the distribution and its version, or the file's path.
@@ -80,14 +80,14 @@ class Entry:
 
 
 # -------------------------------------------------------------------------------------------- finding
-def names(kind: Kind) -> list[Entry]:
+def names(kind: Kind) -> list[PluginEntry]:
     """Every plug-in of a kind, sorted by name, built-ins first, none of them imported."""
     order = {BUILT_IN: 0}
     found = [*_built_in(kind), *_installed(kind), *(e for e in _FILES.values() if e.kind == kind)]
     return sorted(found, key=lambda entry: (entry.name, order.get(entry.origin, 1), entry.origin))
 
 
-def find(kind: Kind, name: str) -> Entry:
+def find(kind: Kind, name: str) -> PluginEntry:
     """The plug-in of this name; raises BenchError with close names, or with both origins of two."""
     entries = names(kind)
     matching = [entry for entry in entries if entry.name == name]
@@ -124,25 +124,27 @@ def _elsewhere(kind: Kind, name: str) -> str:
     return f" ({name} is a {others[0]})" if others else ""
 
 
-def _built_in(kind: Kind) -> Iterator[Entry]:
+def _built_in(kind: Kind) -> Iterator[PluginEntry]:
     for base in retarget_bench.__path__:
         room = Path(base) / ROOMS[kind]
         for path in sorted(room.iterdir()) if room.is_dir() else ():
             file = path / "__init__.py" if path.is_dir() else path
             if path.name[0] not in "_." and file.suffix == ".py" and file.is_file():
                 module = f"retarget_bench.{ROOMS[kind].replace('/', '.')}.{path.stem}"
-                yield Entry(path.stem, kind, BUILT_IN, module, path=file)
+                yield PluginEntry(path.stem, kind, BUILT_IN, module, path=file)
 
 
 @cache
-def _installed(kind: Kind) -> tuple[Entry, ...]:
+def _installed(kind: Kind) -> tuple[PluginEntry, ...]:
     from importlib.metadata import entry_points
 
     found = []
     for point in entry_points(group=f"retarget_bench.{kind}"):
         origin = f"{point.dist.name} {point.dist.version}" if point.dist else "an installed package"
         found.append(
-            Entry(point.name, kind, origin, point.module, point.attr or "plugin", _locate(point.module))
+            PluginEntry(
+                point.name, kind, origin, point.module, point.attr or "plugin", _locate(point.module)
+            )
         )
     return tuple(dict.fromkeys(found))
 
@@ -163,7 +165,7 @@ def _locate(module: str) -> Path | None:
 
 
 # ---------------------------------------------------------------------------------------- named files
-def add_file(path: str | Path) -> Entry:
+def add_file(path: str | Path) -> PluginEntry:
     """Make the plug-in in a ``.py`` file (or in a folder with an ``__init__.py``) known by its stem.
 
     Its kind is told by what its ``plugin`` has: ``retarget``, ``compute`` or ``features``, ``cases``, or
@@ -179,7 +181,7 @@ def add_file(path: str | Path) -> Entry:
             "named with letters, digits and _.-"
         )
     module = f"{_FILE_MODULE}{path.stem}_{files_.digest(str(path))}"
-    entry = Entry(path.stem, "methods", str(path), module, path=file)
+    entry = PluginEntry(path.stem, "methods", str(path), module, path=file)
     factory = _attribute(entry, _import_file(entry))
     marks = ((kind, mark) for kind, either in _MARKS.items() for mark in either)
     kind = next((kind for kind, mark in marks if hasattr(factory, mark)), None)
@@ -188,7 +190,7 @@ def add_file(path: str | Path) -> Entry:
             f"{path}: its plugin has none of retarget (a method), compute (a metric), cases (a data set) "
             "and process (a post-process)"
         )
-    _FILES[path] = Entry(path.stem, kind, str(path), module, path=file)
+    _FILES[path] = PluginEntry(path.stem, kind, str(path), module, path=file)
     return _FILES[path]
 
 
@@ -197,7 +199,7 @@ def files() -> tuple[str, ...]:
     return tuple(map(str, _FILES))
 
 
-def _import_file(entry: Entry) -> Any:
+def _import_file(entry: PluginEntry) -> Any:
     assert entry.path is not None
     if entry.module in sys.modules:
         return sys.modules[entry.module]
@@ -283,7 +285,7 @@ def working(kind: Kind) -> tuple[dict[str, Any], list[str]]:
     return found, list(problems)
 
 
-def _attribute(entry: Entry, module: Any) -> Callable[..., Any]:
+def _attribute(entry: PluginEntry, module: Any) -> Callable[..., Any]:
     found = module
     for part in entry.attribute.split("."):
         found = getattr(found, part, None)
@@ -295,7 +297,7 @@ def _attribute(entry: Entry, module: Any) -> Callable[..., Any]:
     return found
 
 
-def _broken(entry: Entry, what: str, error: BaseException) -> BenchError:
+def _broken(entry: PluginEntry, what: str, error: BaseException) -> BenchError:
     """The error to raise when plug-in code failed."""
     lines = [each.strip() for each in str(error).splitlines() if each.strip()]
     return BenchError(f"{entry} could not be {what}: {': '.join([type(error).__name__, *lines[:2]])}")

@@ -6,14 +6,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from tqdm import tqdm
 
 from retarget_bench.analysis import pairwise, statistics, summary
 from retarget_bench.analysis.breakdown import UNKNOWN
-from retarget_bench.analysis.summary import Section
+from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
@@ -25,8 +24,9 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.report import layout
 from retarget_bench.results import case_metadata, store
 from retarget_bench.results import result_matrix as panel
-from retarget_bench.results.result_matrix import Panel
-from retarget_bench.results.store import Place
+from retarget_bench.results.header import ResultHeader
+from retarget_bench.results.result_matrix import ResultMatrix
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import Cell, Column, Group, Table
 
@@ -40,8 +40,8 @@ class Split:
               tables, the main one first. decimals: value id -> with how many its column is written.
     """
 
-    panel: Panel
-    section: Section
+    panel: ResultMatrix
+    section: SplitSummary
     main: Column
     values: tuple[Column, ...]
     decimals: Mapping[str, int]
@@ -82,13 +82,13 @@ class Split:
     @property
     def paired(self) -> bool:
         """Whether values of sets compare answers with the right answers to the same cases."""
-        return not any("four_legged" in row.header for row in self.panel.rows)
+        return all(row.header.four_legged is None for row in self.panel.rows)
 
     @cached_property
     def losses(self) -> np.ndarray:
         """``(methods, cases)``: how bad the main value is, as far as it is known at all."""
-        declared = {"better": self.main.better, "goal": self.main.goal}
-        return statistics.losses(self.panel.numbers((self.main.id, "")), declared)
+        numbers = self.panel.numbers((self.main.id, ""))
+        return statistics.losses(numbers, self.main.better, self.main.goal)
 
     @cached_property
     def groups(self) -> dict[str, list[str]]:
@@ -120,7 +120,7 @@ class Chapter:
     task: str
     dataset: str
     data: Spec | None
-    places: tuple[Place, ...]
+    places: tuple[ResultPaths, ...]
     tables: tuple[Table, ...]
     splits: tuple[Split, ...]
 
@@ -186,9 +186,9 @@ def chapters(
     return [chapter for chapter in made if chapter is not None]
 
 
-def results(roots: Sequence[Path]) -> list[Place]:
+def results(roots: Sequence[Path]) -> list[ResultPaths]:
     """All that there are, of all tasks. Raises BenchError where a root has none."""
-    found: list[Place] = []
+    found: list[ResultPaths] = []
     for root in roots:
         here = method_order.everything([root])
         if not here:
@@ -197,23 +197,23 @@ def results(roots: Sequence[Path]) -> list[Place]:
     return found
 
 
-def _of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
-    labels = {place: str(store.read_header(place.header)["method"]["label"]) for place in places}
+def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
+    labels = {place: store.read_header(place.header).method.label for place in places}
     wanted = set()
     for name in names:
         label = pairwise.label_of(name, set(labels.values()))
         if label is None:
-            raise pairwise.unknown(panel.panels(places), name)
+            raise pairwise.unknown(panel.result_matrices(places), name)
         wanted.add(label)
     return [place for place in places if labels[place] in wanted]
 
 
-def _chapter(places: Sequence[Place], data: str | None, columns: Sequence[str]) -> Chapter | None:
+def _chapter(places: Sequence[ResultPaths], data: str | None, columns: Sequence[str]) -> Chapter | None:
     """None where no result declares a number per case, so that there is nothing to show."""
-    sections = summary.sections(places)
+    sections = summary.split_summaries(places)
     made = layout.tables(places, sections, columns)
     found = {section.split: section for section in sections}
-    panels = panel.panels(places)
+    panels = panel.result_matrices(places)
     shown = {each.split: known for each in panels if (known := _columns(made, each))}
     if usual := _usual(made, shown):
         shown |= {each.split: [usual] for each in panels if each.split not in shown and each.own.any()}
@@ -235,15 +235,12 @@ def _chapter(places: Sequence[Place], data: str | None, columns: Sequence[str]) 
     return Chapter(places[0].task, sections[0].dataset, asked, tuple(places), tuple(made), splits)
 
 
-def _asked(header: Mapping[str, Any], data: str | None) -> Spec | None:
-    dataset = header["dataset"]
-    if "name" not in dataset:
-        return None
-    spec = Spec(str(dataset["name"]), dataset.get("parameters", {}))
+def _asked(header: ResultHeader, data: str | None) -> Spec:
+    spec = Spec(header.dataset.name, header.dataset.parameters)
     return spec if data is None else spec.with_parameters(root=data)
 
 
-def _columns(tables: Sequence[Table], split: Panel) -> list[Column]:
+def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:
     """The values with a number per case that the tables of a split show."""
     found: dict[str, Column] = {}
     for each in tables:
@@ -280,7 +277,7 @@ def _cells(group: Group) -> list[tuple[str, Cell]]:
     ]
 
 
-def _ordered(whole: Panel, order: Sequence[str]) -> Panel:
+def _ordered(whole: ResultMatrix, order: Sequence[str]) -> ResultMatrix:
     """A panel of its own cases, with its methods in this order."""
     own = whole.restricted(whole.own, "")
     return replace(own, rows=tuple(sorted(own.rows, key=lambda row: order.index(row.label))))

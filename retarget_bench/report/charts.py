@@ -33,7 +33,7 @@ CONTROL_DASH = "1 4"
 
 
 @dataclass(frozen=True)
-class Look:
+class ChartStyle:
     """How a method is drawn: its class on the page, its mark's outline, its line's dashes."""
 
     name: str
@@ -41,14 +41,14 @@ class Look:
     dash: str
 
 
-def look(index: int, control: int | None = None) -> Look:
+def look(index: int, control: int | None = None) -> ChartStyle:
     """Of the method at a place, counted from 0; control: its place among the controls, for one of those.
 
     Colours, marks and dashes turn at different paces, so that no two of the first 24 are alike.
     """
     if control is not None:
-        return Look(f"c{control}", MARKS[control % len(MARKS)], CONTROL_DASH)
-    return Look(f"m{index}", MARKS[index % len(MARKS)], DASHES[index // len(COLOURS) % len(DASHES)])
+        return ChartStyle(f"c{control}", MARKS[control % len(MARKS)], CONTROL_DASH)
+    return ChartStyle(f"m{index}", MARKS[index % len(MARKS)], DASHES[index // len(COLOURS) % len(DASHES)])
 
 
 # -------------------------------------------------------------------------------------------- elements
@@ -99,7 +99,7 @@ def short(name: str, most: int) -> str:
     return name if len(name) <= most else f"{name[: most - most // 2 - 1]}…{name[-(most // 2) :]}"
 
 
-def mark(x: float, y: float, shown: Look, scale: float = 1.0) -> Markup:
+def mark(x: float, y: float, shown: ChartStyle, scale: float = 1.0) -> Markup:
     """A method's mark, with a ring that shows where the keyboard is."""
     size = "" if scale == 1.0 else f" scale({scale:g})"
     return tag(
@@ -107,13 +107,15 @@ def mark(x: float, y: float, shown: Look, scale: float = 1.0) -> Markup:
     )
 
 
-def line(points: Iterable[tuple[float, float]], shown: Look) -> Markup:
+def line(points: Iterable[tuple[float, float]], shown: ChartStyle) -> Markup:
     """A method's line through points, in their order."""
     path = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in points)
     return tag("path", d=path, class_=f"line {shown.name}", stroke_dasharray=shown.dash or None)
 
 
-def band(low: Sequence[tuple[float, float]], high: Sequence[tuple[float, float]], shown: Look) -> Markup:
+def band(
+    low: Sequence[tuple[float, float]], high: Sequence[tuple[float, float]], shown: ChartStyle
+) -> Markup:
     """The area between two lines over the same places."""
     path = "M" + "L".join(f"{x:.1f} {y:.1f}" for x, y in [*low, *reversed(high)]) + "Z"
     return tag("path", d=path, class_=f"band {shown.name}")

@@ -10,7 +10,7 @@ from retarget_bench.analysis.summary import Mean
 from retarget_bench.figures.axis_limits import top
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.charts import Frame, Look, Scale
+from retarget_bench.report.charts import ChartStyle, Frame, Scale
 from retarget_bench.report.means import told, worst
 from retarget_bench.report.pictures import Looks, Picture, by_split
 
@@ -100,12 +100,12 @@ def _chart(split: Split, value: str, lines: Mapping[str, Points], frame: Frame, 
             behind = split.panel.numbers((value, index))[row]
             marks.append(
                 charts.pick(
-                    f"{label} at {at:g}: {told(mean, 3, split.panel.values[value]['unit'])}",
+                    f"{label} at {at:g}: {told(mean, 3, split.panel.values[value].unit)}",
                     charts.mark(frame.x(at), frame.y(mean.value), look, 0.75),
                     split=split.name,
                     method=label,
-                    worst=worst(behind, split.panel.values[value]["better"]),
-                    what=f"{split.panel.values[value]['label']} at {at:g}",
+                    worst=worst(behind, split.panel.values[value].better),
+                    what=f"{split.panel.values[value].label} at {at:g}",
                 )
             )
     names = ", ".join(f"{label} {points[-1][2].value:.3g}" for label, points in lines.items())
@@ -113,7 +113,7 @@ def _chart(split: Split, value: str, lines: Mapping[str, Points], frame: Frame, 
     return charts.svg(WIDTH, HEIGHT, alternative, frame.drawn(), *bands, *strokes, *marks)
 
 
-def _band(points: Points, frame: Frame, look: Look) -> Markup:
+def _band(points: Points, frame: Frame, look: ChartStyle) -> Markup:
     known = [(at, mean.interval) for at, _, mean in points if mean.interval is not None]
     if len(known) < len(points):
         return Markup()

@@ -10,9 +10,9 @@ import numpy as np
 
 from retarget_bench.analysis import statistics
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.charts import Look
+from retarget_bench.report.charts import ChartStyle
 from retarget_bench.report.looks import colours
-from retarget_bench.report.motions import Motions
+from retarget_bench.report.motions import PackedScenes
 from retarget_bench.results.store import case_file
 from retarget_bench.tables.model import Column
 from retarget_bench.tables.rendering.words import printable
@@ -55,7 +55,7 @@ class Listed:
     thinned: str = ""
 
 
-def index(chapters: Sequence[Chapter], looks: Mapping[str, Look], shown: Motions) -> Listed:
+def index(chapters: Sequence[Chapter], looks: Mapping[str, ChartStyle], shown: PackedScenes) -> Listed:
     """The cases with their names and numbers, as many as leave the page smaller than ``PAGE``.
 
     Names are as they are printed, and cases and methods known by number.
@@ -87,7 +87,7 @@ def _worst(few: int) -> str:
 
 
 def _data(
-    chapters: Sequence[Chapter], looks: Mapping[str, Look], shown: Motions, step: Thinning
+    chapters: Sequence[Chapter], looks: Mapping[str, ChartStyle], shown: PackedScenes, step: Thinning
 ) -> dict[str, Any]:
     return {
         "chapters": [
@@ -102,7 +102,7 @@ def _data(
     }
 
 
-def _split(split: Split, at: tuple[int, int], shown: Motions, step: Thinning) -> dict[str, Any]:
+def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinning) -> dict[str, Any]:
     whole = split.values if step.few is None else split.values[:1]
     few = {value.id: _few(split, value, step.few) for value in split.values if value not in whole}
     kept = _kept(split, at, shown, few, step.worst)
@@ -138,7 +138,7 @@ def _value(split: Split, value: Column, kept: Sequence[int]) -> dict[str, Any]:
 def _few(split: Split, value: Column, most: int | None) -> list[dict[int, float]]:
     """By method: the worst cases and their numbers."""
     numbers = split.panel.numbers((value.id, ""))
-    losses = statistics.losses(numbers, split.panel.values[value.id])
+    losses = statistics.losses(numbers, value.better, value.goal)
     return [
         {case: _four(row[case]) for case in _worst_of(loss, most)}
         for row, loss in zip(numbers, losses, strict=True)
@@ -154,7 +154,7 @@ def _worst_of(loss: np.ndarray, most: int | None) -> list[int]:
 def _kept(
     split: Split,
     at: tuple[int, int],
-    shown: Motions,
+    shown: PackedScenes,
     few: Mapping[str, Sequence[Mapping[int, float]]],
     worst: int | None,
 ) -> list[int]:
@@ -172,7 +172,7 @@ def _kept(
     return sorted(found)
 
 
-def _case(split: Split, case: int, key: tuple[int, int, int], shown: Motions) -> dict[str, Any]:
+def _case(split: Split, case: int, key: tuple[int, int, int], shown: PackedScenes) -> dict[str, Any]:
     info = split.panel.cases[case]
     told: dict[str, Any] = {
         "id": printable(info.id),
@@ -194,15 +194,17 @@ def _four(number: float) -> float:
     return float(f"{number:.4g}")
 
 
-def _lost(split: Split, at: tuple[int, int], shown: Motions, kept: Sequence[int]) -> list[dict[str, str]]:
+def _lost(
+    split: Split, at: tuple[int, int], shown: PackedScenes, kept: Sequence[int]
+) -> list[dict[str, str]]:
     """By method: number of a case -> why its answer has no number, or cannot be seen."""
     position = {split.panel.cases[number].id: number for number in kept}
     found: list[dict[str, str]] = []
     for row in split.panel.rows:
         mine: dict[str, str] = {}
-        for problem in row.header["problems"]:
-            why = printable(f"{problem['status']}: {problem['message']}")
-            mine |= {str(position[case]): why for case in problem["cases"] if case in position}
+        for problem in row.header.problems:
+            why = printable(f"{problem.status}: {problem.message}")
+            mine |= {str(position[case]): why for case in problem.cases if case in position}
         folder = row.place.folder / row.place.method
         stored = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
         for case, number in position.items():

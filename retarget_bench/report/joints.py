@@ -10,7 +10,7 @@ import numpy as np
 from markupsafe import Markup
 
 from retarget_bench.analysis import statistics
-from retarget_bench.analysis.breakdown import broken_down
+from retarget_bench.analysis.breakdown import breakdown
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character
@@ -32,7 +32,7 @@ STRUCTURES = 3
 
 
 @dataclass(frozen=True)
-class Joints:
+class JointChart:
     """Errors of one structure on one split. numbers: joint -> ``(methods, cases)`` of the value, of this
     unit and meaning."""
 
@@ -78,13 +78,13 @@ def joints(chapter: Chapter, looks: Looks) -> Picture | None:
     )
 
 
-def _known(split: Split, bodies: Mapping[str, Character]) -> list[Joints]:
+def _known(split: Split, bodies: Mapping[str, Character]) -> list[JointChart]:
     """The structures of a split that most cases have."""
     values = {key: each for key, each in split.panel.values.items() if key == VALUE}
     if not values:
         return []
     try:
-        parts = broken_down(replace(split.panel, values=values), "joint")
+        parts = breakdown(replace(split.panel, values=values), "joint")
     except BenchError:
         return []
     numbers = {part.part: part.numbers((VALUE, "")) for part in parts}
@@ -96,19 +96,19 @@ def _known(split: Split, bodies: Mapping[str, Character]) -> list[Joints]:
         names = [name for name in body.skeleton.names if name in numbers]
         mine = {name: np.where(here, numbers[name], np.nan) for name in names}
         if any((~np.isnan(each)).any() for each in mine.values()):
-            unit, meaning = str(values[VALUE]["unit"]), str(values[VALUE]["meaning"])
-            found.append(Joints(split, body, mine, unit, meaning))
+            unit, meaning = values[VALUE].unit, values[VALUE].meaning
+            found.append(JointChart(split, body, mine, unit, meaning))
     return found
 
 
 def _shown(split: Split) -> list[tuple[int, str]]:
     """Rows and labels without controls, unless there is nothing else."""
     rows = list(enumerate(split.panel.rows))
-    plain = [(k, row.label) for k, row in rows if not row.header["method"]["control"]]
+    plain = [(k, row.label) for k, row in rows if not row.header.method.control]
     return plain or [(k, row.label) for k, row in rows]
 
 
-def _highest(found: Joints) -> float:
+def _highest(found: JointChart) -> float:
     """The end of the scale: nearly all joints of ranked methods are below it."""
     rows = [row for row, _ in _shown(found.split) if found.split.ranked[row]]
     rows = rows or [row for row, _ in _shown(found.split)]
@@ -116,7 +116,7 @@ def _highest(found: Joints) -> float:
     return max(numbers[int(0.97 * (len(numbers) - 1))], NOTHING) if numbers else NOTHING
 
 
-def _figure(found: Joints, row: int, label: str, highest: float) -> Markup:
+def _figure(found: JointChart, row: int, label: str, highest: float) -> Markup:
     errors = found.means(row)
     places = _places(found.body)
     bones = [
@@ -146,7 +146,13 @@ def _figure(found: Joints, row: int, label: str, highest: float) -> Markup:
 
 
 def _joint(
-    found: Joints, row: int, label: str, name: str, place: tuple[float, float], error: float, highest: float
+    found: JointChart,
+    row: int,
+    label: str,
+    name: str,
+    place: tuple[float, float],
+    error: float,
+    highest: float,
 ) -> Markup:
     share = min(1.0, error / highest)
     radius = LEAST + (MOST - LEAST) * share

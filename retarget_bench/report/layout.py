@@ -7,25 +7,25 @@ from collections.abc import Sequence
 
 from retarget_bench.analysis import summary
 from retarget_bench.analysis.breakdown import By
-from retarget_bench.analysis.summary import Section
+from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks import DERIVED
 from retarget_bench.figures import method_order
 from retarget_bench.results import result_matrix
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, set_groups
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import Table
 from retarget_bench.tables.task_tables import BY, task_tables
 
 
-def check(groups: Sequence[Sequence[Place]], columns: Sequence[str]) -> None:
+def check(groups: Sequence[Sequence[ResultPaths]], columns: Sequence[str]) -> None:
     """Raises BenchError for a column that no results of any chapter have."""
     if not columns:
         return
     known: set[str] = set()
     for places in groups:
-        known |= set(builder.all_columns(summary.sections(places)))
+        known |= set(builder.all_columns(summary.split_summaries(places)))
     for column in columns:
         if column not in known:
             near = difflib.get_close_matches(column, known, 3, 0.5) or sorted(known)[:6]
@@ -34,7 +34,9 @@ def check(groups: Sequence[Sequence[Place]], columns: Sequence[str]) -> None:
             )
 
 
-def tables(places: Sequence[Place], sections: Sequence[Section], columns: Sequence[str]) -> list[Table]:
+def tables(
+    places: Sequence[ResultPaths], sections: Sequence[SplitSummary], columns: Sequence[str]
+) -> list[Table]:
     """The tables of one task on one data set. columns: those that it does not have are left out."""
     task = places[0].task.split("-")[0]
     there = set(builder.all_columns(sections))
@@ -45,6 +47,6 @@ def tables(places: Sequence[Place], sections: Sequence[Section], columns: Sequen
     if not wanted:
         return task_tables(places, task) if task in DERIVED else builder.tables(sections, with_sets=True)
     if by is None and not set(wanted) - {FPS, *set_groups.declared(sections)}:
-        mains = (method_order.main_value(each, task) for each in result_matrix.panels(places))
+        mains = (method_order.main_value(each, task) for each in result_matrix.result_matrices(places))
         wanted = [*dict.fromkeys(main for main in mains if main is not None), *wanted]
-    return builder.tables(summary.sections(places, by) if by else sections, wanted, by or "")
+    return builder.tables(summary.split_summaries(places, by) if by else sections, wanted, by or "")

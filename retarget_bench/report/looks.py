@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import colorsys
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 from retarget_bench.figures import method_order, palette
 from retarget_bench.report.chapters import Chapter
-from retarget_bench.report.charts import SHADES, Look, look
+from retarget_bench.report.charts import SHADES, ChartStyle, look
+from retarget_bench.results.header import ResultHeader
 
 LIGHTEST, DARKEST = (0.953, 0.925, 0.835), (0.290, 0.043, 0.122)
 """The ends of the scale of errors, sand and wine; between them lightness falls evenly."""
@@ -17,7 +17,7 @@ LIFT = 0.45
 """How far colours are moved towards white on dark paper."""
 
 
-def looks(chapters: Sequence[Chapter], ranked: Mapping[str, Mapping[str, Any]]) -> dict[str, Look]:
+def looks(chapters: Sequence[Chapter], ranked: Mapping[str, ResultHeader]) -> dict[str, ChartStyle]:
     """Label -> its look, the same on the whole page; controls are grey.
 
     ranked: label -> a header, of all methods that there are results of, in the order of ``placing.ranked``,
@@ -30,12 +30,12 @@ def looks(chapters: Sequence[Chapter], ranked: Mapping[str, Mapping[str, Any]]) 
     return {label: found[label] for chapter in chapters for label in chapter.labels}
 
 
-def colours(shown: Mapping[str, Look]) -> dict[str, str]:
+def colours(shown: Mapping[str, ChartStyle]) -> dict[str, str]:
     """Label -> ``#rrggbb`` on light paper, as in the player and all other pictures."""
     return {label: _colour(each) for label, each in shown.items()}
 
 
-def style(shown: Mapping[str, Look]) -> str:
+def style(shown: Mapping[str, ChartStyle]) -> str:
     """Rules for the classes of methods and of the scale of errors, light and dark."""
     light = [f".{each.name}{{--c:{_colour(each)}}}" for each in shown.values()]
     dark = [f".{each.name}{{--c:{_lifted(_colour(each))}}}" for each in shown.values()]
@@ -45,7 +45,7 @@ def style(shown: Mapping[str, Look]) -> str:
     return "".join(light) + "@media screen and (prefers-color-scheme:dark){" + "".join(dark) + "}"
 
 
-def _colour(shown: Look) -> str:
+def _colour(shown: ChartStyle) -> str:
     index = int(shown.name[1:])
     return palette.control(index) if shown.name.startswith("c") else palette.colour(index)
 

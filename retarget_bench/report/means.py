@@ -38,7 +38,7 @@ def means(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
 
 def worst(numbers: np.ndarray, better: str, goal: float = 1.0, most: int = WORST) -> str:
     """The worst few of ``(cases,)`` as ``case:number`` with spaces between, for the page's script."""
-    loss = statistics.losses(numbers, {"better": better, "goal": goal})
+    loss = statistics.losses(numbers, better, goal)
     order = [int(case) for case in np.argsort(-loss, kind="stable") if not np.isnan(loss[case])]
     return " ".join(f"{case}:{numbers[case]:.4g}" for case in order[:most])
 

@@ -19,7 +19,7 @@ ROOM = 10_500_000
 
 
 @dataclass
-class Motions:
+class PackedScenes:
     """Packed scenes of a page.
 
     scenes:  the text of every scene. places: case -> number of its scene.
@@ -37,12 +37,12 @@ class Motions:
 
 def motions(
     chapters: Sequence[Chapter], chosen: Sequence[Chosen], room: int = ROOM, skins: bool = False
-) -> Motions:
+) -> PackedScenes:
     """The scenes of these cases, in this order until the room is used up; a bar shows how far it is.
 
     skins: with meshes of bodies that have one.
     """
-    found = Motions()
+    found = PackedScenes()
     used = 0
     for number, each in enumerate(
         tqdm(chosen, desc="packing motion", unit="case", leave=False, disable=None)
@@ -79,7 +79,7 @@ def motions(
     return found
 
 
-def _notes(chapters: Sequence[Chapter], found: Motions) -> list[str]:
+def _notes(chapters: Sequence[Chapter], found: PackedScenes) -> list[str]:
     """Why cases have no scene, each reason once; and how to get predictions where there are none at all."""
     notes = []
     for why in dict.fromkeys(found.reasons.values()):

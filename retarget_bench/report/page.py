@@ -13,11 +13,12 @@ from markupsafe import Markup
 import retarget_bench
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.charts import Look
+from retarget_bench.report.charts import ChartStyle
 from retarget_bench.report.index import index
 from retarget_bench.report.looks import looks, style
-from retarget_bench.report.motions import Motions
+from retarget_bench.report.motions import PackedScenes
 from retarget_bench.report.pictures import pictures
+from retarget_bench.results.header import ResultHeader
 from retarget_bench.tables.model import count
 from retarget_bench.tables.rendering import as_html
 from retarget_bench.viewer import player
@@ -32,8 +33,8 @@ SCRIPT = ("cases", "links", "begin")
 
 def page(
     chapters: Sequence[Chapter],
-    shown: Motions,
-    ranked: Mapping[str, Mapping[str, Any]],
+    shown: PackedScenes,
+    ranked: Mapping[str, ResultHeader],
     title: str | None = None,
 ) -> str:
     """The whole document. ranked: of ``placing``, for colours. title: its heading, where the usual one
@@ -84,7 +85,7 @@ ASKS = {
 """What derived tasks ask for, since the page begins with what retargeting does."""
 
 
-def _chapter(chapter: Chapter, looked: dict[str, Look]) -> dict[str, Any]:
+def _chapter(chapter: Chapter, looked: dict[str, ChartStyle]) -> dict[str, Any]:
     return {
         "title": chapter.title,
         "asks": ASKS.get(chapter.kind, ""),
@@ -95,7 +96,7 @@ def _chapter(chapter: Chapter, looked: dict[str, Look]) -> dict[str, Any]:
     }
 
 
-def _sample(shown: Look) -> Markup:
+def _sample(shown: ChartStyle) -> Markup:
     """A method's line and mark, for the legend."""
     parts = charts.line([(2, 8), (30, 8)], shown), charts.mark(16, 8, shown)
     return charts.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
@@ -122,14 +123,13 @@ def _short(split: Split) -> str:
     )
 
 
-def _facts(chapters: Sequence[Chapter], shown: Motions) -> list[tuple[str, str]]:
+def _facts(chapters: Sequence[Chapter], shown: PackedScenes) -> list[tuple[str, str]]:
     """What ran, on what, when, and with what; the rest is below the tables."""
     headers = [row.header for each in chapters for split in each.splits for row in split.panel.rows]
-    dates = sorted(header["date"][:10] for header in headers if header.get("date"))
-    seeds = sorted({seed for header in headers for seed in header.get("seeds", ())})
+    dates = sorted(header.date[:10] for header in headers if header.date)
+    seeds = sorted({seed for header in headers for seed in header.seeds})
     versions = dict.fromkeys(
-        ", ".join(f"{name} {which}" for name, which in header.get("versions", {}).items())
-        for header in headers
+        ", ".join(f"{name} {which}" for name, which in header.versions.items()) for header in headers
     )
     methods = list(dict.fromkeys(label for chapter in chapters for label in chapter.labels))
     cases = sum(len(split.panel.cases) for chapter in chapters for split in chapter.splits)

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from markupsafe import Markup
 
 from retarget_bench.report.chapters import Chapter
-from retarget_bench.report.charts import Look
+from retarget_bench.report.charts import ChartStyle
 
-Looks = Mapping[str, Look]
+Looks = Mapping[str, ChartStyle]
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from retarget_bench.analysis.summary import Mean
 from retarget_bench.figures.axis_limits import top
 from retarget_bench.report import charts
 from retarget_bench.report.chapters import Chapter, Split
-from retarget_bench.report.charts import Frame, Look, Scale
+from retarget_bench.report.charts import ChartStyle, Frame, Scale
 from retarget_bench.report.means import finite, grouped, told
 from retarget_bench.report.pictures import Looks, Picture, by_split
 
@@ -92,7 +92,7 @@ def _rows_axis(frame: Frame, names: list[str], looks: Looks | None) -> Markup:
 
 
 def _row(
-    split: Split, row: int, numbers: np.ndarray, names: list[str], y: float, frame: Frame, look: Look
+    split: Split, row: int, numbers: np.ndarray, names: list[str], y: float, frame: Frame, look: ChartStyle
 ) -> list[Markup]:
     there = numbers[~np.isnan(numbers)]
     q = [float(each) for each in np.quantile(there, (0.05, 0.25, 0.5, 0.75, 0.95))]
@@ -182,7 +182,7 @@ def _kinds(split: Split, looks: Looks) -> Markup:
 def _hardness(means: Sequence[Mean | None], rows: Sequence[int], split: Split) -> float:
     """The mean over methods: the larger, the worse."""
     known = np.array([mean.value for row in rows if (mean := means[row]) is not None])
-    loss = statistics.losses(known, split.panel.values[split.main.id])
+    loss = statistics.losses(known, split.main.better, split.main.goal)
     return float(loss.mean()) if len(loss) else -np.inf
 
 
@@ -221,7 +221,7 @@ def _speed(split: Split, looks: Looks) -> Markup:
     found = [
         (score.fps, score.means[main], score.label)
         for score in split.section.scores
-        if score.fps and main in score.means and not score.header["method"]["control"]
+        if score.fps and main in score.means and not score.header.method.control
     ]
     if len(found) < 2:
         return Markup()

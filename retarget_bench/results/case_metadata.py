@@ -20,7 +20,7 @@ from retarget_bench.files import atomic
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import body_part
 from retarget_bench.results import store
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 
 PARTS_FIELDS = ("target", "joint", "part")
 UNSEEN_FIELDS = ("case", "unseen")
@@ -28,7 +28,7 @@ STRUCTURES_FIELDS = ("target", "structure")
 CONDITIONS_FIELDS = ("case", "condition", "value")
 
 
-def write(place: Place, data: Dataset, infos: Sequence[CaseInfo]) -> None:
+def write(place: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     """The marks of a split: a file of each kind that the data set knows."""
     bodies = data.characters()
     targets = sorted({info.target for info in infos} & set(bodies))
@@ -46,7 +46,7 @@ def write(place: Place, data: Dataset, infos: Sequence[CaseInfo]) -> None:
         _write(_path(place, "unseen"), UNSEEN_FIELDS, sorted(marks))
 
 
-def _write_conditions(place: Place, data: Dataset, infos: Sequence[CaseInfo]) -> None:
+def _write_conditions(place: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     conditions = getattr(data, "conditions", None)
     if conditions is None:
         return
@@ -66,7 +66,7 @@ def parts(body: Character) -> dict[str, str]:
     return found
 
 
-def read_parts(place: Place) -> dict[tuple[str, str], str] | None:
+def read_parts(place: ResultPaths) -> dict[tuple[str, str], str] | None:
     """(target, joint) -> part of the body; None where the results are older than these marks."""
     path = _path(place, "parts")
     if not path.exists():
@@ -74,7 +74,7 @@ def read_parts(place: Place) -> dict[tuple[str, str], str] | None:
     return {(target, joint): part for target, joint, part in store.read_csv(path, PARTS_FIELDS)}
 
 
-def read_unseen(place: Place) -> dict[str, frozenset[str]] | None:
+def read_unseen(place: ResultPaths) -> dict[str, frozenset[str]] | None:
     """Case -> what of it the data set's training part does not have; None where it does not say."""
     path = _path(place, "unseen")
     if not path.exists():
@@ -83,13 +83,13 @@ def read_unseen(place: Place) -> dict[str, frozenset[str]] | None:
     return {case: frozenset(words.split("+")) if words else frozenset() for case, words in rows}
 
 
-def read_structures(place: Place) -> dict[str, str] | None:
+def read_structures(place: ResultPaths) -> dict[str, str] | None:
     """Target -> its structure; None where the results are older than these marks."""
     path = _path(place, "structures")
     return dict(store.read_csv(path, STRUCTURES_FIELDS)) if path.exists() else None
 
 
-def read_conditions(place: Place) -> dict[str, dict[str, float]]:
+def read_conditions(place: ResultPaths) -> dict[str, dict[str, float]]:
     """Case -> condition -> number; empty where the task has none. Raises FileError."""
     path = _path(place, "conditions")
     found: dict[str, dict[str, float]] = {}
@@ -116,7 +116,7 @@ def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[s
     return frozenset(word for word, there in known.items() if not there)
 
 
-def _path(place: Place, what: str) -> Path:
+def _path(place: ResultPaths, what: str) -> Path:
     return place.folder / f"cases.{what}.csv"
 
 

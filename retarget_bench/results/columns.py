@@ -15,7 +15,8 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.results import store
 from retarget_bench.results.compatibility import Newest
-from retarget_bench.results.store import Place
+from retarget_bench.results.header import ResultHeader
+from retarget_bench.results.store import ResultPaths
 
 LARGE = 1_000_000
 """Bytes from which importing pandas pays."""
@@ -32,13 +33,13 @@ class Columns:
     numbers: (value id, index or "") -> ``(cases,)``, nan where a case has no such number.
     """
 
-    place: Place
-    header: dict[str, Any]
+    place: ResultPaths
+    header: ResultHeader
     cases: tuple[CaseInfo, ...]
     numbers: dict[Key, np.ndarray]
 
 
-def read(place: Place, header: dict[str, Any], newest: Newest) -> Columns:
+def read(place: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
     """The rows and case list at a place: the numbers that may stand beside the newest results.
 
     Raises FileError when a file is missing, damaged or from a newer version.
@@ -53,14 +54,14 @@ def read(place: Place, header: dict[str, Any], newest: Newest) -> Columns:
     return Columns(place, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})
 
 
-def _is_large(place: Place) -> bool:
+def _is_large(place: ResultPaths) -> bool:
     try:
         return place.rows.stat().st_size >= LARGE
     except OSError:
         return False
 
 
-def _slow(place: Place, position: dict[str, int]) -> dict[Key, np.ndarray]:
+def _slow(place: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray]:
     numbers: dict[Key, np.ndarray] = {}
     for case, entry in store.read_rows(place.rows).items():
         if case not in position:
@@ -74,7 +75,7 @@ def _slow(place: Place, position: dict[str, int]) -> dict[Key, np.ndarray]:
     return numbers
 
 
-def _fast(place: Place, position: dict[str, int]) -> dict[Key, np.ndarray] | None:
+def _fast(place: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray] | None:
     """The same by pandas; None where anything is not as it should be."""
     import pandas as pd
 

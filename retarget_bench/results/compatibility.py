@@ -8,9 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
-Header = Mapping[str, Any]
+from retarget_bench.results.header import ResultHeader
 
 
 @dataclass(frozen=True)
@@ -24,9 +23,9 @@ class Newest:
     metrics: Mapping[str, str]
     metric_of: Mapping[str, str]
 
-    def stale_data(self, header: Header) -> str:
+    def stale_data(self, header: ResultHeader) -> str:
         """Why no number of a result may stand here; "" where its data are those of the newest."""
-        content = header["dataset"]["content"]
+        content = header.dataset.content
         if content == self.content:
             return ""
         return (
@@ -34,7 +33,7 @@ class Newest:
             f"({self.content}); run the method again"
         )
 
-    def stale_value(self, header: Header, value: str) -> str:
+    def stale_value(self, header: ResultHeader, value: str) -> str:
         """Why a value of a result may not stand here; "" where its metric is the newest."""
         metric = self.metric_of.get(value, "")
         if metric not in (had := metric_versions(header)) or had[metric] == self.metrics[metric]:
@@ -45,46 +44,37 @@ class Newest:
         )
 
 
-def made(header: Header) -> str:
-    """When a result was made, in a form that sorts; "" where it does not say."""
-    return str(header.get("date", ""))
-
-
-def newest_by_label(headers: Iterable[Header]) -> dict[str, Newest]:
+def newest_by_label(headers: Iterable[ResultHeader]) -> dict[str, Newest]:
     """Label of a data set -> the newest of its results."""
-    by_label: dict[str, list[Header]] = {}
+    by_label: dict[str, list[ResultHeader]] = {}
     for header in headers:
-        by_label.setdefault(header["dataset"]["label"], []).append(header)
+        by_label.setdefault(header.dataset.label, []).append(header)
     return {label: newest(each) for label, each in by_label.items()}
 
 
-def newest(headers: Iterable[Header]) -> Newest:
+def newest(headers: Iterable[ResultHeader]) -> Newest:
     """Of results on one data set; by date, and where dates are equal by version."""
-    ordered = sorted(headers, key=made)
+    ordered = sorted(headers, key=lambda header: header.date)
     metrics: dict[str, tuple[str, str]] = {}
     metric_of: dict[str, str] = {}
     for header in ordered:
         for metric, version in metric_versions(header).items():
-            metrics[metric] = max(metrics.get(metric, ("", "")), (made(header), version))
-        metric_of |= {
-            key: value["metric"]
-            for key, value in (header["values"] | header.get("set_values", {})).items()
-            if value.get("metric")
-        }
+            metrics[metric] = max(metrics.get(metric, ("", "")), (header.date, version))
+        metric_of |= {key: value.metric for key, value in header.declared.items() if value.metric}
     versions = {metric: version for metric, (_, version) in metrics.items()}
-    return Newest(ordered[-1]["dataset"]["content"], versions, metric_of)
+    return Newest(ordered[-1].dataset.content, versions, metric_of)
 
 
-def metric_versions(header: Header) -> dict[str, str]:
+def metric_versions(header: ResultHeader) -> dict[str, str]:
     """Metric -> the version that its card declared, without the hash of its code."""
-    return {name: version.split("+")[0] for name, version in header.get("metrics", {}).items()}
+    return {name: version.split("+")[0] for name, version in header.metrics.items()}
 
 
-def other_code(headers: Sequence[Header]) -> list[str]:
+def other_code(headers: Sequence[ResultHeader]) -> list[str]:
     """Metrics that scored some of these results by other code under the same version."""
     seen: dict[tuple[str, str], set[str]] = {}
     for header in headers:
-        for name, version in header.get("metrics", {}).items():
+        for name, version in header.metrics.items():
             declared, _, code = version.partition("+")
             seen.setdefault((name, declared), set()).add(code)
     return sorted({name for (name, _), codes in seen.items() if len(codes) > 1})

@@ -13,11 +13,12 @@ import numpy as np
 from retarget_bench.api import SPLITS, CaseInfo
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.columns import Columns, Key
-from retarget_bench.results.store import STATUSES, Place
+from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.store import ResultPaths
 
 
 @dataclass(frozen=True)
-class Row:
+class MethodRow:
     """One method: what its header says, and for every seed that it was run with its numbers.
 
     header: of the first seed, with the counts and problems of all.
@@ -26,12 +27,12 @@ class Row:
     """
 
     label: str
-    header: Mapping[str, Any]
-    places: tuple[Place, ...]
+    header: ResultHeader
+    places: tuple[ResultPaths, ...]
     draws: tuple[Mapping[Key, np.ndarray], ...]
 
     @property
-    def place(self) -> Place:
+    def place(self) -> ResultPaths:
         return self.places[0]
 
     def number(self, key: Key) -> np.ndarray | None:
@@ -44,7 +45,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Panel:
+class ResultMatrix:
     """All methods on one split of one data set.
 
     cases:  sorted by clip. Values of legacy protocols count self pairs as intra, so self cases are there
@@ -58,8 +59,8 @@ class Panel:
     split: str
     cases: tuple[CaseInfo, ...]
     own: np.ndarray
-    rows: tuple[Row, ...]
-    values: Mapping[str, Mapping[str, Any]]
+    rows: tuple[MethodRow, ...]
+    values: Mapping[str, DeclaredValue]
     part: str = ""
 
     @cached_property
@@ -79,7 +80,7 @@ class Panel:
         found = (row.number(key) for row in self.rows)
         return np.array([nothing if each is None else each for each in found])
 
-    def restricted(self, kept: np.ndarray, part: str) -> Panel:
+    def restricted(self, kept: np.ndarray, part: str) -> ResultMatrix:
         """The panel of some cases: ``kept`` is ``(cases,)`` bool, or ``(methods, cases)`` where methods
         keep different ones."""
         each = np.array(np.broadcast_to(kept, (len(self.rows), len(self.cases))))
@@ -95,11 +96,11 @@ class Panel:
                 {key: np.where(keep, column, np.nan)[some] for key, column in draw.items()}
                 for draw in row.draws
             )
-            rows.append(replace(row, header=counted(row.header, ids), draws=draws))
+            rows.append(replace(row, header=row.header.counted(ids), draws=draws))
         cases = tuple(info for info, keep in zip(self.cases, some, strict=True) if keep)
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
-    def narrowed(self, value: str) -> Panel:
+    def narrowed(self, value: str) -> ResultMatrix:
         """The panel with one value and nothing else."""
         rows = tuple(
             replace(
@@ -113,21 +114,21 @@ class Panel:
         return replace(self, rows=rows, values={value: self.values[value]} if value in self.values else {})
 
 
-def panels(places: Iterable[Place]) -> list[Panel]:
+def result_matrices(places: Iterable[ResultPaths]) -> list[ResultMatrix]:
     """The results at these places, by data set and split (self, intra, cross).
 
     Numbers on other data, or of another version of a metric, than the newest of a data set's results are
     left out, and so are further seeds of a method that another version of it ran with, or on other data.
     A place that is named twice counts once.
     """
-    once: dict[Path, Place] = {}
+    once: dict[Path, ResultPaths] = {}
     for place in places:
         once.setdefault(place.header.resolve(), place)
     there = [(place, store.read_header(place.header)) for place in once.values()]
     newest = compatibility.newest_by_label(header for _, header in there)
     grouped: dict[tuple[str, str, str], list[Columns]] = {}
     for place, header in there:
-        label = header["dataset"]["label"]
+        label = header.dataset.label
         found = columns.read(place, header, newest[label])
         grouped.setdefault((label, place.task, place.split), []).append(found)
     order = {split: rank for rank, split in enumerate(SPLITS)}
@@ -135,11 +136,11 @@ def panels(places: Iterable[Place]) -> list[Panel]:
     return [_panel(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
 
 
-def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> Panel:
-    values: dict[str, Mapping[str, Any]] = {}
-    for each in sorted(found, key=lambda each: compatibility.made(each.header)):
-        values |= each.header["values"]
-    pooled = {key for key, value in values.items() if value["with_self"]}
+def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> ResultMatrix:
+    values: dict[str, DeclaredValue] = {}
+    for each in sorted(found, key=lambda each: each.header.date):
+        values |= each.header.values
+    pooled = {key for key, value in values.items() if value.with_self}
     split = found[0].place.split
     extra = selves if pooled and split == "intra" else ()
     infos = {info.id: (info, True) for each in found for info in each.cases}
@@ -150,7 +151,7 @@ def _panel(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> P
     draws = [
         (each, _aligned(each, own_self.get(_identity(each)), pooled, split, position)) for each in found
     ]
-    return Panel(
+    return ResultMatrix(
         dataset=label,
         split=split,
         cases=tuple(info for info, _ in ordered),
@@ -183,49 +184,40 @@ def _aligned(
 
 
 # ----------------------------------------------------------------------------------------------- seeds
-def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Row, ...]:
+def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[MethodRow, ...]:
     """One row per method: results under several seeds together. Equal labels of several roots are told
     apart by their folders."""
     grouped: dict[tuple[str, str], list[tuple[Columns, dict[Key, np.ndarray]]]] = {}
     for found, numbers in draws:
-        label = found.header["method"]["label"]
+        label = found.header.method.label
         grouped.setdefault((label, str(found.place.root)), []).append((found, numbers))
     labels = [label for label, _ in grouped]
     rows = []
     for (label, root), each in grouped.items():
         # results on other data than the newest have no cases here
-        each.sort(key=lambda pair: (not pair[0].cases, pair[0].header.get("seeds", [0])))
+        each.sort(key=lambda pair: (not pair[0].cases, pair[0].header.seeds or (0,)))
         first = each[0][0]
         each = [pair for pair in each if _same_version(pair[0], first)]
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
         seeds = tuple(numbers for _, numbers in each)
         places = tuple(found.place for found, _ in each)
-        rows.append(Row(shown, _header([found for found, _ in each]), places, seeds))
+        rows.append(MethodRow(shown, _header([found for found, _ in each]), places, seeds))
     return tuple(rows)
 
 
-def _header(found: Sequence[Columns]) -> Mapping[str, Any]:
+def _header(found: Sequence[Columns]) -> ResultHeader:
     """One header for the results under several seeds: a case is answered where every seed answered it."""
     first = found[0].header
     if len(found) == 1:
         return first
-    problems = [problem for each in found for problem in each.header["problems"]]
-    seeds = [seed for each in found for seed in each.header["seeds"]]
+    problems = tuple(problem for each in found for problem in each.header.problems)
+    seeds = tuple(seed for each in found for seed in each.header.seeds)
     ids = {info.id for info in found[0].cases}
-    return counted({**first, "problems": problems, "seeds": seeds}, ids)
+    return replace(first, problems=problems, seeds=seeds).counted(ids)
 
 
 def _same_version(found: Columns, first: Columns) -> bool:
     """Whether a result under another seed was made by the same method and metrics, on the same data."""
-    same_data = found.header["dataset"]["content"] == first.header["dataset"]["content"]
-    return same_data and all(found.header[name] == first.header[name] for name in ("method", "metrics"))
-
-
-def counted(header: Mapping[str, Any], ids: set[str]) -> dict[str, Any]:
-    """A header whose counts and problems are those of these cases."""
-    kept = [{**problem, "cases": sorted(ids & set(problem["cases"]))} for problem in header["problems"]]
-    problems = [problem for problem in kept if problem["cases"]]
-    status = {case: problem["status"] for problem in problems for case in problem["cases"]}
-    counts = {name: list(status.values()).count(name) for name in STATUSES}
-    counts["ok"] = len(ids) - len(status)
-    return {**header, "counts": {"asked": len(ids), **counts}, "problems": problems}
+    one, other = found.header, first.header
+    same_data = one.dataset.content == other.dataset.content
+    return same_data and (one.method, one.metrics) == (other.method, other.metrics)

@@ -27,13 +27,10 @@ import numpy as np
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
 from retarget_bench.files import atomic, digest, slug, write_text
+from retarget_bench.results.header import SCHEMA, DeclaredValue, ResultHeader, parsed
 
-SCHEMA = 1
-STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
-"""``missing``: scoring was asked for and no prediction was there."""
 ROW_FIELDS = ("case", "value_id", "index", "value")
 CASE_FIELDS = ("case", "source", "target", "clip", "kind", "frames")
-HEADER_FIELDS = ("schema", "keys", "method", "dataset", "metrics", "values", "counts", "problems")
 ARRAY_INDICES = ("joint", "frame")
 """Values with one of these indices are stored in the ``.npz``, not in rows."""
 
@@ -41,7 +38,7 @@ Values = dict[str, float | dict[str, float]]
 
 
 @dataclass(frozen=True)
-class Place:
+class ResultPaths:
     """Where the results of one method on one split of a data set lie."""
 
     root: Path
@@ -83,7 +80,7 @@ class Place:
 
 
 @dataclass
-class Entry:
+class CaseResult:
     """What came out of one case."""
 
     case: str
@@ -96,9 +93,9 @@ class Entry:
 class Results:
     """The results of one method on one split, read back."""
 
-    place: Place
-    header: dict[str, Any]
-    entries: list[Entry]
+    place: ResultPaths
+    header: ResultHeader
+    entries: list[CaseResult]
     cases: dict[str, CaseInfo]
 
 
@@ -118,7 +115,9 @@ def case_seed(base: int, method: str, case_id: str) -> int:
 
 
 # --------------------------------------------------------------------------------------------- journal
-def open_journal(place: Place, keys: Mapping[str, str], *, anew: bool = False) -> dict[str, Entry]:
+def open_journal(
+    place: ResultPaths, keys: Mapping[str, str], *, anew: bool = False
+) -> dict[str, CaseResult]:
     """The finished cases of an interrupted run with the same keys; a stale journal is begun anew.
 
     The journal is left ending on a whole line, ready to be appended to.
@@ -135,9 +134,9 @@ def open_journal(place: Place, keys: Mapping[str, str], *, anew: bool = False) -
     return done
 
 
-def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, Entry], int]:
+def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, CaseResult], int]:
     """Entries, and the length in bytes of the whole lines (0: stale or none)."""
-    done: dict[str, Entry] = {}
+    done: dict[str, CaseResult] = {}
     length = 0
     try:
         lines = path.read_bytes().split(b"\n")
@@ -146,7 +145,7 @@ def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, Entry]
     for number, line in enumerate(lines[:-1]):  # the last piece is torn, or empty
         try:
             record = json.loads(line)
-            entry = Entry(**record) if number else None
+            entry = CaseResult(**record) if number else None
         except (ValueError, TypeError):
             break
         if entry is not None:
@@ -157,7 +156,7 @@ def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, Entry]
     return done, length
 
 
-def append_journal(place: Place, entry: Entry) -> None:
+def append_journal(place: ResultPaths, entry: CaseResult) -> None:
     """One line, written at once."""
     line = json.dumps(asdict(entry), allow_nan=False) + "\n"
     try:
@@ -169,23 +168,23 @@ def append_journal(place: Place, entry: Entry) -> None:
 
 # --------------------------------------------------------------------------------------------- writing
 def write_results(
-    place: Place, header: Mapping[str, Any], entries: Sequence[Entry], infos: Sequence[CaseInfo]
+    place: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
 ) -> None:
     """Rows, arrays and case list, then the header (whose presence says that all is there)."""
     write_cases(place.cases, infos)
-    rows, arrays = _flatten(entries, header["values"])
+    rows, arrays = _flatten(entries, header.values)
     with atomic(place.rows) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(ROW_FIELDS)
         writer.writerows((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
     with atomic(place.arrays) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
-    write_text(place.header, json.dumps(header, indent=1, ensure_ascii=False) + "\n")
+    write_text(place.header, json.dumps(header.plain(), indent=1, ensure_ascii=False) + "\n")
     place.journal.unlink(missing_ok=True)
 
 
 def _flatten(
-    entries: Iterable[Entry], declared: Mapping[str, Mapping[str, Any]]
+    entries: Iterable[CaseResult], declared: Mapping[str, DeclaredValue]
 ) -> tuple[list[tuple[str, str, str, float]], dict[str, np.ndarray]]:
     """Entries as sorted rows, and as arrays ``<value id>:cases|index|values``, each one-dimensional."""
     rows: list[tuple[str, str, str, float]] = []
@@ -194,7 +193,7 @@ def _flatten(
         for value_id, value in entry.values.items():
             if not isinstance(value, dict):
                 rows.append((entry.case, value_id, "", value))
-            elif declared[value_id]["index"] in ARRAY_INDICES:
+            elif declared[value_id].index in ARRAY_INDICES:
                 arrays.setdefault(value_id, []).extend((entry.case, k, v) for k, v in value.items())
             else:
                 rows.extend((entry.case, value_id, k, v) for k, v in value.items())
@@ -218,29 +217,30 @@ def write_cases(path: Path, infos: Sequence[CaseInfo]) -> None:
 
 
 # --------------------------------------------------------------------------------------------- reading
-def read_header(path: Path) -> dict[str, Any]:
-    """A header, brought to the present schema. Raises FileError on damage or a newer schema."""
+def read_header(path: Path) -> ResultHeader:
+    """The header at a path. Raises FileError on damage or a newer schema."""
+    facts = read_header_facts(path)
     try:
-        header = json.loads(path.read_text(encoding="utf-8"))
-        schema = header["schema"]
-        if missing := [name for name in HEADER_FIELDS if name not in header]:
-            raise KeyError(f"it lacks {', '.join(missing)}")
+        return parsed(facts)
+    except ValueError as error:
+        raise FileError(path, f"is not a result header ({error})") from error
+
+
+def read_header_facts(path: Path) -> dict[str, Any]:
+    """A header as JSON, of a schema that this version knows, but otherwise unchecked. Raises FileError."""
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        schema = facts["schema"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(path, f"is not a result header ({error})") from error
     if not isinstance(schema, int) or schema > SCHEMA:
         raise FileError(
             path, f"has result schema {schema}; this version reads up to {SCHEMA}. Upgrade retarget-bench"
         )
-    for step in range(schema, SCHEMA):
-        header = MIGRATIONS[step](header)
-    return dict(header)
+    return dict(facts)
 
 
-MIGRATIONS: dict[int, Any] = {}
-"""Schema -> function that brings a header of that schema to the next one."""
-
-
-def read_results(place: Place) -> Results:
+def read_results(place: ResultPaths) -> Results:
     """Everything that is known of one method on one split.
 
     Raises FileError when a file is missing, damaged or from a newer version.
@@ -248,16 +248,16 @@ def read_results(place: Place) -> Results:
     header = read_header(place.header)
     cases = {info.id: info for info in read_cases(place.cases, place.task, place.split)}
     entries = read_rows(place.rows)
-    for problem in header["problems"]:
-        for case in problem["cases"]:
-            entries[case] = Entry(case, problem["status"], problem["message"])
+    for problem in header.problems:
+        for case in problem.cases:
+            entries[case] = CaseResult(case, problem.status, problem.message)
     if strangers := entries.keys() - cases.keys():
         raise FileError(place.rows, f"names case {min(strangers)!r}, which {place.cases} does not list")
     return Results(place, header, [entries[case] for case in sorted(entries)], cases)
 
 
-def read_rows(path: Path) -> dict[str, Entry]:
-    entries: dict[str, Entry] = {}
+def read_rows(path: Path) -> dict[str, CaseResult]:
+    entries: dict[str, CaseResult] = {}
     for line, (case, value_id, index, text) in enumerate(read_csv(path, ROW_FIELDS), 2):
         try:
             number = float(text)
@@ -265,7 +265,7 @@ def read_rows(path: Path) -> dict[str, Entry]:
             number = math.nan
         if not math.isfinite(number):
             raise FileError(path, f"{text!r} is not a number", line)
-        values = entries.setdefault(case, Entry(case, "ok")).values
+        values = entries.setdefault(case, CaseResult(case, "ok")).values
         if not index:
             values[value_id] = number
             continue
@@ -301,7 +301,7 @@ def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
     return rows
 
 
-def read_arrays(place: Place) -> dict[str, np.ndarray]:
+def read_arrays(place: ResultPaths) -> dict[str, np.ndarray]:
     """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
     try:
         with np.load(place.arrays) as file:
@@ -310,7 +310,7 @@ def read_arrays(place: Place) -> dict[str, np.ndarray]:
         raise FileError(place.arrays, f"cannot be read ({error}); run the method again") from error
 
 
-def find_results(root: Path, task: str = "retarget") -> list[Place]:
+def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:
     """Every finished result of a task under a results root, sorted.
 
     task: ``retarget``, a derived one (with any parameters), or ``probe``: what ``bench probe`` wrote.
@@ -319,5 +319,5 @@ def find_results(root: Path, task: str = "retarget") -> list[Place]:
     changed = f"{task}-{8 * '[0-9a-f]'}"  # see Spec.slug
     for header in sorted([*root.glob(f"*/{task}/*/*.json"), *root.glob(f"*/{changed}/*/*.json")]):
         dataset, folder, split = header.relative_to(root).parts[:3]
-        places.append(Place(root, dataset, folder, split, header.stem))
+        places.append(ResultPaths(root, dataset, folder, split, header.stem))
     return places

@@ -5,14 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
-from typing import Any
 
 from retarget_bench.analysis.breakdown import CURVES, By
-from retarget_bench.analysis.summary import Score, Section
+from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.tables import missing, provenance, set_groups
-from retarget_bench.tables.groups import FPS, Making, by_method, by_part
+from retarget_bench.tables.groups import FPS, GroupBuilder, by_method, by_part
 from retarget_bench.tables.model import Group, Problem, Table
 
 FIRST_SIGHT = (
@@ -33,11 +33,15 @@ WHERE_KNOWN = frozenset(["touch_gap"])
 _DUST, _ROUNDING = 1e-6, 1e-5
 """Numbers that are rounding: of this size, or by this share of the column's largest."""
 
-Values = Mapping[str, Mapping[str, Any]]
+Values = Mapping[str, DeclaredValue]
 
 
 def tables(
-    found: Sequence[Section], columns: Sequence[str] = FIRST_SIGHT, by: str = "", *, with_sets: bool = False
+    found: Sequence[SplitSummary],
+    columns: Sequence[str] = FIRST_SIGHT,
+    by: str = "",
+    *,
+    with_sets: bool = False,
 ) -> list[Table]:
     """One table per data set. ``columns`` are value ids, or ``fps``.
 
@@ -48,7 +52,7 @@ def tables(
     for one that is a curve.
     """
     declared = _declared(found)
-    by_dataset: dict[str, list[Section]] = {}
+    by_dataset: dict[str, list[SplitSummary]] = {}
     for section in found:
         by_dataset.setdefault(section.dataset, []).append(section)
     if columns is not FIRST_SIGHT:
@@ -59,26 +63,26 @@ def tables(
     ]
 
 
-def all_columns(found: Sequence[Section]) -> list[str]:
+def all_columns(found: Sequence[SplitSummary]) -> list[str]:
     """Every value that is one number per case, in declared order, then fps, then values of sets."""
-    single = [key for key, value in _declared(found).items() if not value["index"]]
+    single = [key for key, value in _declared(found).items() if not value.index]
     return [*single, FPS, *set_groups.declared(found)]
 
 
-def curve_index(found: Sequence[Section], columns: Sequence[str]) -> By | None:
+def curve_index(found: Sequence[SplitSummary], columns: Sequence[str]) -> By | None:
     """What all these values are curves over, where there is a breakdown by that."""
     declared = _declared(found)
-    over = {declared[column]["index"] if column in declared else "" for column in columns}
+    over = {declared[column].index if column in declared else "" for column in columns}
     known: tuple[By, ...] = ("joint", *CURVES)
     return next((by for by in known if over == {by}), None)
 
 
-def _declared(found: Sequence[Section]) -> dict[str, Mapping[str, Any]]:
+def _declared(found: Sequence[SplitSummary]) -> dict[str, DeclaredValue]:
     return {key: value for section in found for key, value in section.values.items()}
 
 
 def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: Iterable[str]) -> None:
-    shown = sorted(key for key, value in declared.items() if not value["index"])
+    shown = sorted(key for key, value in declared.items() if not value.index)
     whole = [] if by else [FPS, *of_sets]
     known = ", ".join([*whole, *shown])
     if not columns:
@@ -89,7 +93,7 @@ def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: I
         if column not in declared:
             raise BenchError(f"no result has a value {column!r}; there are {known}")
         if column not in shown:
-            index = declared[column]["index"]
+            index = declared[column].index
             raise BenchError(
                 f"{column} has a number per {index}, and stands alone or beside such values; single "
                 f"numbers are {known}"
@@ -98,17 +102,17 @@ def _check_columns(columns: Sequence[str], declared: Values, by: str, of_sets: I
 
 def _table(
     title: str,
-    found: Sequence[Section],
+    found: Sequence[SplitSummary],
     wanted: Sequence[str],
     declared: Values,
-    methods: Mapping[str, Mapping[str, Any]],
+    methods: Mapping[str, ResultHeader],
     by: str,
     with_sets: bool,
 ) -> Table:
     known = compatibility.newest([score.header for section in found for score in section.scores])
     of_sets = set_groups.declared(found)
     decimals = {key: _decimals(_numbers(found, key)) for key in (*declared, FPS, *of_sets)}
-    making = Making(known, {**declared, **of_sets}, decimals, methods)
+    making = GroupBuilder(known, {**declared, **of_sets}, decimals, methods)
     sets = [key for key in of_sets if with_sets or key in wanted]
     keys = _broken_down(found, wanted, declared) if by else []
     if by:
@@ -130,7 +134,11 @@ def _table(
 
 
 def _groups(
-    found: Sequence[Section], wanted: Sequence[str], sets: Sequence[str], declared: Values, making: Making
+    found: Sequence[SplitSummary],
+    wanted: Sequence[str],
+    sets: Sequence[str],
+    declared: Values,
+    making: GroupBuilder,
 ) -> list[Group]:
     """Per split: the values of cases, then those of sets, structure by structure."""
     of_sets = set_groups.declared(found)
@@ -144,7 +152,7 @@ def _groups(
     return groups
 
 
-def _set_notes(found: Sequence[Section], wanted: Sequence[str], of_sets: Iterable[str]) -> list[str]:
+def _set_notes(found: Sequence[SplitSummary], wanted: Sequence[str], of_sets: Iterable[str]) -> list[str]:
     """How to read values of sets and which there are not, or how to see them."""
     if wanted:
         lacking = [sentence for section in found for sentence in set_groups.without(section, wanted)]
@@ -154,7 +162,7 @@ def _set_notes(found: Sequence[Section], wanted: Sequence[str], of_sets: Iterabl
 
 
 # --------------------------------------------------------------------------------------------- columns
-def _columns(section: Section, wanted: Sequence[str], declared: Values) -> tuple[list[str], list[str]]:
+def _columns(section: SplitSummary, wanted: Sequence[str], declared: Values) -> tuple[list[str], list[str]]:
     """The columns that a split has, and sentences about those that it has not."""
     if not any(score.means for score in section.scores):
         return [key for key in wanted if key == FPS or key in declared], []
@@ -167,7 +175,7 @@ def _columns(section: Section, wanted: Sequence[str], declared: Values) -> tuple
         elif key in declared and not (wanted is FIRST_SIGHT and key in WHERE_KNOWN):
             absent.setdefault(missing.lacking([declared[key]], *section.scores), []).append(key)
     lost = [
-        f"{section.split}: not shown are {', '.join(declared[key]['label'] for key in each)}: {why}"
+        f"{section.split}: not shown are {', '.join(declared[key].label for key in each)}: {why}"
         for why, each in absent.items()
     ]
     return list(dict.fromkeys(keys)), lost
@@ -180,7 +188,7 @@ def stand_in(key: str, present: Collection[str]) -> str | None:
     return FPS if key == FPS else next(found, None)
 
 
-def _broken_down(found: Sequence[Section], wanted: Sequence[str], declared: Values) -> list[str]:
+def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared: Values) -> list[str]:
     """The values of a breakdown: a group each. Unasked, the first of the usual columns, or else all."""
     present = _present(found)
     shown = (stand_in(key, present) for key in wanted if key != FPS)
@@ -190,23 +198,23 @@ def _broken_down(found: Sequence[Section], wanted: Sequence[str], declared: Valu
     return keys[:1] or [key for key in declared if key in present]
 
 
-def _splits(found: Sequence[Section]) -> list[list[Section]]:
-    by_split: dict[str, list[Section]] = {}
+def _splits(found: Sequence[SplitSummary]) -> list[list[SplitSummary]]:
+    by_split: dict[str, list[SplitSummary]] = {}
     for section in found:
         by_split.setdefault(section.split, []).append(section)
     return list(by_split.values())
 
 
-def _has(found: Sequence[Section], key: str) -> bool:
+def _has(found: Sequence[SplitSummary], key: str) -> bool:
     return key in _present(found)
 
 
-def _present(found: Iterable[Section]) -> set[str]:
+def _present(found: Iterable[SplitSummary]) -> set[str]:
     return {key for section in found for score in section.scores for key in score.means}
 
 
 # --------------------------------------------------------------------------------------------- numbers
-def _numbers(found: Sequence[Section], key: str) -> list[float]:
+def _numbers(found: Sequence[SplitSummary], key: str) -> list[float]:
     """Those of the ranked methods, which decide how a column is written; of all where these have none.
 
     A number is none where it is rounding beside the others: single precision is what predictions keep.
@@ -218,7 +226,7 @@ def _numbers(found: Sequence[Section], key: str) -> list[float]:
     return ranked or [size for _, size in numbers if size > dust]
 
 
-def _number(score: Score, key: str) -> list[float]:
+def _number(score: MethodSummary, key: str) -> list[float]:
     if key == FPS:
         return [] if score.fps is None else [score.fps]
     if key in score.means:
@@ -236,7 +244,7 @@ def _decimals(numbers: Sequence[float]) -> int:
 
 
 # ----------------------------------------------------------------------------------------------- below
-def _notes(found: Sequence[Section]) -> list[str]:
+def _notes(found: Sequence[SplitSummary]) -> list[str]:
     """What the data sets say, and which versions met."""
     notes = {note: None for section in found for note in section.notes}
     known = compatibility.newest([score.header for section in found for score in section.scores])
@@ -253,13 +261,13 @@ def _notes(found: Sequence[Section]) -> list[str]:
     return list(notes)
 
 
-def _problems(found: Sequence[Section]) -> list[Problem]:
+def _problems(found: Sequence[SplitSummary]) -> list[Problem]:
     problems: dict[tuple[str, str, str, str], dict[str, None]] = {}
     for section in found:
         for score in section.scores:
-            for each in score.header["problems"]:
-                key = (section.split, score.label, each["status"], each["message"])
-                problems.setdefault(key, {}).update(dict.fromkeys(each["cases"]))
+            for each in score.header.problems:
+                key = (section.split, score.label, each.status, each.message)
+                problems.setdefault(key, {}).update(dict.fromkeys(each.cases))
     return _merged([Problem(*key, tuple(cases)) for key, cases in problems.items()])
 
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any
 
 from retarget_bench.analysis.breakdown import CURVES
 from retarget_bench.analysis.statistics import ENOUGH_CLIPS
-from retarget_bench.analysis.summary import Score, Section
+from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.results.compatibility import Newest
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.tables import missing as gaps
 from retarget_bench.tables.model import (
     NOT_APPLICABLE,
@@ -32,7 +32,7 @@ FPS_MEANING = "frames retargeted per second by one process and one thread, readi
 
 
 @dataclass(frozen=True)
-class Making:
+class GroupBuilder:
     """What the cells of a table have in common.
 
     declared: value id -> what the newest header declares of it.
@@ -41,35 +41,35 @@ class Making:
     """
 
     newest: Newest
-    declared: Mapping[str, Mapping[str, Any]]
+    declared: Mapping[str, DeclaredValue]
     decimals: Mapping[str, int]
-    methods: Mapping[str, Mapping[str, Any]]
+    methods: Mapping[str, ResultHeader]
     footnotes: Footnotes = field(default_factory=Footnotes)
 
     def column(self, key: str) -> Column:
         if key == FPS:
             return Column(FPS, "fps", "1/s", "higher", FPS_MEANING)
         value = self.declared[key]
-        metric = value.get("metric", "")
+        metric = value.metric
         return Column(
             key,
-            value["label"],
-            value["unit"],
-            value["better"],
-            value["meaning"],
-            value["goal"],
-            value.get("formula", ""),
+            value.label,
+            value.unit,
+            value.better,
+            value.meaning,
+            value.goal,
+            value.formula,
             f"{metric} {self.newest.metrics.get(metric, '')}".strip(),
         )
 
-    def cell(self, section: Section, score: Score, key: str) -> Cell:
+    def cell(self, section: SplitSummary, score: MethodSummary, key: str) -> Cell:
         """One method's number for one value, or why there is none."""
         if gap := gaps.of_row(score, self.newest):
             return self.empty(gap)
         if key == FPS:
             if score.fps is not None:
                 return Cell(self.shown(score.fps, key), score.fps, decimals=self.decimals[key])
-            elsewhere = score.header["method"].get("origin") == "predictions made elsewhere"
+            elsewhere = score.header.method.external
             told = "predictions made elsewhere are not timed" if elsewhere else "speed was not measured"
             return self.empty((NOT_APPLICABLE if elsewhere else NOT_RUN, told))
         if key not in score.means:
@@ -101,7 +101,7 @@ class Making:
         return Cell(kind, reason=reason, footnote=self.footnotes.number(reason))
 
 
-def _mark(section: Section, score: Score, key: str) -> Mark:
+def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:
     """Only where there was something to be better than, and clips enough to tell (as for intervals)."""
     ranking = section.rankings.get(key)
     if ranking is None or len(ranking.order) < 2 or ranking.clips < ENOUGH_CLIPS:
@@ -112,7 +112,9 @@ def _mark(section: Section, score: Score, key: str) -> Mark:
 
 
 # -------------------------------------------------------------------------------- methods by values
-def by_method(section: Section, keys: Sequence[str], absent: Sequence[str], making: Making) -> Group:
+def by_method(
+    section: SplitSummary, keys: Sequence[str], absent: Sequence[str], making: GroupBuilder
+) -> Group:
     """All methods on one split: a row each, a column per value. ``absent`` are sentences for the foot."""
     rows = [(_row(section, score, keys, making), score) for score in section.scores]
     fresh = [score for score in section.scores if not making.newest.stale_data(score.header)]
@@ -135,12 +137,12 @@ def by_method(section: Section, keys: Sequence[str], absent: Sequence[str], maki
     )
 
 
-def _nothing_in_common(section: Section, keys: Sequence[str], making: Making) -> list[str]:
+def _nothing_in_common(section: SplitSummary, keys: Sequence[str], making: GroupBuilder) -> list[str]:
     """Sentences about columns whose numbers stand on cases of each method's own."""
     found = []
     for key in keys:
         having = [score for score in section.scores if not score.unranked and key in score.means]
-        if len(having) > 1 and key not in section.rankings and making.declared[key]["better"] != "none":
+        if len(having) > 1 and key not in section.rankings and making.declared[key].better != "none":
             found.append(
                 f"{section.split}: nobody is ranked by {making.column(key).label}: there is no case that "
                 "all ranked methods have it for, and every number stands on other cases."
@@ -148,7 +150,7 @@ def _nothing_in_common(section: Section, keys: Sequence[str], making: Making) ->
     return found
 
 
-def _title(section: Section, scores: Sequence[Score]) -> str:
+def _title(section: SplitSummary, scores: Sequence[MethodSummary]) -> str:
     asked = max((score.asked for score in scores), default=0)
     frames = f", {section.frames} frames" if section.frames else ""
     return (
@@ -157,24 +159,26 @@ def _title(section: Section, scores: Sequence[Score]) -> str:
     )
 
 
-def _row(section: Section, score: Score, keys: Sequence[str], making: Making) -> Row:
+def _row(section: SplitSummary, score: MethodSummary, keys: Sequence[str], making: GroupBuilder) -> Row:
     stale = bool(making.newest.stale_data(score.header))
     n = "0" if stale else f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
     cells = tuple(making.cell(section, score, key) for key in keys)
     return Row(score.label, STALE if stale else score.unranked, cells, n, about(score.header))
 
 
-def about(header: Mapping[str, Any]) -> str:
+def about(header: ResultHeader) -> str:
     """What a method is, in a line; "" where its header does not say."""
-    return str(header["method"].get("summary", ""))
+    return header.method.summary
 
 
-def _common(section: Section, key: str) -> Common | None:
+def _common(section: SplitSummary, key: str) -> Common | None:
     ranking = section.rankings.get(key)
     return Common(ranking.cases, ranking.clips) if ranking else None
 
 
-def _place(section: Section, score: Score, key: str, making: Making) -> tuple[int, float]:
+def _place(
+    section: SplitSummary, score: MethodSummary, key: str, making: GroupBuilder
+) -> tuple[int, float]:
     """Sorts rows: in the order of the ranking, then by the number, then those without one."""
     ranking = section.rankings.get(key)
     if ranking and score.label in ranking.order:
@@ -189,7 +193,7 @@ def _place(section: Section, score: Score, key: str, making: Making) -> tuple[in
 
 
 # --------------------------------------------------------------------------------- parts by methods
-def by_part(sections: Sequence[Section], key: str, heading: str, making: Making) -> Group:
+def by_part(sections: Sequence[SplitSummary], key: str, heading: str, making: GroupBuilder) -> Group:
     """One value on one split, broken down: a row per part, a column per method. The title has the unit."""
     value = making.column(key)
     first = {score.label: score for section in reversed(sections) for score in section.scores}
@@ -234,11 +238,11 @@ def by_part(sections: Sequence[Section], key: str, heading: str, making: Making)
     )
 
 
-def _counted(score: Score, key: str) -> int:
+def _counted(score: MethodSummary, key: str) -> int:
     return score.means[key].n if key in score.means else 0
 
 
-def _never_ranked(sections: Sequence[Section], label: str) -> str:
+def _never_ranked(sections: Sequence[SplitSummary], label: str) -> str:
     """Why a method is ranked in no part; "" where it is in any."""
     scores = [score for section in sections for score in section.scores if score.label == label]
     reasons = {score.unranked for score in scores if score.asked}

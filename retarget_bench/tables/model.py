@@ -170,7 +170,7 @@ class Problem:
 
 
 @dataclass(frozen=True)
-class Origin:
+class Provenance:
     """Where the rows of a method come from: what made them, when, with what, and how to make them again."""
 
     label: str
@@ -201,7 +201,7 @@ class Table:
     notes: tuple[str, ...] = ()
     footnotes: tuple[str, ...] = ()
     problems: tuple[Problem, ...] = ()
-    origins: tuple[Origin, ...] = ()
+    origins: tuple[Provenance, ...] = ()
     data: tuple[tuple[str, str], ...] = ()
     subjects: tuple[Column, ...] = ()
     reading: str = ""

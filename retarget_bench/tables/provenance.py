@@ -6,16 +6,15 @@ import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from retarget_bench.analysis.summary import Section
+from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.tables.model import Origin
+from retarget_bench.results.header import ResultHeader
+from retarget_bench.tables.model import Provenance
 
-Header = Mapping[str, Any]
 
-
-def origins(found: Sequence[Section]) -> tuple[Origin, ...]:
+def origins(found: Sequence[SplitSummary]) -> tuple[Provenance, ...]:
     """One per method and way of making it; splits that were made alike are told together."""
-    grouped: dict[tuple[Any, ...], dict[str, Header]] = {}
+    grouped: dict[tuple[Any, ...], dict[str, ResultHeader]] = {}
     for section in found:
         for score in section.scores:
             alike = _facts(score.label, score.header)
@@ -23,52 +22,48 @@ def origins(found: Sequence[Section]) -> tuple[Origin, ...]:
     return tuple(_origin(facts[0], headers) for facts, headers in grouped.items())
 
 
-def _facts(label: str, header: Header) -> tuple[Any, ...]:
+def _facts(label: str, header: ResultHeader) -> tuple[Any, ...]:
     """What must be equal for two results of a method to be told as one."""
-    method = header["method"]
-    versions = tuple(header.get("versions", {}).items())
-    seeds = tuple(header.get("seeds", ()))
-    return label, method.get("version"), method.get("code"), header.get("revision"), versions, seeds
+    method = header.method
+    versions = tuple(header.versions.items())
+    seeds = tuple(header.seeds)
+    return label, method.version, method.code, header.revision, versions, seeds
 
 
-def _origin(label: str, headers: Mapping[str, Header]) -> Origin:
+def _origin(label: str, headers: Mapping[str, ResultHeader]) -> Provenance:
     header = next(iter(headers.values()))
-    method = header["method"]
-    return Origin(
+    method = header.method
+    return Provenance(
         label=label,
-        about=str(method.get("summary", "")),
+        about=method.summary,
         splits=tuple(headers),
-        version=method.get("version", ""),
-        code=method.get("code", ""),
-        seeds=tuple(header.get("seeds", ())),
-        date=max(each.get("date", "") for each in headers.values())[:10],
-        revision=header.get("revision", ""),
-        versions=", ".join(f"{name} {which}" for name, which in header.get("versions", {}).items()),
+        version=method.version or "",
+        code=method.code or "",
+        seeds=tuple(header.seeds),
+        date=max(each.date for each in headers.values())[:10],
+        revision=header.revision,
+        versions=", ".join(f"{name} {which}" for name, which in header.versions.items()),
         command=_command(header, list(headers)),
     )
 
 
-def _command(header: Header, splits: Sequence[str]) -> str:
+def _command(header: ResultHeader, splits: Sequence[str]) -> str:
     """What is typed to make the rows again; where the data lie is not known here."""
-    method, dataset = header["method"], header["dataset"]
-    if method.get("origin") == "predictions made elsewhere":
+    method, dataset = header.method, header.dataset
+    if method.external:
         return "bench score FOLDER"
-    if "name" not in dataset:
-        return ""
-    data = Spec(dataset["name"], dataset.get("parameters", {}))
-    words = ["bench", "run", method["label"], "-d", str(data), "-s", ",".join(splits)]
-    if seeds := header.get("seeds"):
+    data = Spec(dataset.name, dataset.parameters)
+    words = ["bench", "run", method.label, "-d", str(data), "-s", ",".join(splits)]
+    if seeds := header.seeds:
         words += ["--seed", str(seeds[0]), *(["--seeds", str(len(seeds))] if len(seeds) > 1 else [])]
     return shlex.join(words)
 
 
-def data_facts(found: Sequence[Section]) -> tuple[tuple[str, str], ...]:
+def data_facts(found: Sequence[SplitSummary]) -> tuple[tuple[str, str], ...]:
     """(what, which) of a data set, as its newest result tells it."""
     headers = [score.header for section in found for score in section.scores]
-    dataset = max(headers, key=lambda header: header.get("date", ""))["dataset"]
-    facts = [("data set", dataset["label"])]
-    if "name" in dataset:
-        facts.append(("asked for as", str(Spec(dataset["name"], dataset.get("parameters", {})))))
-    if dataset.get("version"):
-        facts.append(("version", str(dataset["version"])))
-    return (*facts, ("content", str(dataset["content"])))
+    dataset = max(headers, key=lambda header: header.date).dataset
+    facts = [("data set", dataset.label), ("asked for as", str(Spec(dataset.name, dataset.parameters)))]
+    if dataset.version:
+        facts.append(("version", dataset.version))
+    return (*facts, ("content", dataset.content))

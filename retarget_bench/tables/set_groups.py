@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 from retarget_bench.analysis.statistics import Interval
-from retarget_bench.analysis.summary import Score, Section
+from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.evaluation.set_metrics import SetValue
-from retarget_bench.results import compatibility
+from retarget_bench.results.header import DeclaredValue
 from retarget_bench.tables import missing
-from retarget_bench.tables.groups import STALE, Making, about
+from retarget_bench.tables.groups import STALE, GroupBuilder, about
 from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION, Cell, Group, Row, count
 
 FLOOR, FLOOR_MARK = "floor", "right answers, against other real motion"
@@ -39,15 +38,15 @@ class _Sets:
     clips: int = 0
 
 
-def declared(found: Iterable[Section]) -> dict[str, Mapping[str, Any]]:
+def declared(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
     """Value id -> what the newest header declares of it, of all values of sets."""
     headers = sorted(
-        (score.header for section in found for score in section.scores), key=compatibility.made
+        (score.header for section in found for score in section.scores), key=lambda header: header.date
     )
-    return {key: value for header in headers for key, value in header.get("set_values", {}).items()}
+    return {key: value for header in headers for key, value in header.set_values.items()}
 
 
-def by_set(section: Section, keys: Sequence[str], making: Making) -> list[Group]:
+def by_set(section: SplitSummary, keys: Sequence[str], making: GroupBuilder) -> list[Group]:
     """A group per target structure that any method has a value for, a row per method.
 
     The floor stands among the rows that are not ranked.
@@ -55,7 +54,7 @@ def by_set(section: Section, keys: Sequence[str], making: Making) -> list[Group]
     return [_group(section, *each, keys, making) for each, why in _structures(section, keys) if not why]
 
 
-def without(section: Section, keys: Sequence[str]) -> list[str]:
+def without(section: SplitSummary, keys: Sequence[str]) -> list[str]:
     """Sentences about target structures that no method has a value for, or none of a kind."""
     found = _structures(section, keys)
     empty = [structure for (structure, kind), why in found if why and not kind]
@@ -70,7 +69,7 @@ def _named(structure: str, kind: str) -> str:
     return f"{structure}, kind {kind}" if kind else structure
 
 
-def _structures(section: Section, keys: Sequence[str]) -> list[tuple[tuple[str, str], str]]:
+def _structures(section: SplitSummary, keys: Sequence[str]) -> list[tuple[tuple[str, str], str]]:
     """Every target structure and kind, and why no method has any of these values for it ("": one has)."""
     values: dict[tuple[str, str], list[SetValue]] = {}
     for score in section.scores:
@@ -87,7 +86,9 @@ def _reasons(found: Sequence[SetValue]) -> str:
     return "; ".join(dict.fromkeys(each.reason for each in found))
 
 
-def _group(section: Section, structure: str, kind: str, keys: Sequence[str], making: Making) -> Group:
+def _group(
+    section: SplitSummary, structure: str, kind: str, keys: Sequence[str], making: GroupBuilder
+) -> Group:
     usual = {key: _usual(section, (structure, kind), key) for key in keys}
     rows = []
     for score in section.scores:
@@ -99,7 +100,9 @@ def _group(section: Section, structure: str, kind: str, keys: Sequence[str], mak
         rows.append(Row(score.label, mark, cells, f"{n}", about(score.header)))
     rows.sort(key=lambda row: _place(row.cells[0], making.column(keys[0]).better))
     n, clips = max((each.n, each.clips) for each in usual.values())
-    mark = APART_MARK if any("four_legged" in score.header for score in section.scores) else FLOOR_MARK
+    mark = (
+        APART_MARK if any(score.header.four_legged is not None for score in section.scores) else FLOOR_MARK
+    )
     floors = tuple(_floor(key, each, making) for key, each in usual.items())
     return Group(
         title=f"{section.split}, all answers on bodies of structure {_named(structure, kind)} as one set: "
@@ -115,11 +118,11 @@ def _group(section: Section, structure: str, kind: str, keys: Sequence[str], mak
     )
 
 
-def _usual(section: Section, which: tuple[str, str], key: str) -> _Sets:
+def _usual(section: SplitSummary, which: tuple[str, str], key: str) -> _Sets:
     """Of the newest results, what most have: methods that lack a case are drawn otherwise."""
     values = [
         each
-        for score in sorted(section.scores, key=lambda score: compatibility.made(score.header))
+        for score in sorted(section.scores, key=lambda score: score.header.date)
         for each in score.sets
         if (each.value_id, each.structure, each.kind) == (key, *which) and each.value is not None
     ]
@@ -132,12 +135,14 @@ def _usual(section: Section, which: tuple[str, str], key: str) -> _Sets:
     return _Sets(real, network, first.floor, first.n, first.clips)
 
 
-def _cell(score: Score, value: SetValue | None, key: str, making: Making, usual: _Sets) -> Cell:
+def _cell(
+    score: MethodSummary, value: SetValue | None, key: str, making: GroupBuilder, usual: _Sets
+) -> Cell:
     if gap := missing.of_row(score, making.newest):
         return making.empty(gap)
     if stale := making.newest.stale_value(score.header, key):
         return making.empty((OTHER_VERSION, stale))
-    if key not in score.header.get("set_values", {}):
+    if key not in score.header.set_values:
         return making.empty((NOT_RUN, f"scored without {key}; bench score adds it"))
     if value is None:
         return making.empty((NOT_APPLICABLE, "no answer on a body of this structure"))
@@ -148,7 +153,7 @@ def _cell(score: Score, value: SetValue | None, key: str, making: Making, usual:
             (OTHER_VERSION, "measured with another feature network than the newest results")
         )
     reason = "" if value.real == usual.real else _other_windows(value, key, making)
-    if (seeds := len(score.header.get("seeds", ()))) > 1:
+    if (seeds := len(score.header.seeds)) > 1:
         reason = "; ".join(filter(None, [f"of the first of its {seeds} seeds", reason]))
     low, high = value.low, value.high
     return Cell(
@@ -163,7 +168,7 @@ def _cell(score: Score, value: SetValue | None, key: str, making: Making, usual:
     )
 
 
-def _other_windows(value: SetValue, key: str, making: Making) -> str:
+def _other_windows(value: SetValue, key: str, making: GroupBuilder) -> str:
     floor = "unknown" if value.floor is None else making.shown(value.floor, key)
     return (
         f"drawn from {count(value.n, 'window')} that are not those of the others, since it did not answer "
@@ -171,7 +176,7 @@ def _other_windows(value: SetValue, key: str, making: Making) -> str:
     )
 
 
-def _floor(key: str, usual: _Sets, making: Making) -> Cell:
+def _floor(key: str, usual: _Sets, making: GroupBuilder) -> Cell:
     if usual.floor is None:
         return Cell(NOT_APPLICABLE)
     return Cell(

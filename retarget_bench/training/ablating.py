@@ -15,12 +15,12 @@ from retarget_bench.evaluation import plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import columns, compatibility, store
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.model import EMPTY, FAILED, NOT_APPLICABLE, Cell, Footnotes, Group, Table, count
 from retarget_bench.tables.model import Column as Heading
 from retarget_bench.tables.model import Row as Line
-from retarget_bench.training.ablation import Ablation, Column, Row
-from retarget_bench.training.train import Asked, Voice, finished, train
+from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
+from retarget_bench.training.train import ProgressReporter, TrainingOptions, finished, train
 
 TASK = "retarget"
 PRINTED = "printed"
@@ -33,10 +33,10 @@ Numbers = Mapping[str, Mapping[CaseInfo, float]]
 
 
 @dataclass(frozen=True)
-class Trained:
+class TrainedRow:
     """A row of an ablation with its weights. folder: of the training run."""
 
-    row: Row
+    row: AblationRow
     method: Spec
     folder: Path
 
@@ -47,7 +47,7 @@ class Trained:
 
 
 @dataclass(frozen=True)
-class Told:
+class AblationFacts:
     """What a table says of how its rows came about.
 
     trained, tested: labels of data sets, the same where nothing else was asked. recipe: of every row.
@@ -100,7 +100,9 @@ def check(ablation: Ablation, data: Spec) -> None:
             )
 
 
-def train_rows(ablation: Ablation, asked: Asked, out: Path, voice: Voice) -> list[Trained]:
+def train_rows(
+    ablation: Ablation, asked: TrainingOptions, out: Path, reporter: ProgressReporter
+) -> list[TrainedRow]:
     """Weights for every row, under the same data, seed, preset and budget.
 
     asked: what all rows have in common; its method is the one that rows change. A row that is trained is
@@ -112,15 +114,17 @@ def train_rows(ablation: Ablation, asked: Asked, out: Path, voice: Voice) -> lis
         spec = registry.canonical("methods", asked.method.with_parameters(**row.parameters))
         mine = replace(asked, method=spec, out=out / "train" / spec.slug, resume=True)
         if finished(mine):
-            voice.say(f"{row.label}: trained already ({mine.out})")
+            reporter.say(f"{row.label}: trained already ({mine.out})")
         else:
-            voice.say(f"{row.label}: training {spec}")
-            train(mine, voice)
-        made.append(Trained(row, spec, out / "train" / spec.slug))
+            reporter.say(f"{row.label}: training {spec}")
+            train(mine, reporter)
+        made.append(TrainedRow(row, spec, out / "train" / spec.slug))
     return made
 
 
-def plan_of(ablation: Ablation, trained: Sequence[Trained], data: Spec, out: Path, jobs: int) -> plan.Plan:
+def plan_of(
+    ablation: Ablation, trained: Sequence[TrainedRow], data: Spec, out: Path, jobs: int
+) -> plan.Plan:
     """What has to be predicted and scored on the data set to test on. Raises BenchError; see ``check``."""
     return plan.Plan(
         methods=tuple(dict.fromkeys(each.ready for each in trained)),
@@ -143,15 +147,15 @@ def _metrics(ablation: Ablation) -> tuple[str, ...]:
     return tuple(sorted({names[value] for value in wanted}))
 
 
-def numbers_of(asked: plan.Plan, trained: Sequence[Trained]) -> list[Numbers]:
+def numbers_of(asked: plan.Plan, trained: Sequence[TrainedRow]) -> list[Numbers]:
     """What every row scored, from the results of a plan that was carried out."""
-    places: dict[Spec, list[Place]] = {}
-    for cell in plan.cells(asked):
+    places: dict[Spec, list[ResultPaths]] = {}
+    for cell in plan.evaluation_units(asked):
         places.setdefault(cell.known_as, []).append(cell.place)
     return [_numbers(places[plan.known_as(each.ready)]) for each in trained]
 
 
-def _numbers(places: Sequence[Place]) -> Numbers:
+def _numbers(places: Sequence[ResultPaths]) -> Numbers:
     headers = [store.read_header(place.header) for place in places]
     newest = compatibility.newest(headers)
     found: dict[str, dict[CaseInfo, float]] = {}
@@ -165,7 +169,9 @@ def _numbers(places: Sequence[Place]) -> Numbers:
 
 
 # ------------------------------------------------------------------------------------------ the table
-def table(ablation: Ablation, trained: Sequence[Trained], found: Sequence[Numbers], told: Told) -> Table:
+def table(
+    ablation: Ablation, trained: Sequence[TrainedRow], found: Sequence[Numbers], told: AblationFacts
+) -> Table:
     """Every row twice where it is printed: so, and as it came out here.
 
     Ours are means over clips of means per clip, over the cases that all rows have a number for.
@@ -208,14 +214,14 @@ def _n(cells: Sequence[Cell]) -> str:
     return ", ".join(dict.fromkeys(str(cell.n) for cell in cells if cell.value is not None)) or "0"
 
 
-def _common(column: Column, found: Sequence[Numbers]) -> list[CaseInfo]:
+def _common(column: AblationColumn, found: Sequence[Numbers]) -> list[CaseInfo]:
     """The cases of a column's splits that every row has its value for."""
     each = [set(numbers.get(column.value, ())) for numbers in found]
     both = set.intersection(*each) if each else set()
     return sorted((info for info in both if info.split in column.splits), key=lambda info: info.id)
 
 
-def _heading(column: Column) -> Heading:
+def _heading(column: AblationColumn) -> Heading:
     meaning = (
         f"mean of {column.value} over {' and '.join(column.splits)} pairs"
         if column.value
@@ -224,7 +230,7 @@ def _heading(column: Column) -> Heading:
     return Heading(column.label, column.label, column.unit, "lower", meaning)
 
 
-def _printed(ablation: Ablation, row: Row, footnotes: Footnotes) -> Line:
+def _printed(ablation: Ablation, row: AblationRow, footnotes: Footnotes) -> Line:
     cells = []
     for column in ablation.columns:
         text = row.printed.get(column.label)
@@ -235,7 +241,9 @@ def _printed(ablation: Ablation, row: Row, footnotes: Footnotes) -> Line:
     return Line(f"{row.label} ({PRINTED})", "", tuple(cells), "")
 
 
-def _cell(column: Column, numbers: Numbers, common: Sequence[CaseInfo], footnotes: Footnotes) -> Cell:
+def _cell(
+    column: AblationColumn, numbers: Numbers, common: Sequence[CaseInfo], footnotes: Footnotes
+) -> Cell:
     if not column.value:
         return Cell(NOT_APPLICABLE, reason=column.missing, footnote=footnotes.number(column.missing))
     if not common:

@@ -13,7 +13,7 @@ from retarget_bench.plugins.spec import Scalar
 
 
 @dataclass(frozen=True)
-class Column:
+class AblationColumn:
     """One column as printed.
 
     label, unit: its heading. value: the id of our value of the same meaning; "": there is none, and
@@ -29,7 +29,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Row:
+class AblationRow:
     """One row as printed, or one that the paper does not have.
 
     parameters: of the method that the row trains. printed: label of a column -> the number as printed.
@@ -46,9 +46,9 @@ class Ablation:
 
     title: str
     paper: str
-    columns: tuple[Column, ...]
-    rows: tuple[Row, ...]
+    columns: tuple[AblationColumn, ...]
+    rows: tuple[AblationRow, ...]
     notes: tuple[str, ...] = ()
 
 
-__all__ = ["Ablation", "Column", "Row"]
+__all__ = ["Ablation", "AblationColumn", "AblationRow"]

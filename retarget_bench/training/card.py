@@ -14,8 +14,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import curve, parallel
 from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.clips import Cast
-from retarget_bench.training.data import Material
-from retarget_bench.training.joint_datasets import Together
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.joint_datasets import JointDataset
 from retarget_bench.training.request import Request, without_places
 
 POINTS = 40
@@ -26,7 +26,12 @@ UNWATCHED = "no weights were chosen by validation, these are the last ones"
 
 
 def card(
-    request: Request, data: Dataset, material: Material, at: Checkpoint, folder: Path, device: torch.device
+    request: Request,
+    data: Dataset,
+    training_data: TrainingData,
+    at: Checkpoint,
+    folder: Path,
+    device: torch.device,
 ) -> dict[str, Any]:
     """Plain data, as ``weights.py`` describes it."""
     losses = curve.losses(folder, POINTS)
@@ -40,8 +45,8 @@ def card(
             "label": data.label,
             "content": request.content,
             "motion": request.motion,
-            "clips": sum(map(len, material.clips.values())),
-            "hours": round(material.frames / request.recipe.fps / 3600, 3),
+            "clips": sum(map(len, training_data.clips.values())),
+            "hours": round(training_data.frames / request.recipe.fps / 3600, 3),
         },
         "recipe": _recipe(request),
         "preset": request.preset,
@@ -60,35 +65,35 @@ def card(
         "validation": list(at.validation),
         "scores": dict(best.scores) if best else {},
         "scored_as": _scored_as(request.method) if best else "",
-        "training_manifest": joined(request.seen, manifest(data, material)),
-        "notes": _notes(request, material, at),
+        "training_manifest": joined(request.seen, manifest(data, training_data)),
+        "notes": _notes(request, training_data, at),
     }
 
 
-def manifest(data: Dataset, material: Material) -> dict[str, list[str]]:
+def manifest(data: Dataset, training_data: TrainingData) -> dict[str, list[str]]:
     """What training and its validation have seen, as the data set tells it, without the characters,
     structures and clips that were left out; what was trained on where the data set tells nothing."""
-    if not isinstance(data, Together):
-        return _manifest(data, {name: name for name in material.clips}, material)
+    if not isinstance(data, JointDataset):
+        return _manifest(data, {name: name for name in training_data.clips}, training_data)
     found: dict[str, list[str]] = {}
     for member in data.members:
-        kept = {own: name for own, name in member.names.items() if name in material.clips}
-        found = joined(found, _manifest(member.data, kept, material))
+        kept = {own: name for own, name in member.names.items() if name in training_data.clips}
+        found = joined(found, _manifest(member.data, kept, training_data))
     return found
 
 
-def _manifest(data: Dataset, kept: Mapping[str, str], material: Material) -> dict[str, list[str]]:
+def _manifest(data: Dataset, kept: Mapping[str, str], training_data: TrainingData) -> dict[str, list[str]]:
     """The same of one data set. kept: those of its characters that were trained on -> as the material calls
     them."""
     told: Mapping[str, Sequence[str]] = getattr(data, "training_manifest", dict)()
     if not told:
-        structures = {material.characters[name].structure for name in kept.values()}
+        structures = {training_data.characters[name].structure for name in kept.values()}
         return {"characters": sorted(kept), "structures": sorted(structures)}
     offered: Cast = data.training()  # type: ignore[attr-defined]
     out = {name for mine in offered.values() for name in mine} - set(kept)
     out |= {structure for structure, mine in offered.items() if out.issuperset(mine)}
     listed = {clip for mine in offered.values() for clips in mine.values() for clip in clips.names}
-    unused = listed - {clip.name for name in kept.values() for clip in material.clips[name]}
+    unused = listed - {clip.name for name in kept.values() for clip in training_data.clips[name]}
     without = {key: unused if key == "clips" else out for key in told}
     return {key: [str(name) for name in names if name not in without[key]] for key, names in told.items()}
 
@@ -110,9 +115,9 @@ def _recipe(request: Request) -> dict[str, Any]:
     return {name: x for name, x in vars(request.recipe).items() if name != "steps" or request.limit.steps}
 
 
-def _notes(request: Request, material: Material, at: Checkpoint) -> list[str]:
+def _notes(request: Request, training_data: TrainingData, at: Checkpoint) -> list[str]:
     unknown = [UNKNOWN] if request.init and not request.seen_all else []
-    return [*material.notes, *unknown, *([] if at.best else [UNWATCHED])]
+    return [*training_data.notes, *unknown, *([] if at.best else [UNWATCHED])]
 
 
 def hardware(device: torch.device) -> str:

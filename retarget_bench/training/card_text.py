@@ -51,8 +51,8 @@ def _data(data: Card) -> str:
 
 def _recipe(card: Card) -> str:
     timed = bool(card.get("budget")) and not str(card["budget"]).endswith("it")
-    recipe = _pairs(item for item in card.get("recipe", {}).items() if not (timed and item[0] == "steps"))
-    return f"{card['preset']}: {recipe}" if card.get("preset") else recipe
+    config = _pairs(item for item in card.get("recipe", {}).items() if not (timed and item[0] == "steps"))
+    return f"{card['preset']}: {config}" if card.get("preset") else config
 
 
 def _training(card: Card) -> str:

@@ -10,7 +10,7 @@ Schedule = Literal["constant", "cosine", "triangular"]
 
 
 @dataclass(frozen=True)
-class Recipe:
+class TrainingConfig:
     """One preset of a method. A budget on the command line replaces ``steps``.
 
     steps:     training steps.

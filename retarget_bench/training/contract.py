@@ -1,9 +1,10 @@
 """What a method offers so that it can be trained. Structural, like every contract (see ``api.py``).
 
-The loop belongs to the engine (``loop.py``): it draws batches, runs a learner's phases in their order,
-steps the optimisers, validates with the benchmark's own metrics, keeps checkpoints and the best weights.
-A learner owns what is trained: modules, losses, and whatever it remembers from step to step (statistics,
-history pools, running scores), all of it in modules' parameters and buffers, so that a checkpoint is whole.
+The loop belongs to the engine (``loop.py``): it draws batches, runs the phases of a training module in
+their order, steps the optimisers, validates with the benchmark's own metrics, keeps checkpoints and the
+best weights. A training module owns what is trained: modules, losses, and whatever it remembers from step
+to step (statistics, replay buffers, running scores), all of it in modules' parameters and buffers, so that
+a checkpoint is whole.
 """
 
 from __future__ import annotations
@@ -18,8 +19,8 @@ from torch import Tensor, nn
 from retarget_bench.api import Method, MethodCard
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Material
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
 
 Batch = Mapping[str, Any]
 """Name -> array or tensor, nested mappings allowed; the loop moves it to the device as it is."""
@@ -29,11 +30,11 @@ Terms = Mapping[str, Tensor]
 
 @dataclass(frozen=True)
 class Phase:
-    """One optimiser's turn in every step.
+    """One optimiser's update in every step.
 
-    name:    ``generator``, ``discriminator``, ... modules: of ``Learner.modules``, what it updates; all
-             other modules' parameters are frozen while its losses are computed.
-    rate:    its learning rate as a multiple of the recipe's. clip: largest norm of its gradient, 0: none.
+    name:    ``generator``, ``discriminator``, ... modules: of ``TrainingModule.modules``, what it updates;
+             all other modules' parameters are frozen while its losses are computed.
+    rate:    its learning rate as a multiple of the config's. clip: largest norm of its gradient, 0: none.
     """
 
     name: str
@@ -43,7 +44,7 @@ class Phase:
     clip: float = 0.0
 
 
-class Learner(Protocol):
+class TrainingModule(Protocol):
     """A method while it is trained.
 
     Where several processes train together, parameters and buffers are the same in all of them: after every
@@ -83,7 +84,7 @@ class Trainable(Method, Protocol):
     """
 
     card: MethodCard
-    presets: Mapping[str, Recipe]
+    presets: Mapping[str, TrainingConfig]
 
     def unfit(self, character: Character) -> str:
         """Why a character cannot be trained on, as a sentence; "" where it can."""
@@ -91,8 +92,8 @@ class Trainable(Method, Protocol):
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         """A training clip at the recipe's rate as arrays ``(frames, ...)`` float32, run in a worker."""
 
-    def learner(self, material: Material, recipe: Recipe) -> Learner:
-        """A new learner; random numbers come from torch's generator, which the loop has seeded.
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> TrainingModule:
+        """A new training module; random numbers come from torch's generator, which the loop has seeded.
 
         Raises NotSupported where the material is not enough (no two characters, a missing structure)."""
 
@@ -100,4 +101,4 @@ class Trainable(Method, Protocol):
         """The parameters that weights depend on: another value needs other weights."""
 
 
-__all__ = ["Batch", "Learner", "Phase", "Terms", "Trainable"]
+__all__ = ["Batch", "Phase", "Terms", "Trainable", "TrainingModule"]

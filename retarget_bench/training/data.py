@@ -24,7 +24,7 @@ Arrays = Mapping[str, np.ndarray]
 
 
 @dataclass(frozen=True, eq=False)
-class Clip:
+class ClipArrays:
     """One clip of one character: arrays ``(frames, ...)`` float32, as ``Trainable.prepare`` made them."""
 
     character: str
@@ -40,12 +40,12 @@ class Clip:
         return range(0, max(self.frames - frames, 0) + 1, hop)
 
 
-LeftOut = Callable[[Clip, Sequence[int]], Collection[int]]
+LeftOut = Callable[[ClipArrays, Sequence[int]], Collection[int]]
 """Those of the starts of a clip's windows that are never drawn; some window of each character must be."""
 
 
 @dataclass(frozen=True, eq=False)
-class Windows:
+class WindowBatch:
     """Rows of a batch that were cut from clips.
 
     arrays:     ``(rows, frames, ...)``; a clip that is shorter than a window is followed by zeros.
@@ -65,7 +65,7 @@ class Windows:
 
 
 @dataclass(frozen=True, eq=False)
-class Material:
+class TrainingData:
     """All clips, by character.
 
     characters: name -> body, of those that have clips. clips: character -> its clips.
@@ -73,7 +73,7 @@ class Material:
     """
 
     characters: Mapping[str, Character]
-    clips: Mapping[str, Sequence[Clip]]
+    clips: Mapping[str, Sequence[ClipArrays]]
     notes: Sequence[str] = field(default=())
 
     @cached_property
@@ -107,7 +107,7 @@ class Material:
         frames: int,
         hop: int = 1,
         left_out: LeftOut | None = None,
-    ) -> Windows:
+    ) -> WindowBatch:
         """One window per character asked for, each start of each of its clips as likely as any other.
 
         hop: windows begin at multiples of it; left_out: but at these. Arrays of characters that differ in
@@ -128,7 +128,7 @@ class Material:
             for key, array in clip.arrays.items():
                 part = (slice(lengths[row]), *(slice(size) for size in array.shape[1:]))
                 rows[key][row][part] = array[start : start + frames]
-        return Windows(rows, lengths, tuple(characters))
+        return WindowBatch(rows, lengths, tuple(characters))
 
     def cast(
         self, numbers: np.random.Generator, rows: int, among: Sequence[str] | None = None
@@ -144,7 +144,7 @@ class Material:
 
     def _cut(
         self, numbers: np.random.Generator, name: str, frames: int, hop: int, left_out: LeftOut | None
-    ) -> tuple[Clip, int]:
+    ) -> tuple[ClipArrays, int]:
         starts, ends = self._starts(name, frames, hop, left_out)
         at = int(numbers.integers(ends[-1]))
         number = int(np.searchsorted(ends, at, side="right"))
@@ -171,7 +171,7 @@ class Material:
         return {}
 
 
-def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress) -> Material:
+def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress) -> TrainingData:
     """Every training clip that the method can take, in a fixed order.
 
     Raises NotSupported where nothing is left to train on or a clip cannot be had.
@@ -200,17 +200,17 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
         for name, (*_, unusable) in found.items()
         if unusable
     ]
-    return Material({name: bodies[name] for name in kept}, kept, tuple(notes))
+    return TrainingData({name: bodies[name] for name in kept}, kept, tuple(notes))
 
 
-def clips_of(job: Mapping[str, Any]) -> tuple[list[Clip], int, list[str]]:
+def clips_of(job: Mapping[str, Any]) -> tuple[list[ClipArrays], int, list[str]]:
     """The clips of one character as arrays, the number of those left out since their body is another one,
     and those that cannot be used, each with the reason; what a worker process does."""
     know(job["plugins"])
     name, asked, data = job["character"], method(job["method"]), dataset(job["dataset"])
     (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
     body = _bodies(data, {name: clips})[name]
-    found: list[Clip] = []
+    found: list[ClipArrays] = []
     others, unusable = 0, []
     for number in range(len(clips)):
         try:
@@ -223,7 +223,9 @@ def clips_of(job: Mapping[str, Any]) -> tuple[list[Clip], int, list[str]]:
         elif motion.frames > 1:
             arrays = asked.prepare(motion)  # type: ignore[attr-defined]
             found.append(
-                Clip(name, clips.names[number], {k: np.asarray(a, np.float32) for k, a in arrays.items()})
+                ClipArrays(
+                    name, clips.names[number], {k: np.asarray(a, np.float32) for k, a in arrays.items()}
+                )
             )
     return found, others, unusable
 

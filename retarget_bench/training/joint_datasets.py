@@ -20,20 +20,20 @@ from retarget_bench.training.clips import Cast, held_out, training_clips
 
 
 # -------------------------------------------------------------------------------------------- as specs
-def spec_of(datasets: Sequence[Spec]) -> Spec:
+def joint_spec(datasets: Sequence[Spec]) -> Spec:
     """One spec for all of them, in their order."""
-    first, *others = [each for given in datasets for each in apart(given)]
+    first, *others = [each for given in datasets for each in split_spec(given)]
     return Spec(first.name, first.parameters, tuple(others))
 
 
-def apart(spec: Spec) -> tuple[Spec, ...]:
+def split_spec(spec: Spec) -> tuple[Spec, ...]:
     """The data sets that a spec names."""
     return (spec.alone, *spec.posts)
 
 
 def canonical(spec: Spec) -> Spec:
     """As ``registry.canonical`` gives one data set. Raises BenchError, also where two are the same."""
-    found = [registry.canonical("datasets", each) for each in apart(spec)]
+    found = [registry.canonical("datasets", each) for each in split_spec(spec)]
     for number, each in enumerate(found):
         for other in found[:number]:
             if each == other:
@@ -42,7 +42,7 @@ def canonical(spec: Spec) -> Spec:
                 raise BenchError(
                     f"{other} and {each} are of the same files; one could train on what the other tests"
                 )
-    return spec_of(found)
+    return joint_spec(found)
 
 
 def dataset(spec: Spec) -> Dataset:
@@ -51,13 +51,13 @@ def dataset(spec: Spec) -> Dataset:
 
 
 @cache
-def _several(spec: Spec) -> Together:
-    return Together([plan.dataset(each) for each in apart(spec)])
+def _several(spec: Spec) -> JointDataset:
+    return JointDataset([plan.dataset(each) for each in split_spec(spec)])
 
 
 def tested(spec: Spec) -> Spec | None:
     """The first of the data sets that a spec names to have cases; None where none has."""
-    for each in apart(spec):
+    for each in split_spec(spec):
         data = plan.dataset(each)
         if any(data.cases(RETARGET, split) for split in data.card.splits):
             return each
@@ -80,7 +80,7 @@ class Member:
     names: Mapping[str, str]
 
 
-class Together:
+class JointDataset:
     """What several data sets have: their training motion, what they steer it by, their cases.
 
     Structures of one name are one. A character whose name an earlier data set has too is called
@@ -146,10 +146,10 @@ class Together:
                 )
         return found
 
-    def validation(self) -> Together | None:
+    def validation(self) -> JointDataset | None:
         """The cases of those that have a validation part; None where none has."""
         found = [part for data in self._given if (part := held_out(data)) is not None]
-        return Together(found) if found else None
+        return JointDataset(found) if found else None
 
     @property
     def training_notes(self) -> Sequence[str]:

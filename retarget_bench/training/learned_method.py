@@ -1,9 +1,9 @@
 """What learned methods have in common: weights by name or by path, read when they are needed.
 
-A method derives from ``Learned``, hands its parameter ``weights`` on, says what its weights depend on in
-``facts`` and takes ``self.tensors`` where it retargets:
+A method derives from ``LearnedMethod``, hands its parameter ``weights`` on, says what its weights depend
+on in ``facts`` and takes ``self.tensors`` where it retargets:
 
-    class Mine(Learned):
+    class Mine(LearnedMethod):
         card = MethodCard(...)
 
         def __init__(self, cell: Literal["torch", "keras"] = "keras", weights: str = "puppets") -> None:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
 
-class Learned:
+class LearnedMethod:
     """weights: the name of weights in the folder ``weights`` beside the method's module, or a path: of a
     card, of a file of tensors, or of a folder that ``bench train`` wrote."""
 

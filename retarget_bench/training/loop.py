@@ -1,4 +1,4 @@
-"""The loop: steps of a learner's phases under a budget, with a log, validation and checkpoints.
+"""The loop: steps of a training module's phases under a budget, with a log, validation and checkpoints.
 
 Before every step torch and NumPy are seeded from (seed, step, rank). So what step k does depends on nothing
 but the state before it, and a run that goes on from a checkpoint does what it would have done.
@@ -21,10 +21,10 @@ from retarget_bench.errors import BenchError
 from retarget_bench.training import checkpoint, log, parallel
 from retarget_bench.training.budget import Budget
 from retarget_bench.training.checkpoint import Best, Checkpoint
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.contract import Learner
-from retarget_bench.training.phases import moved, turns
-from retarget_bench.training.validate import Judge, Scores
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.contract import TrainingModule
+from retarget_bench.training.phases import optimiser_phases, to_device
+from retarget_bench.training.validate import Scores, Validator
 
 SAVED = 60.0
 """Seconds between checkpoints, about; a validation makes one too."""
@@ -33,7 +33,7 @@ LOOKED = 10
 
 
 @dataclass(frozen=True)
-class Moment:
+class TrainingStatus:
     """What there is to show.
 
     share: of the budget. losses: ``phase.term`` -> mean of the last steps. validation: where there was one;
@@ -49,32 +49,38 @@ class Moment:
     best: Best | None = None
 
 
-Show = Callable[[Moment], None]
+Show = Callable[[TrainingStatus], None]
 
 
 class Loop:
-    """Training of one learner in one folder. The first process writes; ``judge`` is None in the others
+    """Training of one module in one folder. The first process writes; ``validator`` is None in the others
     and where the data set has nothing to validate on."""
 
     def __init__(
         self,
-        learner: Learner,
-        recipe: Recipe,
+        module: TrainingModule,
+        config: TrainingConfig,
         budget: Budget,
         seed: int,
         device: torch.device,
         folder: Path,
-        judge: Judge | None,
+        validator: Validator | None,
         show: Show,
         saved: Callable[[Checkpoint, bool], None],
     ) -> None:
         """saved: called after every checkpoint, with whether its best weights are new."""
-        self.learner, self.recipe, self.budget, self.seed = learner, recipe, budget, seed
-        self.device, self.folder, self.judge, self.show, self.saved = device, folder, judge, show, saved
-        self.rows = _rows(recipe)
-        learner.modules.to(device)
-        parallel.share_state(learner.modules)
-        self.turns = turns(learner, recipe, device)
+        self.module, self.config, self.budget, self.seed = module, config, budget, seed
+        self.device, self.folder, self.validator, self.show, self.saved = (
+            device,
+            folder,
+            validator,
+            show,
+            saved,
+        )
+        self.rows = _rows(config)
+        module.modules.to(device)
+        parallel.share_state(module.modules)
+        self.phases = optimiser_phases(module, config, device)
         self.at = Checkpoint(0, 0.0, {})
         self._pending: list[dict[str, Tensor]] = []
 
@@ -95,7 +101,7 @@ class Loop:
         self._step = self.at.step
         share = self._share()
         while share < 1.0:
-            rate = self.recipe.rate_at(self._step, share)
+            rate = self.config.rate_at(self._step, share)
             self._pending.append(self._do(rate))
             self._step += 1
             share = self._share()
@@ -114,31 +120,31 @@ class Loop:
     def _do(self, rate: float) -> dict[str, Tensor]:
         """One step: every phase once."""
         numbers = _seeded(self.seed, self._step, parallel.rank(), self.device)
-        batch = moved(self.learner.draw(numbers, self.rows), self.device)
+        batch = to_device(self.module.draw(numbers, self.rows), self.device)
         memory: dict[str, Any] = {}
         measured: dict[str, Tensor] = {}
-        for turn in self.turns:
-            measured |= turn(batch, memory, rate)
-        parallel.share_state(self.learner.modules, buffers_only=True)
+        for phase in self.phases:
+            measured |= phase(batch, memory, rate)
+        parallel.share_state(self.module.modules, buffers_only=True)
         return measured
 
     def _after(self, share: float, rate: float) -> None:
         """What follows a step: looking at losses, a row of the log, validation, a checkpoint."""
         ended = share >= 1.0
-        due = ended or self._step % (self.recipe.validate or math.inf) == 0
+        due = ended or self._step % (self.config.validate or math.inf) == 0
         row = due or self._step % log.EVERY == 0
         if row or self.device.type == "cpu" or len(self._pending) >= LOOKED:
             self._look()
         if self._log is None:
             return
         losses = self._log.means
-        scores = self._validate() if due and self.judge is not None else None
+        scores = self._validate() if due and self.validator is not None else None
         if row:
             self._log.row(self._step, self._seconds, rate, _columns(scores))
         if row and (due or time.perf_counter() - self._saved > SAVED):
             self._save(scores)
-        problem = self.judge.problem if scores is not None and self.judge is not None else ""
-        self.show(Moment(self._step, self._seconds, share, losses, scores, problem, self.at.best))
+        problem = self.validator.problem if scores is not None and self.validator is not None else ""
+        self.show(TrainingStatus(self._step, self._seconds, share, losses, scores, problem, self.at.best))
 
     def _look(self) -> None:
         """Take what steps measured off the device. Raises BenchError at what is not finite."""
@@ -166,14 +172,14 @@ class Loop:
 
     # -------------------------------------------------------------------------- validation and checkpoints
     def _validate(self) -> Scores:
-        assert self.judge is not None
-        return self.judge(self.learner.modules, self.learner.method())
+        assert self.validator is not None
+        return self.validator(self.module.modules, self.module.method())
 
     def _save(self, scores: Scores | None) -> None:
         before, best = self.at, self.at.best
         history = before.validation
-        if scores is not None and self.judge is not None:
-            score = self.judge.decisive(scores)
+        if scores is not None and self.validator is not None:
+            score = self.validator.decisive(scores)
             seconds = round(self._seconds, 1)
             history += ({"step": self._step, "seconds": seconds, "scores": scores},)
             if score < (best.score if best else math.inf):
@@ -186,22 +192,22 @@ class Loop:
         self._saved = time.perf_counter()
 
     def _exported(self) -> dict[str, Tensor]:
-        return {name: each.detach().cpu().clone() for name, each in self.learner.export().items()}
+        return {name: each.detach().cpu().clone() for name, each in self.module.export().items()}
 
     def _state(self) -> dict[str, Tensor]:
-        modules = {f"modules/{name}": each for name, each in self.learner.modules.state_dict().items()}
-        for turn in self.turns:
-            modules |= {f"optimisers/{turn.phase.name}/{key}": each for key, each in turn.state().items()}
+        modules = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
+        for phase in self.phases:
+            modules |= {f"optimisers/{phase.name}/{key}": each for key, each in phase.state().items()}
         return modules
 
     def _restore(self, start: Checkpoint) -> None:
         """Raises BenchError where the checkpoint is of another network."""
         mine = {key.removeprefix("modules/"): t for key, t in start.state.items() if key[:8] == "modules/"}
         try:
-            self.learner.modules.load_state_dict(mine)
-            for turn in self.turns:
-                head = f"optimisers/{turn.phase.name}/"
-                turn.restore(
+            self.module.modules.load_state_dict(mine)
+            for phase in self.phases:
+                head = f"optimisers/{phase.name}/"
+                phase.restore(
                     {key.removeprefix(head): t for key, t in start.state.items() if key.startswith(head)}
                 )
         except (RuntimeError, KeyError) as error:
@@ -223,14 +229,14 @@ def _seeded(seed: int, step: int, rank: int, device: torch.device) -> np.random.
     return np.random.default_rng(sequence)
 
 
-def _rows(recipe: Recipe) -> int:
+def _rows(config: TrainingConfig) -> int:
     world = parallel.world()
-    if recipe.batch % world:
+    if config.batch % world:
         raise BenchError(
-            f"a batch of {recipe.batch} cannot be shared evenly by {world} processes; start a number that "
+            f"a batch of {config.batch} cannot be shared evenly by {world} processes; start a number that "
             "divides it"
         )
-    return recipe.batch // world
+    return config.batch // world
 
 
 def _columns(scores: Scores | None) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Several processes that train one network, as ``torchrun`` starts them; one process needs nothing of it.
 
-What learners may count on: parameters and buffers are the same in every process. Gradients are averaged by
-torch's DistributedDataParallel, and after every step the first process's buffers become everybody's.
+Training modules may count on this: parameters and buffers are the same in every process. Gradients are
+averaged by torch's DistributedDataParallel; after every step all processes take the first one's buffers.
 """
 
 from __future__ import annotations

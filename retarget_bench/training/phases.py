@@ -14,38 +14,40 @@ from torch import Tensor, nn
 
 from retarget_bench.errors import BenchError
 from retarget_bench.training import parallel
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.contract import Batch, Learner, Phase, Terms
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.contract import Batch, Phase, Terms, TrainingModule
 
 NORM = "norm"
 """What the size of a phase's gradient is called beside its terms."""
 
 
-class Turn:
+class OptimiserPhase:
     """One phase with its optimiser."""
 
-    def __init__(self, learner: Learner, phase: Phase, recipe: Recipe, device: torch.device) -> None:
-        self.phase = phase
+    def __init__(
+        self, module: TrainingModule, phase: Phase, config: TrainingConfig, device: torch.device
+    ) -> None:
+        self.name, self.phase = phase.name, phase
         self.named = {
             f"{name}.{key}": parameter
             for name in phase.modules
-            for key, parameter in learner.modules[name].named_parameters()
+            for key, parameter in module.modules[name].named_parameters()
             if parameter.requires_grad
         }
         if not self.named:
             raise BenchError(f"phase {phase.name} has no parameters to train: {', '.join(phase.modules)}")
-        self._all = [each for each in learner.modules.parameters() if each.requires_grad]
+        self._all = [each for each in module.modules.parameters() if each.requires_grad]
         self._device = device
-        self._mixed = recipe.precision == "bfloat16"
+        self._mixed = config.precision == "bfloat16"
         self.optimiser = torch.optim.Adam(
-            self.named.values(), lr=recipe.rate * phase.rate, betas=phase.betas, fused=True
+            self.named.values(), lr=config.rate * phase.rate, betas=phase.betas, fused=True
         )
-        whole = _Losses(learner, phase)
+        whole = _Losses(module, phase)
         self._losses = _parallel(whole) if parallel.world() > 1 else whole
 
     def __call__(self, batch: Batch, memory: dict[str, Any], rate: float) -> dict[str, Tensor]:
         """Update the phase's modules once. ``phase.term`` -> its value, and the gradient's norm; empty
-        where the learner leaves the phase out."""
+        where the training module leaves the phase out."""
         self._alone()
         with torch.autocast(self._device.type, torch.bfloat16, enabled=self._mixed):
             terms = cast(Terms, self._losses(batch, memory))
@@ -57,9 +59,8 @@ class Turn:
         for group in self.optimiser.param_groups:
             group["lr"] = rate * self.phase.rate
         self.optimiser.step()
-        name = self.phase.name
-        return {f"{name}.{key}": term.detach().float() for key, term in terms.items()} | {
-            f"{name}.{NORM}": norm.detach().float()
+        return {f"{self.name}.{key}": term.detach().float() for key, term in terms.items()} | {
+            f"{self.name}.{NORM}": norm.detach().float()
         }
 
     def _alone(self) -> None:
@@ -91,11 +92,11 @@ class Turn:
 class _Losses(nn.Module):
     """A phase's losses as a module that owns what the phase updates, and nothing else."""
 
-    def __init__(self, learner: Learner, phase: Phase) -> None:
+    def __init__(self, module: TrainingModule, phase: Phase) -> None:
         super().__init__()
-        self.trained = nn.ModuleDict({name: learner.modules[name] for name in phase.modules})
+        self.trained = nn.ModuleDict({name: module.modules[name] for name in phase.modules})
         self._name = phase.name
-        self._held = (learner,)  # in a tuple: a learner that is a module must not be registered here
+        self._held = (module,)  # in a tuple: one that is an ``nn.Module`` must not be registered here
 
     def forward(self, batch: Batch, memory: dict[str, Any]) -> Terms:
         return self._held[0].losses(self._name, batch, memory)
@@ -111,23 +112,25 @@ def _parallel(losses: _Losses) -> nn.Module:
         )
 
 
-def turns(learner: Learner, recipe: Recipe, device: torch.device) -> list[Turn]:
-    """A turn per phase. Raises BenchError where phases and modules do not fit together."""
+def optimiser_phases(
+    module: TrainingModule, config: TrainingConfig, device: torch.device
+) -> list[OptimiserPhase]:
+    """An optimiser for each phase. Raises BenchError where phases and modules do not fit together."""
     owners: dict[str, str] = {}
-    for phase in learner.phases:
+    for phase in module.phases:
         for name in phase.modules:
-            if name not in learner.modules:
-                raise BenchError(f"phase {phase.name} updates {name!r}, which is no module of the learner")
+            if name not in module.modules:
+                raise BenchError(f"phase {phase.name} updates {name!r}, which it has no module for")
             if name in owners and parallel.world() > 1:
                 raise BenchError(
                     f"{name} is updated by the phases {owners[name]} and {phase.name}; such a method can "
                     "be trained by one process only"
                 )
             owners[name] = phase.name
-    return [Turn(learner, phase, recipe, device) for phase in learner.phases]
+    return [OptimiserPhase(module, phase, config, device) for phase in module.phases]
 
 
-def moved(batch: Any, device: torch.device) -> Any:
+def to_device(batch: Any, device: torch.device) -> Any:
     """A batch on the device: arrays and tensors in nested mappings and sequences; all else as it is."""
     if isinstance(batch, np.ndarray):
         batch = torch.from_numpy(batch) if batch.dtype.kind in "biuf" else batch
@@ -136,16 +139,16 @@ def moved(batch: Any, device: torch.device) -> Any:
             return batch.pin_memory().to(device, non_blocking=True)
         return batch.to(device)
     if isinstance(batch, Mapping):
-        return {key: moved(value, device) for key, value in batch.items()}
+        return {key: to_device(value, device) for key, value in batch.items()}
     if isinstance(batch, Sequence) and not isinstance(batch, str):
-        parts = [moved(value, device) for value in batch]
+        parts = [to_device(value, device) for value in batch]
         if isinstance(batch, tuple) and hasattr(batch, "_fields"):
             return type(batch)(*parts)
         return tuple(parts) if isinstance(batch, tuple) else parts
     return batch
 
 
-def explicit(device: torch.device) -> None:
+def set_deterministic(device: torch.device) -> None:
     """Say what torch may do on a GPU: no TF32, since places are chains of products of rotations, and the
     same algorithm every time. Reduced precision is the recipe's choice, by autocast."""
     torch.backends.cuda.matmul.allow_tf32 = False

@@ -14,14 +14,14 @@ from retarget_bench.evaluation.plan import without_location
 from retarget_bench.files import write_text
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.budget import Budget
-from retarget_bench.training.config import Precision, Recipe
-from retarget_bench.training.joint_datasets import apart, spec_of
+from retarget_bench.training.config import Precision, TrainingConfig
+from retarget_bench.training.joint_datasets import joint_spec, split_spec
 
 SCHEMA = 1
 NAME = "run.json"
 PRESET = "default"
 
-T = TypeVar("T", bound="Request | Recipe")
+T = TypeVar("T", bound="Request | TrainingConfig")
 
 
 @dataclass(frozen=True)
@@ -42,7 +42,7 @@ class Request:
     preset: str
     budget: str
     seed: int
-    recipe: Recipe
+    recipe: TrainingConfig
     version: str
     facts: Mapping[str, Any]
     label: str
@@ -67,19 +67,21 @@ class Request:
     @property
     def command(self) -> str:
         """The command that asks for this, without places of files."""
-        data = apart(Spec.parse(without_places(self.dataset)))
+        data = split_spec(Spec.parse(without_places(self.dataset)))
         parts = ["bench train", _quoted(self.method)]
         parts += [word for each in data for word in ("-d", _quoted(str(each)))]
         parts += ["--preset", self.preset]
         parts += ["--budget", self.budget] if self.budget else []
-        parts += ["--precision", self.precision] if self.precision != Recipe.precision else []
+        parts += ["--precision", self.precision] if self.precision != TrainingConfig.precision else []
         parts += ["--init", "WEIGHTS"] if self.init else []
         return " ".join([*parts, "--seed", str(self.seed)])
 
 
 def without_places(dataset: str) -> str:
     """The spec of a data set, or of several, without where their files lie."""
-    return str(spec_of([Spec(each.name, without_location(each)) for each in apart(Spec.parse(dataset))]))
+    return str(
+        joint_spec([Spec(each.name, without_location(each)) for each in split_spec(Spec.parse(dataset))])
+    )
 
 
 def _quoted(text: str) -> str:
@@ -100,7 +102,7 @@ def read(folder: Path) -> Request | None:
         if facts.pop("schema") != SCHEMA:
             raise FileError(path, f"is of a format that this version does not read (it reads {SCHEMA})")
         facts.pop("command")
-        recipe = _typed(Recipe(**facts["recipe"]), path)
+        recipe = _typed(TrainingConfig(**facts["recipe"]), path)
         return _typed(Request(**(facts | {"recipe": recipe})), path)
     except FileNotFoundError:
         return None
@@ -136,7 +138,7 @@ def contradicted(kept: Request, asked: Mapping[str, object]) -> None:
             )
 
 
-def preset(method: str, presets: Mapping[str, Recipe], name: str) -> Recipe:
+def preset(method: str, presets: Mapping[str, TrainingConfig], name: str) -> TrainingConfig:
     """A preset by name. Raises BenchError with those that there are."""
     if name not in presets:
         raise BenchError(f"{method} has no preset {name!r}; there are {', '.join(presets)}")

@@ -21,13 +21,13 @@ from retarget_bench.training.budget import Budget
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.clips import held_out
-from retarget_bench.training.config import Precision, Recipe
-from retarget_bench.training.data import Material, gather
+from retarget_bench.training.config import Precision, TrainingConfig
+from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.lock import locked
-from retarget_bench.training.loop import Loop, Moment
-from retarget_bench.training.phases import explicit
+from retarget_bench.training.loop import Loop, TrainingStatus
+from retarget_bench.training.phases import set_deterministic
 from retarget_bench.training.request import Request
-from retarget_bench.training.validate import Judge
+from retarget_bench.training.validate import Validator
 
 FOLDER = Path("runs/train")
 _OTHER_DATA = "{} is no longer the data that this run began with; train anew in another folder"
@@ -36,7 +36,7 @@ DRAWN = 120.0
 
 
 @dataclass(frozen=True)
-class Asked:
+class TrainingOptions:
     """The options as they were given; None: not given. dataset: one, or several (``together.py``)."""
 
     method: Spec | None
@@ -52,18 +52,18 @@ class Asked:
     precision: Precision | None = None
 
 
-class Voice(Protocol):
+class ProgressReporter(Protocol):
     """How a run tells of itself."""
 
     def say(self, text: str) -> None: ...
     def gathering(self, done: int, total: int) -> None: ...
     def loading(self, done: int, total: int) -> None: ...
     def began(self, asked: Request, at: Checkpoint) -> None: ...
-    def show(self, moment: Moment) -> None: ...
+    def show(self, status: TrainingStatus) -> None: ...
 
 
 @dataclass(frozen=True)
-class Trained:
+class TrainingResult:
     """folder: with the weights. at: the last checkpoint. asked: what was trained."""
 
     folder: Path
@@ -71,15 +71,15 @@ class Trained:
     asked: Request
 
 
-def train(asked: Asked, voice: Voice) -> Trained:
+def train(asked: TrainingOptions, reporter: ProgressReporter) -> TrainingResult:
     """Train a method, or go on with it. Raises BenchError for whatever stands in the way."""
     device = parallel.device(asked.device)
-    explicit(device)
+    set_deterministic(device)
     parallel.join(device)
     try:
         with ExitStack() as held:
             folder, wanted = parallel.first(lambda: _begun(asked, held))
-            return _train(folder, wanted, asked, voice, device)
+            return _train(folder, wanted, asked, reporter, device)
     except torch.cuda.OutOfMemoryError as error:
         raise BenchError(
             f"{device} has not enough memory for this batch; spread it over more processes, or give the "
@@ -89,7 +89,7 @@ def train(asked: Asked, voice: Voice) -> Trained:
         parallel.leave()
 
 
-def finished(asked: Asked) -> bool:
+def finished(asked: TrainingOptions) -> bool:
     """Whether the run that is asked to go on has used up its budget, and its weights are there.
 
     Raises BenchError where its folder holds another run than the one that is asked for.
@@ -102,43 +102,53 @@ def finished(asked: Asked) -> bool:
     return ended and (folder / f"{weights.BEST}.json").exists()
 
 
-def _begun(asked: Asked, held: ExitStack) -> tuple[Path, Request]:
+def _begun(asked: TrainingOptions, held: ExitStack) -> tuple[Path, Request]:
     """What ``_settled`` gives, with the folder locked until all that is held is given back."""
     held.enter_context(locked(folder_of(asked)))
     return _settled(asked)
 
 
-def _train(folder: Path, wanted: Request, asked: Asked, voice: Voice, device: torch.device) -> Trained:
+def _train(
+    folder: Path, wanted: Request, asked: TrainingOptions, reporter: ProgressReporter, device: torch.device
+) -> TrainingResult:
     spec, data_spec = Spec.parse(wanted.method), Spec.parse(wanted.dataset)
-    data, recipe = joint_datasets.dataset(data_spec), wanted.recipe
-    material = parallel.in_turn(
-        lambda: gather(data_spec, spec, recipe.fps, asked.jobs, _first_only(voice.gathering))
+    data, config = joint_datasets.dataset(data_spec), wanted.recipe
+    training_data = parallel.in_turn(
+        lambda: gather(data_spec, spec, config.fps, asked.jobs, _first_only(reporter.gathering))
     )
-    wanted = parallel.first(lambda: _with_motion(wanted, material))
+    wanted = parallel.first(lambda: _with_motion(wanted, training_data))
     torch.manual_seed(wanted.seed)
-    learner = plan.method(spec).learner(material, recipe)  # type: ignore[attr-defined]
+    module = plan.method(spec).training_module(training_data, config)  # type: ignore[attr-defined]
     start = checkpoint.read(folder)
     if wanted.init and start is None:
-        learner.load(_beginning(wanted).tensors)
-    learner.modules.to(device)
-    judge = _judge(data, learner, recipe.cases, device, voice)
-    keeper = _Keeper(folder, wanted, material, device)
+        module.load(_beginning(wanted).tensors)
+    module.modules.to(device)
+    validator = _judge(data, module, config.cases, device, reporter)
+    keeper = _Keeper(folder, wanted, training_data, device)
     loop = Loop(
-        learner, recipe, wanted.limit, wanted.seed, device, folder, judge, _first_only(voice.show), keeper
+        module,
+        config,
+        wanted.limit,
+        wanted.seed,
+        device,
+        folder,
+        validator,
+        _first_only(reporter.show),
+        keeper,
     )
     if parallel.rank() == 0:
         request.write(folder, replace(wanted, job=parallel.job()))
-        for note in material.notes:
-            voice.say(note)
+        for note in training_data.notes:
+            reporter.say(note)
         if start is None:
-            voice.say(_amount(material, recipe))
+            reporter.say(_amount(training_data, config))
         if wanted.processes != parallel.world():
-            voice.say(f"this run began with {wanted.processes} processes; its batches are now others")
-        voice.began(wanted, start or Checkpoint(0, 0.0, {}))
+            reporter.say(f"this run began with {wanted.processes} processes; its batches are now others")
+        reporter.began(wanted, start or Checkpoint(0, 0.0, {}))
     at = loop.run(start)
     if parallel.rank() == 0:
-        keeper.finish(at, learner.export())
-    return Trained(folder, at, wanted)
+        keeper.finish(at, module.export())
+    return TrainingResult(folder, at, wanted)
 
 
 def _first_only(call: Callable[..., Any]) -> Callable[..., Any]:
@@ -146,22 +156,26 @@ def _first_only(call: Callable[..., Any]) -> Callable[..., Any]:
     return call if parallel.rank() == 0 else lambda *_: None
 
 
-def _judge(data: Any, learner: Any, cases: int, device: torch.device, voice: Voice) -> Judge | None:
+def _judge(
+    data: Any, module: Any, cases: int, device: torch.device, reporter: ProgressReporter
+) -> Validator | None:
     """What validates, in the first process; None where there is nothing to validate on."""
     if parallel.rank() > 0:
         return None
     aside = held_out(data)
-    judge = Judge(aside, learner.method(), cases, device, voice.loading) if aside is not None else None
-    if not judge:
+    validator = (
+        Validator(aside, module.method(), cases, device, reporter.loading) if aside is not None else None
+    )
+    if not validator:
         why = (
             UNPARTED if aside is None else "the method supports no validation case that has a right answer"
         )
-        voice.say(f"{why}: {UNWATCHED}")
-    return judge or None
+        reporter.say(f"{why}: {UNWATCHED}")
+    return validator or None
 
 
 # -------------------------------------------------------------------------------------- what is asked
-def folder_of(asked: Asked) -> Path:
+def folder_of(asked: TrainingOptions) -> Path:
     """Where a run is kept. Raises BenchError where nothing says so."""
     if asked.out is not None:
         return asked.out
@@ -170,7 +184,7 @@ def folder_of(asked: Asked) -> Path:
     return FOLDER / registry.canonical("methods", asked.method).slug
 
 
-def _settled(asked: Asked) -> tuple[Path, Request]:
+def _settled(asked: TrainingOptions) -> tuple[Path, Request]:
     """The folder, and the run that it holds or will hold. Raises BenchError."""
     method = registry.canonical("methods", asked.method) if asked.method else None
     folder = folder_of(asked)
@@ -190,7 +204,7 @@ def _settled(asked: Asked) -> tuple[Path, Request]:
     return folder, _new(asked, method)
 
 
-def _same(kept: Request, asked: Asked, method: Spec | None) -> Request:
+def _same(kept: Request, asked: TrainingOptions, method: Spec | None) -> Request:
     """The run, with its data where they lie now. Raises BenchError where it cannot go on as it began."""
     given = {"method": method and str(method), "preset": asked.preset, "seed": asked.seed}
     request.contradicted(kept, {**given, "budget": asked.budget, "precision": asked.precision})
@@ -208,23 +222,23 @@ def _same(kept: Request, asked: Asked, method: Spec | None) -> Request:
     return kept
 
 
-def _with_motion(wanted: Request, material: Material) -> Request:
+def _with_motion(wanted: Request, training_data: TrainingData) -> Request:
     """The run with its motion's hash. Raises BenchError where it began with other motion."""
-    if wanted.motion not in ("", material.hash):
+    if wanted.motion not in ("", training_data.hash):
         raise BenchError(_OTHER_DATA.format(wanted.dataset))
-    return replace(wanted, motion=material.hash)
+    return replace(wanted, motion=training_data.hash)
 
 
-def _new(asked: Asked, method: Spec) -> Request:
+def _new(asked: TrainingOptions, method: Spec) -> Request:
     if asked.dataset is None:
         raise BenchError("say what to train on: -d DATASET")
     data = joint_datasets.canonical(asked.dataset)
     trainee = _Trainee(method)
     name = asked.preset or request.PRESET
-    recipe = request.preset(method.name, trainee.presets, name)
+    config = request.preset(method.name, trainee.presets, name)
     if asked.budget and (limit := Budget.parse(asked.budget)).steps:
-        recipe = replace(recipe, steps=limit.steps)
-    recipe = replace(recipe, precision=asked.precision or recipe.precision)
+        config = replace(config, steps=limit.steps)
+    config = replace(config, precision=asked.precision or config.precision)
     before = trainee.weights(asked.init).card if asked.init else {}
     seen = before.get("training_manifest") or {}
     return Request(
@@ -233,7 +247,7 @@ def _new(asked: Asked, method: Spec) -> Request:
         preset=name,
         budget=asked.budget or "",
         seed=asked.seed or 0,
-        recipe=recipe,
+        recipe=config,
         version=trainee.version,
         facts=trainee.facts,
         label=joint_datasets.dataset(data).label,
@@ -247,14 +261,17 @@ def _new(asked: Asked, method: Spec) -> Request:
     )
 
 
-def _amount(material: Material, recipe: Recipe) -> str:
+def _amount(training_data: TrainingData, config: TrainingConfig) -> str:
     """How much there is to learn from, as a sentence: with a few minutes of motion people have forgotten a
     parameter of the data set, and clips that are shorter than a window are mostly padding."""
-    clips, bodies = [clip for mine in material.clips.values() for clip in mine], len(material.clips)
-    minutes = material.frames / recipe.fps / 60
+    clips, bodies = (
+        [clip for mine in training_data.clips.values() for clip in mine],
+        len(training_data.clips),
+    )
+    minutes = training_data.frames / config.fps / 60
     by = f"{len(clips)} clips of {bodies} character{'s' * (bodies != 1)}"
-    short = sum(clip.frames < recipe.window for clip in clips)
-    padded = f", {short} of them shorter than a window ({recipe.window} frames) and padded" if short else ""
+    short = sum(clip.frames < config.window for clip in clips)
+    padded = f", {short} of them shorter than a window ({config.window} frames) and padded" if short else ""
     return f"training on {minutes:.0f} minutes of motion: {by}{padded}"
 
 
@@ -265,7 +282,7 @@ class _Trainee:
         if spec.posts:
             raise BenchError(f"{spec}: post-processes learn nothing; train {spec.alone}")
         built: Any = plan.method(spec)
-        if not all(hasattr(built, name) for name in ("presets", "prepare", "learner")):
+        if not all(hasattr(built, name) for name in ("presets", "prepare", "training_module")):
             raise BenchError(f"{spec.name} has nothing to train; bench info {spec.name} says what it is")
         self._name, self._built = spec.name, built
         self.presets, self.version = built.presets, str(built.card.version)
@@ -299,8 +316,10 @@ def _beginning(asked: Request) -> weights.Bundle:
 class _Keeper:
     """Writes weights with their card, and the picture of the curves."""
 
-    def __init__(self, folder: Path, asked: Request, material: Material, device: torch.device) -> None:
-        self._folder, self._asked, self._material, self._device = folder, asked, material, device
+    def __init__(
+        self, folder: Path, asked: Request, training_data: TrainingData, device: torch.device
+    ) -> None:
+        self._folder, self._asked, self._material, self._device = folder, asked, training_data, device
         self._data = joint_datasets.dataset(Spec.parse(asked.dataset))
         self._drawn = time.perf_counter()
 

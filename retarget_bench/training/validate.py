@@ -24,7 +24,7 @@ Scores = Mapping[str, Mapping[str, float]]
 """Split -> value id -> mean over its cases, and ``n`` -> how many gave an answer."""
 
 
-class Judge:
+class Validator:
     """A fixed choice of cases. What it finds depends on the weights alone.
 
     problem: what went wrong with a case the last time; "": nothing.

@@ -26,7 +26,7 @@ GAP = 4
 
 
 @dataclass(frozen=True)
-class Look:
+class DrawingStyle:
     """How a scene is drawn.
 
     size: width and height, pixels. view: one of ``VIEWS``. overlay: all figures in one panel.
@@ -66,14 +66,16 @@ class Box:
         return self.left, self.top, self.left + self.width - 1, self.top + self.height - 1
 
 
-class Picture:
+class Drawing:
     """A scene laid out in one picture, of any of its frames.
 
     frames: those that will be drawn, which the camera is fitted to; all by default.
     """
 
-    def __init__(self, scene: Scene, look: Look | None = None, frames: Sequence[int] | None = None) -> None:
-        self.scene, self.look = scene, look or Look()
+    def __init__(
+        self, scene: Scene, look: DrawingStyle | None = None, frames: Sequence[int] | None = None
+    ) -> None:
+        self.scene, self.look = scene, look or DrawingStyle()
         self.frames = frames if frames is not None else range(scene.frames)
         self._colours = colours(scene)
         self._boxes, self._stages = self._laid_out()
@@ -232,7 +234,9 @@ class Picture:
 
 
 # ------------------------------------------------------------------------------------- parts of pictures
-def staged(scene: Scene, look: Look, frames: Sequence[int], size: tuple[int, int]) -> list[Stage | None]:
+def staged(
+    scene: Scene, look: DrawingStyle, frames: Sequence[int], size: tuple[int, int]
+) -> list[Stage | None]:
     """A stage of a size for every figure, None where there is nothing to draw; overlaid, one for all.
 
     Cameras look at the reference where there is one, so that who is elsewhere is seen to be.

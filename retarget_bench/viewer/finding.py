@@ -11,7 +11,7 @@ from retarget_bench.analysis import pairwise
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import method_order
 from retarget_bench.results import store
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer.stored import listed, told
 
 MOTION_FILES = (".bvh", ".npz")
@@ -19,7 +19,7 @@ MOTION_FILES = (".bvh", ".npz")
 
 def results(
     roots: Sequence[Path], task: str = "retarget", dataset: str | None = None, methods: Sequence[str] = ()
-) -> list[Place]:
+) -> list[ResultPaths]:
     """The results under some folders, of a data set and of methods where these are named, in their order.
 
     dataset: a folder name under a root. Raises BenchError where there are none.
@@ -34,11 +34,11 @@ def results(
     return of_methods(places, methods) if methods else places
 
 
-def of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
+def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
     """Those of these methods, in the order of the names. Raises BenchError for one without results."""
     label_of = {place: told(place).label for place in places}
     labels = {label.rpartition(", seed ")[0] or label for label in label_of.values()}
-    chosen: list[Place] = []
+    chosen: list[ResultPaths] = []
     for name in names:
         label = pairwise.label_of(name, labels)
         if label is None:
@@ -53,7 +53,7 @@ def of_methods(places: Sequence[Place], names: Sequence[str]) -> list[Place]:
     return chosen
 
 
-def case(places: Sequence[Place], name: str) -> tuple[list[Place], str]:
+def case(places: Sequence[ResultPaths], name: str) -> tuple[list[ResultPaths], str]:
     """The results that list the case which a name means, and its id.
 
     A name is an id, the name of a prediction file, or a part of an id that no other has.
@@ -98,7 +98,7 @@ def colours(roots: Iterable[Path]) -> dict[str, str]:
 
 
 @lru_cache(maxsize=8)
-def _colours(places: tuple[tuple[Place, int], ...]) -> dict[str, str]:
+def _colours(places: tuple[tuple[ResultPaths, int], ...]) -> dict[str, str]:
     """Of results that have not changed since they were asked for: who watches a run asks often."""
     return method_order.colours(method_order.ranked(place for place, _ in places))
 
@@ -113,12 +113,12 @@ def are_files(names: Sequence[str]) -> bool:
     return bool(files)
 
 
-def place_of(path: Path) -> tuple[Place, str] | None:
+def place_of(path: Path) -> tuple[ResultPaths, str] | None:
     """The results that a prediction file lies in, and the id of its case; None where it lies elsewhere."""
     parents = path.resolve().parents
     if path.suffix.lower() != ".npz" or len(parents) < 5:
         return None
-    place = Place(parents[4], parents[3].name, parents[2].name, parents[1].name, parents[0].name)
+    place = ResultPaths(parents[4], parents[3].name, parents[2].name, parents[1].name, parents[0].name)
     if not place.header.exists():
         return None
     fits = [each for each in told(place).cases if store.case_file(each) == path.stem]

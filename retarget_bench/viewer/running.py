@@ -10,22 +10,22 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import Entry, Place
+from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.viewer.stored import Told, told
 
 
-def going_on(root: Path, task: str = "retarget") -> list[Place]:
+def going_on(root: Path, task: str = "retarget") -> list[ResultPaths]:
     """Every result under a root that is being made and was never finished before, sorted."""
     found = []
     for journal in sorted(root.glob(f"*/{task}/*/*.journal")):
         dataset, folder, split = journal.relative_to(root).parts[:3]
-        place = Place(root, dataset, folder, split, journal.stem)
+        place = ResultPaths(root, dataset, folder, split, journal.stem)
         if not place.header.exists():
             found.append(place)
     return found
 
 
-def told_so_far(place: Place, dataset: Spec | None = None, root: str | None = None) -> Told:
+def told_so_far(place: ResultPaths, dataset: Spec | None = None, root: str | None = None) -> Told:
     """What is known of results that are being made; their values are those of finished cases.
 
     dataset: None: the one that finished results beside them name, or the usual one. root: where its files
@@ -54,29 +54,29 @@ def told_so_far(place: Place, dataset: Spec | None = None, root: str | None = No
     )
 
 
-def _journal(path: Path) -> tuple[dict[str, str], dict[str, Entry]]:
+def _journal(path: Path) -> tuple[dict[str, str], dict[str, CaseResult]]:
     """What a journal says; a last line that is being written is left out."""
     try:
         head, *lines = path.read_bytes().split(b"\n")[:-1]
         keys = json.loads(head)
-        entries = [Entry(**json.loads(line)) for line in lines]
+        entries = [CaseResult(**json.loads(line)) for line in lines]
         return {name: str(value) for name, value in keys.items()}, {each.case: each for each in entries}
     except (OSError, ValueError, TypeError, AttributeError) as error:
         raise FileError(path, f"is no journal of a run ({error})") from error
 
 
-def _neighbours(place: Place) -> Spec | None:
+def _neighbours(place: ResultPaths) -> Spec | None:
     """The data set that finished results in the same folder name."""
     for header in sorted((place.root / place.dataset).glob("*/*/*.json")):
         task, split = header.parts[-3:-1]
         try:
-            return told(Place(place.root, place.dataset, task, split, header.stem)).dataset
+            return told(ResultPaths(place.root, place.dataset, task, split, header.stem)).dataset
         except FileError:
             continue
     return None
 
 
-def _usual(place: Place) -> Spec | None:
+def _usual(place: ResultPaths) -> Spec | None:
     """The usual data set, or one without parameters, where results of it go by this folder's name."""
     known = {entry.name for entry in registry.names("datasets")}
     for spec in (Spec.parse(defaults.DATASET), Spec(place.dataset)):

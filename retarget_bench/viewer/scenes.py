@@ -17,7 +17,7 @@ from retarget_bench.evaluation.tasks import RETARGET
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer.figures import distinct, figure_of
 from retarget_bench.viewer.from_files import of_files
 from retarget_bench.viewer.scene import Figure, Scene
@@ -29,7 +29,7 @@ KNOWN = ("source", "reference")
 """Labels of the figures that every case may have."""
 
 
-def of_case(places: Sequence[Place], case_id: str, *, dataset: Spec | None = None) -> Scene:
+def of_case(places: Sequence[ResultPaths], case_id: str, *, dataset: Spec | None = None) -> Scene:
     """A case of stored results: source, reference, and what every place has of it, in their order.
 
     places that do not list the case (those of another split) are passed over. A prediction that is not

@@ -9,7 +9,7 @@ from PIL import Image, ImageDraw
 
 from retarget_bench.errors import BenchError
 from retarget_bench.viewer.colours import FAINT, INK, PAPER, STAGE, colours
-from retarget_bench.viewer.drawing import GAP, SMALLEST, Box, Look, away, chip, nothing, staged
+from retarget_bench.viewer.drawing import GAP, SMALLEST, Box, DrawingStyle, away, chip, nothing, staged
 from retarget_bench.viewer.lettering import font, plain, short, wrapped
 from retarget_bench.viewer.scene import Figure, Scene
 from retarget_bench.viewer.stage import Stage
@@ -37,7 +37,7 @@ def usual_size(scene: Scene, columns: int, overlay: bool) -> tuple[int, int]:
     return 170 + columns * wide, 80 + rows * round(1.15 * wide)
 
 
-def sheet(scene: Scene, look: Look, frames: Sequence[int]) -> Image.Image:
+def sheet(scene: Scene, look: DrawingStyle, frames: Sequence[int]) -> Image.Image:
     """An RGB picture of a scene at some frames; ``look.overlay`` makes it a single row.
 
     Raises BenchError where the size leaves too little room for so many figures and moments.
@@ -74,7 +74,7 @@ def sheet(scene: Scene, look: Look, frames: Sequence[int]) -> Image.Image:
 def _headings(
     pen: ImageDraw.ImageDraw,
     scene: Scene,
-    look: Look,
+    look: DrawingStyle,
     frames: Sequence[int],
     sizes: tuple[int, int, int, int],
 ) -> None:

@@ -11,7 +11,7 @@ from retarget_bench.evaluation import plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import finding, scenes
 from retarget_bench.viewer.running import going_on, told_so_far
 from retarget_bench.viewer.scene import Scene
@@ -63,7 +63,7 @@ class Shelf:
         data = spec if self.root is None else spec.with_parameters(root=self.root)
         return scenes.of_told(same, case, data, finding.colours(self.roots))
 
-    def _places(self) -> list[Place]:
+    def _places(self) -> list[ResultPaths]:
         """Finished results, then those that are being made."""
         done = [place for root in self.roots for place in store.find_results(root, self.task)]
         begun = [place for root in self.roots for place in going_on(root, self.task)]
@@ -75,7 +75,7 @@ class Shelf:
             done = finding.of_methods(done, finished) if finished else []
         return [place for place in (*done, *begun) if self.dataset in (None, place.dataset)]
 
-    def _read(self, place: Place) -> Told | None:
+    def _read(self, place: ResultPaths) -> Told | None:
         try:
             return told(place) if place.header.exists() else told_so_far(place, self.data, self.root)
         except BenchError as error:

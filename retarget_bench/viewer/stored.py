@@ -13,7 +13,7 @@ from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.files import digest
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Entry, Place
+from retarget_bench.results.store import CaseResult, ResultPaths
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,13 +26,13 @@ class Told:
     entries: case -> what came of it. cases: what is known of every case without loading it.
     """
 
-    place: Place
+    place: ResultPaths
     label: str
     dataset: Spec
     task: str
     content: str
     key: str
-    entries: Mapping[str, Entry]
+    entries: Mapping[str, CaseResult]
     cases: Mapping[str, CaseInfo]
 
     def values(self, case: str) -> dict[str, float]:
@@ -60,7 +60,7 @@ class Told:
             return Outcome("invalid", str(error))
 
 
-def told(place: Place) -> Told:
+def told(place: ResultPaths) -> Told:
     """The results at a place, read once as long as they stay the same. Raises FileError."""
     try:
         changed = place.header.stat().st_mtime_ns
@@ -70,30 +70,30 @@ def told(place: Place) -> Told:
 
 
 @lru_cache(maxsize=256)
-def _told(place: Place, changed: int) -> Told:
+def _told(place: ResultPaths, changed: int) -> Told:
     del changed
     results = store.read_results(place)
     header = results.header
-    about = header["dataset"]
+    about = header.dataset
     return Told(
         place=place,
-        label=_label(place, str(header["method"]["label"])),
-        dataset=Spec(str(about["name"]), about.get("parameters", {})),
-        task=str(header.get("task", place.task)),
-        content=str(about.get("content", "")),
-        key=str(header["keys"].get("prediction_key", "")),
+        label=_label(place, header.method.label),
+        dataset=Spec(about.name, about.parameters),
+        task=header.task or place.task,
+        content=about.content,
+        key=header.keys.get("prediction_key", ""),
         entries={entry.case: entry for entry in results.entries},
         cases=results.cases,
     )
 
 
-def _label(place: Place, method: str) -> str:
+def _label(place: ResultPaths, method: str) -> str:
     """The method, with the seed where this is not the first one."""
     _, dot, seed = place.method.rpartition(".seed-")
     return f"{method}, seed {int(seed)}" if dot and seed.isdecimal() else method
 
 
-def listed(places: Sequence[Place]) -> dict[str, CaseInfo]:
+def listed(places: Sequence[ResultPaths]) -> dict[str, CaseInfo]:
     """Every case that any of these results lists, by id, in their order."""
     found: dict[str, CaseInfo] = {}
     for place in places:

@@ -58,7 +58,7 @@ import plain_passes as plain
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.data import gather
-from retarget_bench.training.phases import moved, turns
+from retarget_bench.training.phases import optimiser_phases, to_device
 
 PASSES: Mapping[str, Mapping[str, tuple[str, Callable[..., Any]]]] = {
     "pan": {"mlp": ("retarget_bench.methods.pan.network.layers._mlp", plain.mlp)},
@@ -97,8 +97,8 @@ def main() -> None:
     recipe = method.presets[options.preset]
     material = gather(data, spec, recipe.fps, 1, lambda done, total: None)
     torch.manual_seed(0)
-    learner = method.learner(material, recipe)
-    phases = turns(learner, recipe, torch.device("cpu"))
+    learner = method.training_module(material, recipe)
+    phases = optimiser_phases(learner, recipe, torch.device("cpu"))
     passes = PASSES[spec.name]
     combos: dict[str, dict[str, Callable[..., Any]]] = {"hand-written": {}}
     combos |= {name: dict([target]) for name, target in passes.items()}
@@ -110,7 +110,7 @@ def main() -> None:
         numbers = np.random.default_rng(seed)
         torch.manual_seed(seed)
         start = time.process_time(), time.perf_counter()
-        batch = moved(learner.draw(numbers, rows), torch.device("cpu"))
+        batch = to_device(learner.draw(numbers, rows), torch.device("cpu"))
         memory: dict[str, Any] = {}
         for each in phases:
             each(batch, memory, 1e-6)

@@ -20,7 +20,7 @@ import numpy as np
 
 from retarget_bench.analysis import summary
 from retarget_bench.analysis.statistics import ENOUGH_CLIPS
-from retarget_bench.analysis.summary import Mean, Section
+from retarget_bench.analysis.summary import Mean, SplitSummary
 from retarget_bench.results import store
 
 ENDS = 5
@@ -28,7 +28,7 @@ ENDS = 5
 Curve = dict[int, Mean]
 
 
-def curves(sections: Sequence[Section], value: str) -> dict[str, dict[str, Curve]]:
+def curves(sections: Sequence[SplitSummary], value: str) -> dict[str, dict[str, Curve]]:
     """Split -> method -> second -> mean, those with the smallest error at the end first."""
     found: dict[str, dict[str, Curve]] = {}
     for section in sections:
@@ -103,7 +103,7 @@ def main() -> None:
     parser.add_argument("--up-to", type=float, help="where the vertical axis ends")
     options = parser.parse_args()
     places = [place for root in options.results for place in store.find_results(root)]
-    sections = summary.sections(places, "second", options.at_least)
+    sections = summary.split_summaries(places, "second", options.at_least)
     sections = [each for each in sections if not options.split or each.split in options.split]
     for dataset in dict.fromkeys(section.dataset for section in sections):
         own = [section for section in sections if section.dataset == dataset]

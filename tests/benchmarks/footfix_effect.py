@@ -38,7 +38,7 @@ def main(methods: list[str]) -> None:
 
         places = runner.run(plan, progress)
     print("split   method                        " + "".join(f"{value:>18}" for value in VALUES))
-    for section in summary.sections(places):
+    for section in summary.split_summaries(places):
         for score in section.scores:
             means = [score.means.get(value) for value in VALUES]
             shown = "".join(f"{mean.value:18.3f}" if mean else f"{'':>18}" for mean in means)

@@ -25,9 +25,9 @@ from retarget_bench.methods.humot.network.layers import TemporalConvolution
 from retarget_bench.methods.humot.settings import Settings
 from retarget_bench.methods.humot.training import Learner
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Material, gather
-from retarget_bench.training.phases import moved, turns
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData, gather
+from retarget_bench.training.phases import optimiser_phases, to_device
 
 HALF = replace(
     PAPER_COUNT, width=64, latent=64, blocks=(2, 2), motion=(3, 16, 32), norm="layer", affine=True
@@ -55,7 +55,7 @@ def as_torch_begins(network: nn.Module) -> None:
 
 
 def losses(
-    material: Material, design: Design, facing: bool, plain: bool, recipe: Recipe
+    training_data: TrainingData, design: Design, facing: bool, plain: bool, config: TrainingConfig
 ) -> Iterator[float]:
     """Eq. 1 of every step."""
     settings = Settings(
@@ -70,14 +70,14 @@ def losses(
         split="clip",
     )
     torch.manual_seed(0)
-    bodies = {name: body(material.characters[name]) for name in material.clips}
-    learner = Learner(material, recipe, bodies, design, settings, lambda _: HuMoT())
+    bodies = {name: body(training_data.characters[name]) for name in training_data.clips}
+    module = Learner(training_data, config, bodies, design, settings, lambda _: HuMoT())
     if plain:
-        as_torch_begins(learner.modules)
-    (turn,) = turns(learner, recipe, torch.device("cpu"))
-    for step in range(recipe.steps):
-        batch = moved(learner.draw(np.random.default_rng(step), recipe.batch), torch.device("cpu"))
-        found = turn(batch, {}, recipe.rate_at(step, step / recipe.steps))
+        as_torch_begins(module.modules)
+    (turn,) = optimiser_phases(module, config, torch.device("cpu"))
+    for step in range(config.steps):
+        batch = to_device(module.draw(np.random.default_rng(step), config.batch), torch.device("cpu"))
+        found = turn(batch, {}, config.rate_at(step, step / config.steps))
         yield float(found["autoencoder.reconstruction"])
 
 
@@ -93,13 +93,13 @@ def main() -> None:
         bar.n, bar.total = done, total
         bar.refresh()
 
-    material = gather(Spec.parse(asked.dataset), Spec.parse("humot"), 30.0, 1, shown)
+    training_data = gather(Spec.parse(asked.dataset), Spec.parse("humot"), 30.0, 1, shown)
     bar.close()
-    recipe = Recipe(asked.steps, asked.rows, 30, 1e-3, schedule="cosine", warm_up=asked.steps // 4)
+    config = TrainingConfig(asked.steps, asked.rows, 30, 1e-3, schedule="cosine", warm_up=asked.steps // 4)
     print(f"{asked.steps} steps of {asked.rows} windows; loss over the last quarter")
     for label, design, facing, plain in ROWS:
-        steps = losses(material, design, facing, plain, recipe)
-        every = list(tqdm(steps, label, recipe.steps, leave=False))
+        steps = losses(training_data, design, facing, plain, config)
+        every = list(tqdm(steps, label, config.steps, leave=False))
         mean = float(np.mean(every[-(asked.steps // 4) :]))
         print(f"{mean:8.4f} m2  {100 * math.sqrt(mean):5.1f} cm  {label}", flush=True)
 

@@ -38,7 +38,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
 from retarget_bench.training.clips import held_out as validation
 from retarget_bench.training.clips import training_clips
-from retarget_bench.training.data import Clip
+from retarget_bench.training.data import ClipArrays
 
 KINDS = ("trained on", "held out of the same clips", "of clips never trained on")
 RESAMPLES = 10_000
@@ -61,16 +61,16 @@ class Cut:
     hop: int
     fps: float
 
-    def starts(self, clip: Clip) -> range:
+    def starts(self, clip: ClipArrays) -> range:
         return clip.starts(self.frames, self.hop)
 
     def of(self, name: str, motion: Motion, start: int) -> Window:
         return Window(name, motion.at(slice(start, start + self.frames)))
 
 
-def known(name: str, character: str, motion: Motion) -> Clip:
+def known(name: str, character: str, motion: Motion) -> ClipArrays:
     """A clip as training knows it, by its number of frames alone."""
-    return Clip(character, name, {"frames": np.zeros(motion.frames)})
+    return ClipArrays(character, name, {"frames": np.zeros(motion.frames)})
 
 
 def both(
@@ -166,11 +166,11 @@ def difference(more: Mapping[str, Any], less: Mapping[str, Any]) -> tuple[float,
 def told(path: str) -> tuple[Mapping[str, Any], Any, Cut]:
     """The card, the method and its windows. Raises BenchError for weights of the other split."""
     card = weights.read_card(path)
-    facts, recipe = card["facts"], card["recipe"]
+    facts, config = card["facts"], card["recipe"]
     if card["method"] != "humot" or facts.get("split") != "chunk":
         raise BenchError(f"{path}: these weights were not trained with humot[split=chunk]; all were seen")
     method = plan.method(Spec("humot", {**facts, "weights": path}))
-    return card, method, Cut(int(recipe["window"]), int(facts["hop"]), float(recipe["fps"]))
+    return card, method, Cut(int(config["window"]), int(facts["hop"]), float(config["fps"]))
 
 
 def main() -> None:

@@ -1,10 +1,9 @@
-"""What a training step of nkn costs beside a bare loop of as many GRU cells, and how fast it retargets.
+"""Measures a training step of nkn with plain and hand-written backward passes, and how fast it retargets.
 
-Run it with ``python tests/benchmarks/recurrent_speed.py [--threads N] [--rounds N]``. The step is the
-generator's, 16 rows of 60 frames there and back, forward and backward: dropout, feedback, forward
-kinematics and the losses of ``cycle`` included. The bare loop is four ``nn.GRUCell`` per frame and
-direction, of the same sizes, forward and backward, and nothing else. Both take turns. Inference is 32
-clips of 300 frames in one batch, without reading or writing motions.
+Run it with ``python tests/benchmarks/recurrent_speed.py [--threads N] [--rounds N]``. The step is a whole
+one: generator and discriminator with their optimisers, 16 rows of 60 frames. Plain forms are loops that
+autograd records, of the layers (``network/cells.py``), the decoder (``network/rollout.py``) and both; all
+take turns. Inference is 32 clips of 300 frames in one batch, without reading or writing motions.
 """
 
 from __future__ import annotations
@@ -14,6 +13,7 @@ import statistics
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 from typing import Any
 
@@ -24,22 +24,24 @@ from torch import Tensor, nn
 sys.path.insert(0, str(Path(__file__).parents[2]))
 
 from retarget_bench.evaluation.plan import dataset, method
+from retarget_bench.methods.nkn import network
 from retarget_bench.methods.nkn import plugin as Nkn
-from retarget_bench.methods.nkn.cells import KINDS, Layer
+from retarget_bench.methods.nkn.network.cells import KINDS, Layer, raised, unrounded
+from retarget_bench.methods.nkn.network.rollout import Memory, Rollout, Weights
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Clip, Material
-from retarget_bench.training.phases import moved
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.phases import optimiser_phases, to_device
 
-ROWS, FRAMES, HIDDEN, CHANNELS, BONES = 16, 60, 512, 70, 63
+ROWS, FRAMES, HIDDEN, CHANNELS = 16, 60, 512, 70
 CLIPS, LONG = 32, 300
 CAST = 3
 
 
-def material(trainee: Any) -> Material:
+def training_data(trainee: Any) -> TrainingData:
     """The answers of a few puppets' cases."""
     puppets = dataset(Spec.parse("puppets[size=tiny]"))
-    clips: dict[str, list[Clip]] = {}
+    clips: dict[str, list[ClipArrays]] = {}
     bodies = {}
     for info in puppets.cases("retarget", "intra"):
         fits = not trainee.unfit(puppets.characters()[info.target])
@@ -48,39 +50,63 @@ def material(trainee: Any) -> Material:
             motion = motion.resample(30.0)
             bodies[info.target] = motion.character
             arrays = {key: np.asarray(each) for key, each in trainee.prepare(motion).items()}
-            clips[info.target] = [Clip(info.target, info.clip, arrays)]
-    return Material(bodies, clips)
+            clips[info.target] = [ClipArrays(info.target, info.clip, arrays)]
+    return TrainingData(bodies, clips)
 
 
-def training_step(cell: str) -> Callable[[], None]:
-    trainee = method(Spec.parse(f"nkn[cell={cell},losses=cycle]"))
-    learner = trainee.learner(material(trainee), Recipe(1, ROWS, FRAMES, 1e-4))  # type: ignore[attr-defined]
-    batch = moved(learner.draw(np.random.default_rng(0), ROWS), torch.device("cpu"))
+def plain_states(layer: Layer, inputs: Tensor, state: Tensor) -> Tensor:
+    """``Layer.forward`` as autograd records it."""
+    known, states = raised(layer.known(inputs)), []
+    with unrounded(known):
+        for each in known:
+            state, _ = layer.cell.step(each, state, layer.weights, layer.state_bias)
+            states.append(state)
+    return torch.stack(states)
+
+
+class PlainRolled:
+    """``Rolled`` as autograd records it."""
+
+    @staticmethod
+    def apply(rollout: Rollout, known: Tensor, *tensors: Tensor) -> tuple[Tensor, Tensor]:
+        w, memory, drops, cell = Weights(*tensors), rollout.memory, rollout.drops, rollout.cell
+        lower, upper, pose, rise, first = (getattr(memory, each.name) for each in fields(memory))
+        poses, raws = [], []
+        for number, each in enumerate(known):
+            fed = pose * drops.fed[number] if drops else pose
+            lower, _ = cell.step(torch.addmm(each, fed, w.fed), lower, w.lower, w.lower_bias)
+            inputs = lower * drops.upper[number] if drops else lower
+            upper, _ = cell.step(torch.addmm(w.bias, inputs, w.kernel), upper, w.upper, w.upper_bias)
+            raws.append(torch.addmm(w.out_bias, upper, w.out))
+            pose, rise = rollout.bodies.express(raws[-1], rise, first)
+            poses.append(pose)
+            first = False
+        rollout.memory = Memory(*(each.detach() for each in (lower, upper, pose, rise)))
+        return torch.stack(poses), torch.stack(raws)
+
+
+FORMS: dict[str, tuple[Any, Any]] = {
+    "hand-written": (Layer.forward, network.Rolled),
+    "plain layers": (plain_states, network.Rolled),
+    "plain decoder": (Layer.forward, PlainRolled),
+    "plain": (plain_states, PlainRolled),
+}
+
+
+def training_step(spec: str, form: str) -> Callable[[], None]:
+    """One step of all phases, at a learning rate that leaves the weights as they are."""
+    trainee: Any = method(Spec.parse(spec))
+    config = TrainingConfig(1, ROWS, FRAMES, 1e-9)
+    module = trainee.training_module(training_data(trainee), config)
+    batch = to_device(module.draw(np.random.default_rng(0), ROWS), torch.device("cpu"))
+    phases = optimiser_phases(module, config, torch.device("cpu"))
 
     def step() -> None:
-        learner.modules.zero_grad(set_to_none=True)
-        torch.stack(list(learner.losses("generator", batch, {}).values())).sum().backward()
-
-    return step
-
-
-def bare_step() -> Callable[[], None]:
-    widths = (CHANNELS, HIDDEN, BONES + CHANNELS + HIDDEN, HIDDEN)
-    cells = nn.ModuleList(nn.GRUCell(width, HIDDEN) for width in widths)
-    inputs = [torch.randn(FRAMES, ROWS, width) for width in (CHANNELS, BONES + CHANNELS)]
-
-    def step() -> None:
-        cells.zero_grad(set_to_none=True)
-        loss = torch.zeros(())
-        for _ in range(2):
-            states = [torch.zeros(ROWS, HIDDEN) for _ in cells]
-            for frame in range(FRAMES):
-                states[0] = cells[0](inputs[0][frame], states[0])
-                states[1] = cells[1](states[0], states[1])
-                states[2] = cells[2](torch.cat([inputs[1][frame], states[1]], 1), states[2])
-                states[3] = cells[3](states[2], states[3])
-                loss = loss + states[3].sum()
-        loss.backward()
+        Layer.forward, network.Rolled = FORMS[form]
+        memory: dict[str, Any] = {}
+        for phase in phases:
+            phase(batch, memory, 1e-9)
+        Layer.forward, network.Rolled = FORMS["hand-written"]
 
     return step
 
@@ -108,9 +134,9 @@ def agree() -> float:
 def frames_per_second(cell: str, rounds: int) -> tuple[float, float]:
     """Per second of the clock, and of the processor: the same on idle cores with one thread."""
     trainee: Any = Nkn(cell=cell)
-    found = material(trainee)
-    learner = trainee.learner(found, Recipe(1, ROWS, FRAMES, 1e-4))
-    ready, body = learner.method(), next(iter(found.characters.values()))
+    found = training_data(trainee)
+    module = trainee.training_module(found, TrainingConfig(1, ROWS, FRAMES, 1e-4))
+    ready, body = module.method(), next(iter(found.characters.values()))
     poses = np.zeros((LONG, CLIPS, CHANNELS), np.float32)
     best = [float("inf"), float("inf")]
     for _ in range(rounds):
@@ -126,20 +152,22 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--threads", type=int, default=1)
     parser.add_argument("--rounds", type=int, default=7)
+    parser.add_argument("--method", nargs="*", default=["nkn", "nkn[cell=torch]", "nkn[hidden=256]"])
     options = parser.parse_args()
     torch.set_num_threads(options.threads)
     print(f"torch {torch.__version__}, {options.threads} threads, layers agree to {agree():.0e}")
-    steps = {"bare": bare_step(), **{cell: training_step(cell) for cell in KINDS}}
-    taken: dict[str, list[float]] = {name: [] for name in steps}
-    for number in range(options.rounds + 1):
-        for name, step in steps.items():
-            start = time.perf_counter()
-            step()
-            if number:  # the first round warms up
-                taken[name].append(time.perf_counter() - start)
-    for name, each in taken.items():
-        ratio = statistics.median(a / b for a, b in zip(each, taken["bare"], strict=True))
-        print(f"training step, {name:6}{statistics.median(each):7.3f} s{ratio:7.2f} x the bare loop")
+    for spec in options.method:
+        steps = {form: training_step(spec, form) for form in FORMS}
+        taken: dict[str, list[float]] = {name: [] for name in steps}
+        for number in range(options.rounds + 1):
+            for name, step in steps.items():
+                start = time.perf_counter()
+                step()
+                if number:  # the first round warms up
+                    taken[name].append(time.perf_counter() - start)
+        for name, each in taken.items():
+            ratios = (a / b for a, b in zip(each, taken["hand-written"], strict=True))
+            print(f"{spec}, {name:14}{statistics.median(each):7.3f} s{statistics.median(ratios):7.2f} x")
     for cell in KINDS:
         clock, processor = frames_per_second(cell, 3)
         print(f"inference, {cell:6}{clock:7.0f} frames/s, {processor:.0f} per second of processor time")

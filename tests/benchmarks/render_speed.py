@@ -22,7 +22,7 @@ from matplotlib import animation, pyplot
 from retarget_bench.api import TASKS
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.viewer.drawing import Look, Picture
+from retarget_bench.viewer.drawing import Drawing, DrawingStyle
 from retarget_bench.viewer.scene import Scene
 from retarget_bench.viewer.scenes import of_case_asked
 
@@ -82,7 +82,7 @@ def of_matplotlib(scene: Scene, frames: int) -> Callable[[], None]:
 
 
 def of_ours(scene: Scene, frames: int, **look: bool) -> Callable[[], None]:
-    picture = Picture(scene, Look(SIZE, **look))
+    picture = Drawing(scene, DrawingStyle(SIZE, **look))
 
     def draw() -> None:
         for frame in range(frames):

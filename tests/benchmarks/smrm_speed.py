@@ -29,27 +29,29 @@ import method_bodies
 
 from retarget_bench.api import Context
 from retarget_bench.methods.smrm import SMRM
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Clip, Material
-from retarget_bench.training.phases import moved
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.phases import to_device
 
 ROWS, FRAMES, HIDDEN, SEEN, BODY = 32, 30, 512, 69, 66
 CLIPS, LONG = 32, 300
 BODIES = {name: method_bodies.body(name, scale=scale) for name, scale in (("one", 1.0), ("tall", 1.3))}
 
 
-def learner(**parameters: Any) -> Any:
+def training_module(**parameters: Any) -> Any:
     method = SMRM(**parameters)
     clips = {}
     for name, body in BODIES.items():
         arrays = method.prepare(method_bodies.dance(body, 4 * FRAMES))
-        clips[name] = [Clip(name, "dance", {key: each.astype(np.float32) for key, each in arrays.items()})]
-    return method.learner(Material(BODIES, clips), Recipe(1, ROWS, FRAMES, 1e-4))
+        clips[name] = [
+            ClipArrays(name, "dance", {key: each.astype(np.float32) for key, each in arrays.items()})
+        ]
+    return method.training_module(TrainingData(BODIES, clips), TrainingConfig(1, ROWS, FRAMES, 1e-4))
 
 
 def training_step(**parameters: Any) -> Callable[[], None]:
-    trained = learner(**parameters)
-    batch = moved(trained.draw(np.random.default_rng(0), ROWS), torch.device("cpu"))
+    trained = training_module(**parameters)
+    batch = to_device(trained.draw(np.random.default_rng(0), ROWS), torch.device("cpu"))
 
     def step() -> None:
         trained.modules.zero_grad(set_to_none=True)
@@ -126,7 +128,7 @@ def main() -> None:
     for name, found in taken.items():
         ratio = statistics.median(a / b for a, b in zip(found, taken["bare"], strict=True))
         print(f"training step, {name:12}{statistics.median(found):7.3f} s{ratio:7.2f} x the bare stack")
-    trained = learner()
+    trained = training_module()
     for name, call in (("networks", networks(trained)), ("motions", batch(trained))):
         wall, processor = (
             CLIPS * LONG / min(seconds(call, clock) for _ in range(2))

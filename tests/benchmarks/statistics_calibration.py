@@ -123,7 +123,7 @@ def tables() -> list[tuple[int, list[float]]]:
 def real(root: Path, repeats: int) -> list[tuple[str, list[float]]]:
     """Per value, from pairs of methods: per cent told apart after a shift to a mean of 0."""
     found = []
-    for each in result_matrix.panels(store.find_results(root)):
+    for each in result_matrix.result_matrices(store.find_results(root)):
         if each.split == "self" or len(each.rows) < 2:
             continue
         for key in [

@@ -26,11 +26,12 @@ ROOT = Path(__file__).parents[2]
 sys.path.insert(0, str(ROOT))
 
 from retarget_bench.api import CaseInfo, Value  # noqa: E402
-from retarget_bench.evaluation.plan import metrics, value_facts  # noqa: E402
+from retarget_bench.evaluation.plan import metrics  # noqa: E402
 from retarget_bench.evaluation.score import declared_values  # noqa: E402
 from retarget_bench.plugins import registry  # noqa: E402
 from retarget_bench.results import store  # noqa: E402
-from retarget_bench.results.store import Entry, Place  # noqa: E402
+from retarget_bench.results.header import SCHEMA, DeclaredValue, parsed  # noqa: E402
+from retarget_bench.results.store import CaseResult, ResultPaths  # noqa: E402
 
 CLIPS, REPEATS = 106, 3
 POINTS, JOINTS = [f"{0.01 * n:g}" for n in range(7)], [f"joint_{n}" for n in range(22)]
@@ -74,22 +75,22 @@ def write(root: Path, cases: int, methods: int) -> int:
         random = np.random.default_rng(number)
         method = {"name": f"method_{number}", "label": f"method_{number}", "control": False}
         header = {
-            "schema": store.SCHEMA,
+            "schema": SCHEMA,
             "keys": {},
             "method": method | {"privileged": [], "stochastic": False},
-            "dataset": {"label": "made up", "content": "1", "notes": []},
+            "dataset": {"name": "made_up", "label": "made up", "content": "1", "notes": []},
             "metrics": {},
-            "values": {key: dict(value_facts(value)) for key, value in values.items()},
+            "values": {key: DeclaredValue.of(value, "").plain() for key, value in values.items()},
             "counts": counts,
             "problems": [],
             "seeds": [0],
         }
         entries = [
-            Entry(info.id, "ok", values={key: made_up(random, value) for key, value in values.items()})
+            CaseResult(info.id, "ok", values={key: made_up(random, value) for key, value in values.items()})
             for info in infos
         ]
-        place = Place(root, "made_up", "retarget", "cross", method["name"])
-        store.write_results(place, header, entries, infos)
+        place = ResultPaths(root, "made_up", "retarget", "cross", method["name"])
+        store.write_results(place, parsed(header), entries, infos)
     return sum(path.read_bytes().count(b"\n") - 1 for path in root.rglob("method_*.csv"))
 
 

@@ -23,7 +23,7 @@ from torch import Tensor, nn
 
 from retarget_bench.training import checkpoint
 from retarget_bench.training.budget import Budget
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Phase
 from retarget_bench.training.loop import Loop
 
@@ -50,11 +50,11 @@ class Small:
 
 
 def looped(steps: int, folder: Path) -> None:
-    recipe = Recipe(steps=steps, batch=16, window=1, rate=1e-3, validate=0)
-    learner: Any = Small()
+    config = TrainingConfig(steps=steps, batch=16, window=1, rate=1e-3, validate=0)
+    module: Any = Small()
     Loop(
-        learner,
-        recipe,
+        module,
+        config,
         Budget(steps=steps),
         0,
         torch.device("cpu"),
@@ -66,17 +66,15 @@ def looped(steps: int, folder: Path) -> None:
 
 
 def bare(steps: int) -> None:
-    learner = Small()
-    phases = [
-        (phase.name, list(learner.modules[phase.modules[0]].parameters())) for phase in learner.phases
-    ]
+    module = Small()
+    phases = [(phase.name, list(module.modules[phase.modules[0]].parameters())) for phase in module.phases]
     optimisers = {name: torch.optim.Adam(each, lr=1e-3, fused=True) for name, each in phases}
     numbers = np.random.default_rng(0)
     for _ in range(steps):
-        batch = {"seen": torch.from_numpy(learner.draw(numbers, 16)["seen"])}
+        batch = {"seen": torch.from_numpy(module.draw(numbers, 16)["seen"])}
         memory: dict[str, Any] = {}
         for name, _ in phases:
-            loss = torch.stack(list(learner.losses(name, batch, memory).values())).sum()
+            loss = torch.stack(list(module.losses(name, batch, memory).values())).sum()
             optimisers[name].zero_grad()
             loss.backward()  # type: ignore[no-untyped-call]
             optimisers[name].step()

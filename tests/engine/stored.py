@@ -7,7 +7,8 @@ from pathlib import Path
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.results import store as records
-from retarget_bench.results.store import Entry, Place
+from retarget_bench.results.header import SCHEMA, STATUSES, ResultHeader, parsed
+from retarget_bench.results.store import CaseResult, ResultPaths
 
 VALUES = {
     "mpjpe_h.world": {
@@ -33,14 +34,14 @@ VALUES = {
 }  # fmt: skip
 
 
-def header(method: str, entries: list[Entry], split: str, **changes) -> dict:
-    counts = {"asked": len(entries)} | {s: sum(e.status == s for e in entries) for s in records.STATUSES}
+def header(method: str, entries: list[CaseResult], split: str, **changes) -> ResultHeader:
+    counts = {"asked": len(entries)} | {s: sum(e.status == s for e in entries) for s in STATUSES}
     problems = [
         {"status": e.status, "message": e.message, "cases": [e.case]} for e in entries if e.status != "ok"
     ]
     about = {"name": method, "label": method, "control": False, "privileged": [], "stochastic": False}
-    return {
-        "schema": records.SCHEMA,
+    facts = {
+        "schema": SCHEMA,
         "keys": {},
         "split": split,
         "method": about | changes,
@@ -56,9 +57,10 @@ def header(method: str, entries: list[Entry], split: str, **changes) -> dict:
         "counts": counts,
         "problems": problems,
     }
+    return parsed(facts)
 
 
-def store(root: Path, split: str, method: str, numbers: list, **changes) -> Place:
+def store(root: Path, split: str, method: str, numbers: list, **changes) -> ResultPaths:
     """``numbers``: list of (pair, clip, values dict or status)."""
     infos, entries = [], []
     for pair, clip, values in numbers:
@@ -66,13 +68,15 @@ def store(root: Path, split: str, method: str, numbers: list, **changes) -> Plac
         case = f"data/{pair}/{clip}"
         infos.append(CaseInfo(case, "retarget", split, source, target, clip, "", 10))
         good = isinstance(values, dict)
-        entries.append(Entry(case, "ok", values=values) if good else Entry(case, values, "because | of it"))
-    place = Place(root, "data", "retarget", split, method)
+        entries.append(
+            CaseResult(case, "ok", values=values) if good else CaseResult(case, values, "because | of it")
+        )
+    place = ResultPaths(root, "data", "retarget", split, method)
     records.write_results(place, header(method, entries, split, **changes), entries, infos)
     return place
 
 
-def changed(place: Place, **changes) -> Place:
+def changed(place: ResultPaths, **changes) -> ResultPaths:
     """The same result with other words in its header."""
     told = json.loads(place.header.read_text()) | changes
     place.header.write_text(json.dumps(told))

@@ -19,7 +19,7 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.evaluation import batches, plan, runner
 from retarget_bench.plugins import registry
 from retarget_bench.results import store
-from retarget_bench.results.store import STATUSES
+from retarget_bench.results.header import STATUSES
 from retarget_bench.training import validate
 
 HERE = Path(__file__).parent
@@ -100,7 +100,7 @@ def test_sixteen_clips_of_a_minute_fit():
 def test_cases_are_asked_together_and_the_refused_are_left_out(tmp_path):
     mix, picky = carry_out(tmp_path, "toy_batches", "toy_batches[does=picky]")
     assert {mates(mix, entry.case) for entry in mix.entries} == {6}
-    assert picky.header["counts"]["unsupported"] == 3
+    assert picky.header.counts.unsupported == 3
     assert {mates(picky, entry.case) for entry in picky.entries if entry.status == "ok"} == {3}
 
 
@@ -137,7 +137,7 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
     data = registry.create("datasets", "toy_cases")
     if where == "retarget":
         monkeypatch.setattr(method, "retarget_batch", None, raising=False)
-    judge = validate.Judge(data, method, 2, torch.device("cpu"), lambda done, total: None)
+    judge = validate.Validator(data, method, 2, torch.device("cpu"), lambda done, total: None)
     usual = getattr(method, where)
     monkeypatch.setattr(method, where, interrupted)
     with pytest.raises(KeyboardInterrupt):
@@ -177,7 +177,7 @@ def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
     first.place.header.unlink()
     for file in (first.place.folder / "toy_batches").glob("*.npz"):
         file.unlink()
-    store.open_journal(first.place, first.header["keys"])
+    store.open_journal(first.place, first.header.keys)
     for entry in first.entries[:2]:
         store.append_journal(first.place, entry)
     (again,) = carry_out(tmp_path, "toy_batches")
@@ -192,7 +192,7 @@ def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
     )
     (apart,) = carry_out(tmp_path / "b", "toy_batches", clips=20, stage="score")
     assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
-    assert {name: both.header["counts"][name] for name in STATUSES} == {
+    assert {name: getattr(both.header.counts, name) for name in STATUSES} == {
         **dict.fromkeys(STATUSES, 0),
         "ok": 40,
     }
@@ -220,7 +220,7 @@ def test_killed_at_any_moment_gives_the_same_bytes(tmp_path):
 
 
 def test_only_methods_that_take_batches_are_known_by_them(tmp_path):
-    mix, plain = plan.cells(asked(tmp_path, "toy_batches", "toy_method"))
+    mix, plain = plan.evaluation_units(asked(tmp_path, "toy_batches", "toy_method"))
     assert mix.prediction_facts["batches"] == {"cases": 16, "frames": 28_800}
     assert "batches" not in plain.prediction_facts
     assert [len(batch) for batch in plain.batches] == [1] * 6

@@ -44,11 +44,11 @@ def own(results, tmp_path) -> Path:
     return Path(shutil.copytree(results, tmp_path / "own"))
 
 
-def sections(root: Path, by: summary.By) -> dict[str, summary.Section]:
-    return {section.part: section for section in summary.sections(store.find_results(root), by)}
+def sections(root: Path, by: summary.By) -> dict[str, summary.SplitSummary]:
+    return {section.part: section for section in summary.split_summaries(store.find_results(root), by)}
 
 
-def shaken(section: summary.Section) -> summary.Score:
+def shaken(section: summary.SplitSummary) -> summary.MethodSummary:
     return next(score for score in section.scores if "shaken" in score.label)
 
 
@@ -92,7 +92,7 @@ def test_joints_stand_alone_and_in_body_parts(results):
     for name, section in by_joint.items():
         mean = shaken(section).means[JOINT]
         assert mean.value == pytest.approx(numbers[joints == name].mean(), rel=1e-8)
-        assert (mean.n, section.values[JOINT]["index"]) == (6, "")
+        assert (mean.n, section.values[JOINT].index) == (6, "")
     by_part = sections(results, "part")
     assert list(by_part) == ["trunk", "head", "left_leg", "right_leg"]
     leg = np.isin(joints, ["LeftUpLeg", "LeftLeg", "LeftFoot"])
@@ -112,10 +112,10 @@ def test_old_results_break_down_by_everything_they_know():
     old = HERE.parent / "old_results" / "schema-1"
     places = store.find_results(old)
     for by in ("pair", "clip", "kind", "joint"):
-        assert summary.sections(places, by)
+        assert summary.split_summaries(places, by)
     for by in ("part", "seen"):
         with pytest.raises(BenchError, match="does not say"):
-            summary.sections(places, by)
+            summary.split_summaries(places, by)
 
 
 def test_what_the_data_set_calls_unseen_makes_four_groups(own):

@@ -125,13 +125,13 @@ def test_self_pairs_that_slip_into_intra_are_seen(monkeypatch):
 
 def test_self_pairs_that_a_mean_pools_are_seen(monkeypatch):
     """Every value is averaged as legacy protocols are, while the cards say that it is not."""
-    write = smoke.records.write_results
+    write = smoke.store.write_results
 
     def pooled(place, header, entries, infos):
-        values = {name: facts | {"with_self": True} for name, facts in header["values"].items()}
-        write(place, header | {"values": values}, entries, infos)
+        values = {name: replace(value, with_self=True) for name, value in header.values.items()}
+        write(place, replace(header, values=values), entries, infos)
 
-    monkeypatch.setattr(smoke.records, "write_results", pooled)
+    monkeypatch.setattr(smoke.store, "write_results", pooled)
     found = checked("copy_rotations")
     assert found.verdict == 1
     moved = [line for line in found.lines if line.mark is not Mark.SAME]

@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stored import store
 
-from retarget_bench.analysis.summary import section
-from retarget_bench.analysis.tie_groups import cliques, told_apart
-from retarget_bench.results.result_matrix import panels
+from retarget_bench.analysis.summary import split_summary
+from retarget_bench.analysis.tie_groups import separated, tie_groups
+from retarget_bench.results.result_matrix import result_matrices
 
 
 @given(st.integers(1, 6), st.sets(st.tuples(st.integers(0, 5), st.integers(0, 5))))
@@ -28,7 +28,7 @@ def test_groups_are_all_largest_sets_without_a_pair_that_is_told_apart(count, dr
         if not any(pair in pairs for pair in combinations(members, 2))
     ]
     largest = sorted(tuple(sorted(s)) for s in free if len(s) > 1 and not any(s < other for other in free))
-    assert cliques(apart) == largest
+    assert tie_groups(apart) == largest
 
 
 def test_the_group_of_the_best_is_that_of_the_table(tmp_path: Path):
@@ -40,9 +40,9 @@ def test_the_group_of_the_best_is_that_of_the_table(tmp_path: Path):
             tmp_path, "cross", label,
             [("x>y", f"clip {k:02}", {"mpjpe_h.world": float(each)}) for k, each in enumerate(numbers)],
         )  # fmt: skip
-    (panel,) = panels(_places(tmp_path))
-    ranking = section(panel).rankings["mpjpe_h.world"]
-    apart = told_apart(panel, ranking, "mpjpe_h.world")
+    (panel,) = result_matrices(_places(tmp_path))
+    ranking = split_summary(panel).rankings["mpjpe_h.world"]
+    apart = separated(panel, ranking, "mpjpe_h.world")
     tied = {label for label, is_apart in zip(ranking.order, apart[0], strict=True) if not is_apart}
     assert tied == {ranking.best, *ranking.tied}
     assert (apart == apart.T).all()

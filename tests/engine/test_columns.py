@@ -7,11 +7,11 @@ from stored import store
 from retarget_bench.errors import FileError
 from retarget_bench.results import columns, compatibility
 from retarget_bench.results import store as records
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 
 
 @pytest.fixture
-def place(tmp_path) -> Place:
+def place(tmp_path) -> ResultPaths:
     """Clips with commas, quotes and words that readers may take for missing; some cases lack values."""
     random = np.random.default_rng(0)
     cases = []
@@ -27,7 +27,7 @@ def place(tmp_path) -> Place:
     return store(tmp_path, "intra", "m", cases)
 
 
-def read(place: Place, monkeypatch, large: int) -> columns.Columns:
+def read(place: ResultPaths, monkeypatch, large: int) -> columns.Columns:
     monkeypatch.setattr(columns, "LARGE", large)
     header = records.read_header(place.header)
     return columns.read(place, header, compatibility.newest([header]))

@@ -53,7 +53,7 @@ def test_references_as_npz_or_bvh_score_nothing(tmp_path, cases):
         else:
             bvh.write(stem.with_suffix(".bvh"), case.reference, scale=100.0)
     results = score(folder, tmp_path / "runs")
-    assert results.header["counts"]["ok"] == len(cases)
+    assert results.header.counts.ok == len(cases)
     assert all(entry.values["mpjpe_h.world"] < 1e-3 for entry in results.entries)
 
 

@@ -26,7 +26,7 @@ def test_every_job_is_answered_once():
 
 
 def test_no_jobs_start_no_process():
-    assert list(LocalPool(4).run(jobs.missing, [])) == []
+    assert list(LocalPool(4).run(jobs.square, [])) == []
 
 
 def test_trouble_costs_its_own_job():

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from stored import header
 
 from retarget_bench.analysis import protocol_factors
 from retarget_bench.analysis.protocols import PROTOCOL
@@ -15,7 +17,8 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins.registry import create
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Entry, Place, Results
+from retarget_bench.results.header import DeclaredValue
+from retarget_bench.results.store import CaseResult, ResultPaths, Results
 
 FACTS = {
     "error": "distance",
@@ -28,11 +31,11 @@ FACTS = {
 BUILT_IN = ("position", "papers", "nkn", "procrustes")
 
 
-def declared(unit: str = "1", *, with_self: bool = False, **facts: str) -> dict:
-    return {
-        "label": "x", "unit": unit, "better": "lower", "goal": 1.0, "index": "", "meaning": "",
-        "tolerance": 0.0, "formula": "", "with_self": with_self, "protocol": {**FACTS, **facts},
-    }  # fmt: skip
+def declared(unit: str = "1", *, with_self: bool = False, **facts: str) -> DeclaredValue:
+    return DeclaredValue(
+        label="x", unit=unit, better="lower", goal=1.0, index="", meaning="", tolerance=0.0,
+        with_self=with_self, protocol={**FACTS, **facts},
+    )  # fmt: skip
 
 
 VALUES = {
@@ -41,7 +44,7 @@ VALUES = {
     "centimetres": declared("cm", **{"divided by": "1"}),
     "squared": declared("m", error="squared distance", **{"divided by": "1"}),
     "pooled": declared("m", with_self=True, **{"divided by": "1", "self pairs": "in intra"}),
-    "elsewhere": {**declared(), "protocol": {}},
+    "elsewhere": replace(declared(), protocol={}),
 }
 
 
@@ -60,10 +63,10 @@ def results(split: str, numbers: dict[tuple[str, str], float], height: float = 2
             "pooled": metres,
             "elsewhere": 1.0,
         }
-        entries.append(Entry(info.id, "ok", values=values))
-    place = Place(Path("runs"), "data", "retarget", split, "mine")
-    header = {"values": VALUES, "method": {"label": "mine"}, "dataset": {"label": "data"}}
-    return Results(place, header, entries, infos)
+        entries.append(CaseResult(info.id, "ok", values=values))
+    place = ResultPaths(Path("runs"), "data", "retarget", split, "mine")
+    told = replace(header("mine", [], split), values=VALUES)
+    return Results(place, told, entries, infos)
 
 
 INTRA = {("a>b", "x"): 0.1, ("b>a", "x"): 0.3, ("a>b", "y"): 0.4}
@@ -126,9 +129,9 @@ def test_one_protocol_alone_has_no_factor() -> None:
 
 def test_results_without_protocols_say_what_to_do() -> None:
     old = results("intra", INTRA)
-    bare = {id_: {k: v for k, v in value.items() if k != "protocol"} for id_, value in VALUES.items()}
+    bare = {id_: replace(value, protocol={}) for id_, value in VALUES.items()}
     with pytest.raises(BenchError, match="score them again"):
-        protocol_factors.explain(Results(old.place, {**old.header, "values": bare}, old.entries, old.cases))
+        protocol_factors.explain(replace(old, header=replace(old.header, values=bare)))
 
 
 @pytest.mark.parametrize("name", BUILT_IN)
@@ -192,5 +195,6 @@ def test_the_command(run: Path, capsys: pytest.CaptureFixture[str]) -> None:
 
 def test_seeds_are_told_apart() -> None:
     found = results("intra", INTRA)
-    found.header |= {"method": {"label": "mine", "stochastic": True}, "seeds": [3]}
+    learned = replace(found.header.method, stochastic=True)
+    found.header = replace(found.header, method=learned, seeds=(3,))
     assert protocol_factors.explain(found).method == "mine, seed 3"

@@ -16,7 +16,7 @@ WORLD = {"mpjpe_h.world": 1.0}
 
 def cells_of(places, columns, split="intra") -> dict:
     """Method -> its cells on a split."""
-    (made,) = builder.tables(summary.sections(places), columns)
+    (made,) = builder.tables(summary.split_summaries(places), columns)
     (group,) = (group for group in made.groups if group.split == split)
     return {row.label: row.cells for row in group.rows} | {"table": made, "group": group}
 
@@ -89,7 +89,9 @@ def test_methods_of_another_data_set_are_told_too(tmp_path):
     here = store(tmp_path / "a", "intra", "here", [("a>b", "c1", WORLD)])
     there = store(tmp_path / "b", "intra", "there", [("a>b", "c1", WORLD)])
     dataset = {"label": "more data", "content": "c9", "notes": []}
-    one, two = builder.tables(summary.sections([here, changed(there, dataset=dataset)]), ["mpjpe_h.world"])
+    one, two = builder.tables(
+        summary.split_summaries([here, changed(there, dataset=dataset)]), ["mpjpe_h.world"]
+    )
     assert (one.title, two.title) == ("data", "more data")
     assert [row.label for row in one.groups[0].unranked] == ["there"]
     assert [row.label for row in two.groups[0].unranked] == ["here"]
@@ -176,7 +178,7 @@ def noisy(root, name, centre, seed, clips=30):
 
 def test_marks_are_those_of_the_ranking(tmp_path):
     places = [noisy(tmp_path, n, c, s) for s, (n, c) in enumerate([("a", 1.0), ("b", 1.01), ("c", 3.0)])]
-    (section,) = summary.sections(places)
+    (section,) = summary.split_summaries(places)
     found = cells_of(places, ["mpjpe_h.world"])
     ranking = section.rankings["mpjpe_h.world"]
     marks = {label: found[label][0].mark for label in "abc"}
@@ -227,7 +229,7 @@ def test_a_number_over_fewer_cases_says_why_it_is_not_ranked(tmp_path):
 def test_breakdowns_have_a_line_per_part_and_a_column_per_method(tmp_path, form):
     for name, centre in (("m", 1.0), ("k", 2.0)):
         noisy(tmp_path, name, centre, 0, clips=3)
-    (made,) = builder.tables(summary.sections(records.find_results(tmp_path), "pair"), by="pair")
+    (made,) = builder.tables(summary.split_summaries(records.find_results(tmp_path), "pair"), by="pair")
     (group,) = made.groups
     assert (group.heading, group.subject) == ("pair", "mpjpe_h.world")
     assert [row.label for row in group.ranked] == ["a>b", "a>c"]
@@ -242,7 +244,9 @@ def test_breakdowns_have_a_line_per_part_and_a_column_per_method(tmp_path, form)
 def test_self_pairs_have_a_line_only_for_values_that_count_them(tmp_path):
     store(tmp_path, "intra", "m", [("a>b", "c1", {"pooled": 4.0, **WORLD})])
     store(tmp_path, "self", "m", [("a>a", "c1", {"pooled": 0.0, **WORLD})])
-    found = [s for s in summary.sections(records.find_results(tmp_path), "pair") if s.split == "intra"]
+    found = [
+        s for s in summary.split_summaries(records.find_results(tmp_path), "pair") if s.split == "intra"
+    ]
     (made,) = builder.tables(found, ["mpjpe_h.world", "pooled"], by="pair")
     lines = {group.subject: [row.label for row in group.ranked] for group in made.groups}
     assert lines == {"mpjpe_h.world": ["a>b"], "pooled": ["a>a", "a>b"]}

@@ -17,7 +17,7 @@ SCHEMAS = sorted(OLD.iterdir())
 def test_old_results_load_and_show_the_same_table(folder):
     places = store.find_results(folder)
     assert len(places) == 3
-    (made,) = builder.tables(summary.sections(places), ["mpjpe_h.world", "fps"])
+    (made,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world", "fps"])
     rows = {row.label: row for row in (*made.groups[0].ranked, *made.groups[0].unranked)}
     assert rows["toy_method"].n == "6"
     assert rows["toy_method"].cells[0].value == pytest.approx(

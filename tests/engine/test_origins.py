@@ -17,7 +17,7 @@ DATASET = {
 
 
 def origins_of(places):
-    (made,) = builder.tables(summary.sections(places), ["mpjpe_h.world"])
+    (made,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
     return made
 
 

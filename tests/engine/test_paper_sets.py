@@ -8,12 +8,19 @@ import pytest
 
 from retarget_bench.evaluation.set_metrics import SetValue, files
 from retarget_bench.results import store as records
-from retarget_bench.results.store import Place
+from retarget_bench.results.header import SCHEMA, STATUSES, parsed
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.published import paper_sets, papers
 from retarget_bench.tables.published.paper_table import NOT_PRINTED, paper_table
 
 TABLE = papers.published("pan-table3")
-DECLARED = {key: {"label": key, "metric": "fid", "unit": "1", "better": "lower"} for key in ("fid", "kid")}
+DECLARED = {
+    key: {
+        "label": key, "metric": "fid", "unit": "1", "better": "lower", "goal": 1.0, "index": "",
+        "with_self": False, "meaning": "", "tolerance": 1e-6,
+    }
+    for key in ("fid", "kid")
+}  # fmt: skip
 
 
 def value(structure: str, number: float | None, kind: str = "", **changes) -> SetValue:
@@ -24,10 +31,10 @@ def value(structure: str, number: float | None, kind: str = "", **changes) -> Se
 def store(
     root: Path, name: str, values: list[SetValue], split: str = "cross", file: str = "", **changes
 ) -> None:
-    place = Place(root, "data", "retarget", split, file or name)
+    place = ResultPaths(root, "data", "retarget", split, file or name)
     place.folder.mkdir(parents=True, exist_ok=True)
     header = {
-        "schema": records.SCHEMA,
+        "schema": SCHEMA,
         "keys": {},
         "method": {"name": name, "label": name, "control": False, "privileged": [], "stochastic": False},
         "dataset": {"name": "data", "label": "data", "content": "c", "notes": []},
@@ -35,7 +42,7 @@ def store(
         "set_values": DECLARED,
         "networks": {},
         "four_legged": ["dog"],
-        "counts": {"asked": 0} | dict.fromkeys(records.STATUSES, 0),
+        "counts": {"asked": 0} | dict.fromkeys(STATUSES, 0),
         "metrics": {},
         "problems": [],
     }  # fmt: skip
@@ -43,7 +50,7 @@ def store(
         header[key] = {**header[key], **change} if isinstance(change, dict) else change
     if header["four_legged"] is None:
         del header["four_legged"]
-    records.write_results(place, header, [], [])
+    records.write_results(place, parsed(header), [], [])
     files.write(place, values)
 
 

@@ -10,7 +10,8 @@ import pytest
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.results import store as records
-from retarget_bench.results.store import Entry, Place
+from retarget_bench.results.header import SCHEMA, STATUSES, parsed
+from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.tables.published import papers
 from retarget_bench.tables.published.paper_table import paper_table
 
@@ -32,9 +33,9 @@ def store(
     for (pair, clip), number in numbers.items():
         source, target = pair.split(">")
         infos.append(CaseInfo(f"mixamo/{pair}/{clip}", "retarget", split, source, target, clip, "", 10))
-        entries.append(Entry(infos[-1].id, "ok", values=dict.fromkeys(VALUES, number)))
+        entries.append(CaseResult(infos[-1].id, "ok", values=dict.fromkeys(VALUES, number)))
     header = {
-        "schema": records.SCHEMA,
+        "schema": SCHEMA,
         "keys": {},
         "method": {
             "name": name,
@@ -46,14 +47,14 @@ def store(
         "dataset": {"name": "mixamo", "label": "mixamo", "content": "c", "notes": []},
         "metrics": {},
         "values": VALUES,
-        "counts": {"asked": len(entries)} | {s: len(entries) * (s == "ok") for s in records.STATUSES},
+        "counts": {"asked": len(entries)} | {s: len(entries) * (s == "ok") for s in STATUSES},
         "problems": [],
     }
     for key, change in changes.items():
         header[key] = {**header.get(key, {}), **change} if isinstance(change, dict) else change
-    place = Place(root, header["dataset"]["label"], "retarget", split, file or name)
+    place = ResultPaths(root, header["dataset"]["label"], "retarget", split, file or name)
     place.folder.mkdir(parents=True, exist_ok=True)
-    records.write_results(place, header, entries, infos)
+    records.write_results(place, parsed(header), entries, infos)
 
 
 @pytest.mark.parametrize("name", ["humot-table3", "humot-table4", "humot-table5"])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from xml.etree import ElementTree
 
@@ -25,13 +26,15 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.results import result_matrix as panel
 from retarget_bench.results import store
-from retarget_bench.results.store import Entry, Place
+from retarget_bench.results.header import ResultHeader, parsed
+from retarget_bench.results.store import CaseResult, ResultPaths
 
 HOSTILE = ("$\\frac{1}", "_hidden & 50% #1", "<script>alert('x')</script>\n\x07")
 BODIES = ("ann", "bob", "$\\cat_^")
 STRUCTURES = {"ann": "s17", "bob": "s17", "$\\cat_^": "s22"}
 JOINTS = {"s17": ("Hips", "Head"), "s22": ("Hips", "Head", "Toe^{$")}
 KINDS = ("walk", "run", "$\\sit$")
+LOWER = header("", [], "cross").values["mpjpe_h.world"]
 VALUES = {
     key: {
         "label": label, "unit": "% of height", "better": "lower", "goal": 1.0, "index": index,
@@ -44,7 +47,7 @@ VALUES = {
 }  # fmt: skip
 CLIPS = 12
 FPS = dict(zip(HOSTILE, (2000.0, 500.0, 40.0), strict=True))
-Numbers = dict[str, dict[tuple[str, str, int], Entry]]
+Numbers = dict[str, dict[tuple[str, str, int], CaseResult]]
 
 
 def stored(root: Path) -> Numbers:
@@ -67,10 +70,11 @@ def stored(root: Path) -> Numbers:
                     "growth.world": {str(second): error * second for second in (1, 2, 3)},
                 }
                 infos.append(info)
-                entries[source, target, clip] = Entry(info.id, "ok", values=values)
-        place = Place(root, "data", "retarget", "cross", f"method{shift}")
-        told = header(label, list(entries.values()), "cross") | {"values": VALUES}
-        told["dataset"] |= {"label": "50% of {data}_$x", "name": "no_such_data"}
+                entries[source, target, clip] = CaseResult(info.id, "ok", values=values)
+        place = ResultPaths(root, "data", "retarget", "cross", f"method{shift}")
+        plain = header(label, list(entries.values()), "cross").plain() | {"values": VALUES}
+        plain["dataset"] |= {"label": "50% of {data}_$x", "name": "no_such_data"}
+        told = parsed(plain)
         store.write_results(place, told, list(entries.values()), infos)
         place.timing.write_text(f"case,frames,seconds\nc,{FPS[label]:g},1\n")
         found[label] = entries
@@ -164,15 +168,15 @@ def test_ties_join_a_method_with_its_own_double(tmp_path):
     root = tmp_path / "double"
     stored(root)
     (first, *_) = store.find_results(root)
-    twin = Place(root, "data", "retarget", "cross", "twin")
+    twin = ResultPaths(root, "data", "retarget", "cross", "twin")
     for kind in ("rows", "arrays"):
         getattr(twin, kind).write_bytes(getattr(first, kind).read_bytes())
     told = first.header.read_text().replace('"label": "$\\\\frac{1}"', '"label": "twin"')
     twin.header.write_text(told)
-    (one,) = panel.panels(store.find_results(root))
-    ranking = summary.section(one).rankings["mpjpe_h.world"]
+    (one,) = panel.result_matrices(store.find_results(root))
+    ranking = summary.split_summary(one).rankings["mpjpe_h.world"]
     assert set(ranking.order[:2]) == {"twin", HOSTILE[0]}
-    assert tie_groups.cliques(tie_groups.told_apart(one, ranking, "mpjpe_h.world")) == [(0, 1)]
+    assert tie_groups.tie_groups(tie_groups.separated(one, ranking, "mpjpe_h.world")) == [(0, 1)]
 
 
 def test_speed_is_to_the_right_and_error_upwards(plotted, results):
@@ -184,11 +188,10 @@ def test_speed_is_to_the_right_and_error_upwards(plotted, results):
 
 
 def test_who_is_slower_and_worse_is_not_at_the_front():
-    lower = {"better": "lower", "goal": 1.0}
     points = [(100.0, 3.0), (10.0, 2.0), (5.0, 2.5), (1.0, 1.0), (1.0, 4.0)]
-    assert speed.best(points, lower) == [(1.0, 1.0), (10.0, 2.0), (100.0, 3.0)]
-    assert speed.best(points, {"better": "higher", "goal": 1.0}) == [(1.0, 4.0), (100.0, 3.0)]
-    assert speed.best([(1.0, 1.1), (2.0, 0.5)], {"better": "target", "goal": 1.0})[0] == (1.0, 1.1)
+    assert speed.best(points, LOWER) == [(1.0, 1.0), (10.0, 2.0), (100.0, 3.0)]
+    assert speed.best(points, replace(LOWER, better="higher")) == [(1.0, 4.0), (100.0, 3.0)]
+    assert speed.best([(1.0, 1.1), (2.0, 0.5)], replace(LOWER, better="target"))[0] == (1.0, 1.1)
 
 
 def test_kinds_stand_with_the_farthest_off_at_the_top(plotted, results):
@@ -226,7 +229,7 @@ def test_skeletons_are_coloured_by_the_errors_of_their_joints(results, tmp_path,
     )
     tree = Skeleton(("Hips", "Head"), np.array([-1, 0]), np.array([[0.0, 1.0, 0.0], [0.1, 0.6, 0.0]]))
     bodies = {name: Character.of(name, tree) for name in ("ann", "bob")}
-    (one,) = panel.panels(store.find_results(results[0]))
+    (one,) = panel.result_matrices(store.find_results(results[0]))
     joints.draw(tmp_path / "a.png", one, "mpjpe_h.joint", bodies)
     drawn = [axes for axes in made[0].axes if axes.get_title()]
     for axes, (label, entries) in zip(drawn, results[1].items(), strict=True):
@@ -273,14 +276,15 @@ def test_words_stay_words_in_every_kind(results, tmp_path, kind):
 
 
 # ------------------------------------------------------------------------------------------------ the edge
-def about(**controls: bool) -> dict[str, dict]:
-    return {name: {"method": {"control": control}} for name, control in controls.items()}
+def about(**controls: bool) -> dict[str, ResultHeader]:
+    plain = header("", [], "cross")
+    return {name: replace(plain, method=replace(plain.method, control=c)) for name, c in controls.items()}
 
 
 def test_what_is_far_worse_stands_outside_with_its_number():
     means = {"a": [Mean(2.0, 9, 9)], "b": [Mean(3.0, 9, 9)], "still": [Mean(291.4, 9, 9)]}
     headers = about(a=False, b=False, still=True)
-    edge = edges.edge(means, headers, {"better": "lower"})
+    edge = edges.edge(means, headers, LOWER)
     assert edge.end == ROOM * 2.5
     with style.context(["default", canvas.LOOK]):
         panel = Figure().subplots()
@@ -294,8 +298,8 @@ def test_what_is_far_worse_stands_outside_with_its_number():
 
 @pytest.mark.parametrize(
     ("declared", "numbers"),
-    [({"better": "higher"}, (0.1, 0.1, 0.9)), ({"better": "none"}, (1.0, 1.0, 90.0)),
-     ({"better": "lower"}, (1.0, 1.0, 2.4))],
+    [(replace(LOWER, better="higher"), (0.1, 0.1, 0.9)), (replace(LOWER, better="none"), (1.0, 1.0, 90.0)),
+     (LOWER, (1.0, 1.0, 2.4))],
 )  # fmt: skip
 def test_axes_without_anything_far_worse_show_everything(declared, numbers):
     means = {name: [Mean(number, 9, 9)] for name, number in zip("abc", numbers, strict=True)}
@@ -305,10 +309,10 @@ def test_axes_without_anything_far_worse_show_everything(declared, numbers):
 def test_intervals_of_what_stands_within_lengthen_an_axis_up_to_twice():
     means = {"a": [Mean(2.0, 20, 20, Interval(1.0, 7.0))], "b": [Mean(90.0, 20, 20, Interval(50.0, 99.0))]}
     headers = about(a=False, b=True)
-    assert edges.edge(means, headers, {"better": "lower"}).end == 7.0
-    assert edges.edge(means, headers, {"better": "lower"}, bands=True).end == 5.0
+    assert edges.edge(means, headers, LOWER).end == 7.0
+    assert edges.edge(means, headers, LOWER, bands=True).end == 5.0
     means["a"] = [Mean(2.0, 20, 20, Interval(1.0, 700.0))]
-    assert edges.edge(means, headers, {"better": "lower"}).end == 10.0
+    assert edges.edge(means, headers, LOWER).end == 10.0
 
 
 @pytest.mark.parametrize(

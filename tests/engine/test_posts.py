@@ -89,7 +89,7 @@ def test_batches_stay_batches(tmp_path):
 @pytest.mark.parametrize("method", ["reference", "toy_method[does=peek]", "toy_method"])
 def test_they_see_the_floor_and_nothing_privileged(tmp_path, method):
     (results,) = carry_out(tmp_path, f"{method}+toy_post[does=look]")
-    assert results.header["counts"]["ok"] == 6
+    assert results.header.counts.ok == 6
 
 
 def test_a_method_sees_what_it_sees_alone():
@@ -119,22 +119,22 @@ def test_a_method_sees_what_it_sees_alone():
 # --------------------------------------------------------------------------------- what rows are known by
 def test_rows_say_what_was_done(tmp_path):
     (results,) = carry_out(tmp_path, "toy_method+toy_post[by=0.5,does=lift]")
-    method = results.header["method"]
-    assert method["label"] == "toy_method+toy_post[by=0.5]"
-    assert method["name"] == "toy_method"
-    assert method["version"] == "1, toy_post 7"
-    (post,) = method["posts"]
+    method = results.header.method
+    assert method.label == "toy_method+toy_post[by=0.5]"
+    assert method.name == "toy_method"
+    assert method.version == "1, toy_post 7"
+    (post,) = method.posts
     assert (post["name"], post["version"], post["parameters"]) == ("toy_post", "7", {"by": 0.5})
     assert post["origin"].endswith("toy_post.py")
-    (section,) = summary.sections([results.place])
+    (section,) = summary.split_summaries([results.place])
     assert [score.label for score in section.scores] == ["toy_method+toy_post[by=0.5]"]
 
 
 def test_privilege_and_control_are_inherited(tmp_path):
     peeking, control = carry_out(tmp_path, "toy_method[does=peek]+toy_post", "reference+toy_post[by=0.1]")
-    assert peeking.header["method"]["privileged"] == ["reference"]
-    assert control.header["method"]["control"]
-    (section,) = summary.sections([peeking.place, control.place])
+    assert peeking.header.method.privileged == ("reference",)
+    assert control.header.method.control
+    (section,) = summary.split_summaries([peeking.place, control.place])
     assert {score.unranked for score in section.scores} == {"sees reference", "control"}
 
 
@@ -167,7 +167,7 @@ def test_keys_differ_with_the_post_processes_and_not_without(tmp_path):
         "toy_method+toy_post+toy_post",
         "toy_method+toy_post[by=1.0,does=lift]",
     )
-    found = [plans.cells(asked(tmp_path, text))[0] for text in texts]
+    found = [plans.evaluation_units(asked(tmp_path, text))[0] for text in texts]
     keys = [cell.keys["prediction_key"] for cell in found]
     assert len(set(keys)) == 4
     assert keys[2] == keys[4]
@@ -185,7 +185,7 @@ def test_the_code_of_a_post_process_counts(tmp_path, monkeypatch):
     spec = Spec.parse("toy_method+then")
     plans.method_code.cache_clear()
     before, alone = plans.method_code(spec), plans.method_code(spec.alone)
-    post.write_text(post.read_text() + "\n")
+    post.write_text(post.read_text() + "MORE = 1\n")
     plans.method_code.cache_clear()
     assert plans.method_code(spec) != before
     assert plans.method_code(spec.alone) == alone

@@ -21,7 +21,7 @@ from retarget_bench.results import store
 from retarget_bench.verification.probe import report
 from retarget_bench.verification.probe.asking import Subject, ask, pieces, spread, subject
 from retarget_bench.verification.probe.blindness import dependence
-from retarget_bench.verification.probe.probes import PROBES, Question, deviation
+from retarget_bench.verification.probe.probes import PROBES, ProbeCase, deviation
 
 TOY_CASES = Path(__file__).parent / "toys" / "toy_cases.py"
 
@@ -391,4 +391,4 @@ def test_a_question_at_another_rate_is_asked_at_thirty(subjects: list[Subject]) 
     asked = subject(subjects[0].info, motion, subjects[0].question.target)
     assert isinstance(asked, Subject)
     assert asked.question.source.fps == 30.0
-    assert isinstance(asked.question, Question)
+    assert isinstance(asked.question, ProbeCase)

@@ -78,12 +78,12 @@ def test_in_the_table_a_refused_question_is_no_number_and_says_why(
     for place in places:
         results = store.read_results(place)
         assert {entry.status for entry in results.entries} == {"ok"}
-        told = results.header["not_applicable"]
+        told = results.header.not_applicable
         assert told == {"probe.source_merged": {"cases": len(results.entries), "reason": ONLY_22}}
     sound = Spec("copy_rotations")  # a column in which nobody has a number would not be there
     beside = ask(create("methods", sound), "copy_rotations", subjects, probes=some)
     places += report.store(sound, Spec("puppets"), beside, tmp_path)
-    made = builder.tables(summary.sections(places), ["probe.turned", "probe.source_merged"])
+    made = builder.tables(summary.split_summaries(places), ["probe.turned", "probe.source_merged"])
     rows = [row for each in made for group in each.groups for row in group.rows]
     assert {row.label for row in rows} == {"rest_pose", "copy_rotations"}
     for row in rows:

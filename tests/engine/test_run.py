@@ -21,6 +21,7 @@ from retarget_bench.evaluation.plan import dataset_slug
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from retarget_bench.results.header import Counts
 
 TOYS = Path(__file__).parent / "toys"
 SHIFT = 0.01  # as in toys/toy_cases.py
@@ -73,7 +74,7 @@ def test_a_bad_method_costs_its_rows_and_says_why(tmp_path, does, status, words)
     assert {entry.status for entry in good.entries} == {"ok"}
     assert {entry.status for entry in bad.entries} == {status}
     assert all(words in entry.message for entry in bad.entries)
-    assert bad.header["counts"][status] == bad.header["counts"]["asked"] == 6
+    assert getattr(bad.header.counts, status) == bad.header.counts.asked == 6
     assert all(not entry.values for entry in bad.entries)
 
 
@@ -86,18 +87,16 @@ def test_a_case_that_kills_its_worker_costs_that_case_only(tmp_path):
 
 def test_unsupported_cases_are_counted_and_named(tmp_path):
     (results,) = carry_out(tmp_path, "toy_method[does=picky]")
-    assert results.header["counts"] == {
-        "asked": 6, "ok": 3, "unsupported": 3, "invalid": 0, "failed": 0, "missing": 0,
-    }  # fmt: skip
-    (problem,) = results.header["problems"]
-    assert problem["message"] == "I only know tall targets"
-    assert all(">small/" in case for case in problem["cases"])
+    assert results.header.counts == Counts(asked=6, ok=3, unsupported=3)
+    (problem,) = results.header.problems
+    assert problem.message == "I only know tall targets"
+    assert all(">small/" in case for case in problem.cases)
 
 
 def test_only_declared_privileged_inputs_reach_a_method(tmp_path):
     peek, other = carry_out(tmp_path, "toy_method[does=peek]", "toy_method[does=other]")
     assert all(entry.values["mpjpe_h.world"] < 1e-4 for entry in peek.entries)
-    assert peek.header["method"]["privileged"] == ["reference"]
+    assert peek.header.method.privileged == ("reference",)
     assert {entry.status for entry in other.entries} == {"ok"}
 
 
@@ -144,7 +143,7 @@ def test_predict_then_score_is_run(tmp_path):
     assert not places[0].rows.exists()
     (apart,) = carry_out(tmp_path / "b", "toy_method[does=picky]", stage="score")
     assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
-    assert apart.header["problems"] == both.header["problems"]
+    assert apart.header.problems == both.header.problems
 
 
 def test_scored_from_files_or_at_once_the_same_bytes(tmp_path):
@@ -163,9 +162,9 @@ def test_a_method_that_writes_to_its_input_changes_nobody_elses_rows(tmp_path):
 
 def test_scoring_without_predictions_says_what_is_missing_and_spoils_nothing(tmp_path):
     (results,) = carry_out(tmp_path, "toy_method", stage="score")
-    assert results.header["counts"]["missing"] == 6
+    assert results.header.counts.missing == 6
     (later,) = carry_out(tmp_path, "toy_method")
-    assert later.header["counts"]["ok"] == 6
+    assert later.header.counts.ok == 6
 
 
 def test_what_cannot_be_stored_stops_the_run_and_blames_no_method(tmp_path):
@@ -176,7 +175,7 @@ def test_what_cannot_be_stored_stops_the_run_and_blames_no_method(tmp_path):
         carry_out(tmp_path, "toy_method")
     blocked.unlink()
     (results,) = carry_out(tmp_path, "toy_method")
-    assert results.header["counts"]["ok"] == 6
+    assert results.header.counts.ok == 6
 
 
 def test_results_where_no_folder_can_be(tmp_path):
@@ -203,11 +202,11 @@ def test_splits_that_a_data_set_has_not_are_named_with_those_that_it_has(tmp_pat
 def test_a_journal_that_somebody_edited_is_read_up_to_there(tmp_path, line):
     (first,) = carry_out(tmp_path, "toy_method")
     first.place.header.unlink()
-    store.open_journal(first.place, first.header["keys"])
+    store.open_journal(first.place, first.header.keys)
     store.append_journal(first.place, first.entries[0])
     with first.place.journal.open("a") as file:
         file.write(line + "\n")
-    assert list(store.open_journal(first.place, first.header["keys"])) == [first.entries[0].case]
+    assert list(store.open_journal(first.place, first.header.keys)) == [first.entries[0].case]
 
 
 def test_redo(tmp_path):
@@ -239,12 +238,12 @@ def test_a_torn_journal_line_is_dropped(tmp_path):
     (first,) = carry_out(tmp_path, "toy_method")
     place, wanted = first.place, first.place.rows.read_bytes()
     place.header.unlink()
-    store.open_journal(place, first.header["keys"])
+    store.open_journal(place, first.header.keys)
     store.append_journal(place, first.entries[0])
     whole = place.journal.read_bytes()
     with place.journal.open("ab") as file:
         file.write(b'{"case": "toy/tall>sm')
-    assert list(store.open_journal(place, first.header["keys"])) == [first.entries[0].case]
+    assert list(store.open_journal(place, first.header.keys)) == [first.entries[0].case]
     assert place.journal.read_bytes() == whole
     (again,) = carry_out(tmp_path, "toy_method")
     assert again.place.rows.read_bytes() == wanted

@@ -13,6 +13,7 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from retarget_bench.results.header import parsed
 
 TOYS = Path(__file__).parent / "toys"
 NOISE, COPY = "toy_method[does=noise]", "toy_method"
@@ -25,7 +26,7 @@ def _toys():
         registry.add_file(file)
 
 
-def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.Place]:
+def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.ResultPaths]:
     plan = Plan(
         methods=tuple(map(Spec.parse, methods)),
         datasets=(Spec.parse("toy_cases"),),
@@ -38,18 +39,18 @@ def carried_out(root: Path, *methods: str, seeds: int, **changes) -> list[store.
     return runner.run(plan, lambda done, total: None)
 
 
-def rows(place: store.Place) -> dict[str, float]:
+def rows(place: store.ResultPaths) -> dict[str, float]:
     return {entry.case: entry.values[VALUE] for entry in store.read_results(place).entries}
 
 
 def test_only_stochastic_methods_run_several_times_and_their_seeds_differ(tmp_path):
     places = carried_out(tmp_path, NOISE, COPY, seeds=3)
     headers = [store.read_header(place.header) for place in places]
-    assert [(h["method"]["label"], h["seeds"]) for h in headers] == [
-        (NOISE, [0]),
-        (NOISE, [1]),
-        (NOISE, [2]),
-        (COPY, [0]),
+    assert [(h.method.label, h.seeds) for h in headers] == [
+        (NOISE, (0,)),
+        (NOISE, (1,)),
+        (NOISE, (2,)),
+        (COPY, (0,)),
     ]
     first, second, third, _ = (rows(place) for place in places)
     assert all(first[case] != second[case] != third[case] for case in first)
@@ -59,14 +60,14 @@ def test_only_stochastic_methods_run_several_times_and_their_seeds_differ(tmp_pa
 
 def test_seeds_are_averaged_within_a_case_and_their_spread_stands_apart(tmp_path):
     places = carried_out(tmp_path, NOISE, COPY, seeds=3)
-    (section,) = summary.sections(places)
+    (section,) = summary.split_summaries(places)
     noise, copy = section.scores
     # every clip has two cases here, so the mean over clips of the mean per clip is the mean over cases
     per_seed = [np.mean(list(rows(place).values())) for place in places[:3]]
     assert noise.means[VALUE].value == pytest.approx(np.mean(per_seed), rel=1e-12)
     assert noise.means[VALUE].n == 6
     assert noise.spread[VALUE] == pytest.approx(standard.stdev(per_seed), rel=1e-9)
-    assert noise.header["seeds"] == [0, 1, 2]
+    assert noise.header.seeds == (0, 1, 2)
     assert copy.spread == {}
 
 
@@ -75,11 +76,11 @@ def test_a_case_counts_as_answered_where_every_seed_answered_it(tmp_path):
     second = store.read_results(places[1])
     lost = second.entries[0].case
     kept = [entry for entry in second.entries if entry.case != lost]
-    failed = store.Entry(lost, "failed", "out of luck")
+    failed = store.CaseResult(lost, "failed", "out of luck")
     header = json.loads(places[1].header.read_text())
     header["problems"] = [{"status": "failed", "message": "out of luck", "cases": [lost]}]
-    store.write_results(places[1], header, [*kept, failed], list(second.cases.values()))
-    (section,) = summary.sections(places)
+    store.write_results(places[1], parsed(header), [*kept, failed], list(second.cases.values()))
+    (section,) = summary.split_summaries(places)
     (score,) = section.scores
     assert (score.asked, score.ok, score.means[VALUE].n) == (6, 5, 5)
 
@@ -90,9 +91,9 @@ def test_seeds_on_other_data_do_not_hide_those_on_the_newest(tmp_path, old):
     header = json.loads(places[old].header.read_text())
     header["dataset"]["content"] = "what was there before"
     places[old].header.write_text(json.dumps(header | {"date": "2020-01-01"}))
-    (section,) = summary.sections(places)
+    (section,) = summary.split_summaries(places)
     (score,) = section.scores
-    assert score.header["seeds"] == [1 - old]
+    assert score.header.seeds == (1 - old,)
     assert score.means[VALUE].value == pytest.approx(np.mean(list(rows(places[1 - old]).values())))
     assert (score.ok, score.spread) == (6, {})
 
@@ -102,6 +103,6 @@ def test_further_seeds_of_an_older_version_are_left_out(tmp_path):
     header = json.loads(places[1].header.read_text())
     header["method"]["code"] = "00000000"
     places[1].header.write_text(json.dumps(header))
-    (section,) = summary.sections(places)
+    (section,) = summary.split_summaries(places)
     assert section.scores[0].spread == {}
-    assert section.scores[0].header["seeds"] == [0]
+    assert section.scores[0].header.seeds == (0,)

@@ -28,7 +28,7 @@ def store_sets(root, name, values, date="2026-01-01", metrics="1+aa", declared=T
 
 
 def groups(places, columns):
-    (made,) = builder.tables(summary.sections(places), columns)
+    (made,) = builder.tables(summary.split_summaries(places), columns)
     return made, made.groups
 
 
@@ -83,10 +83,10 @@ def test_what_was_measured_otherwise_stays_out_or_says_so(tmp_path):
 
 def test_they_are_shown_when_asked_for_and_pointed_at_otherwise(tmp_path):
     places = [store_sets(tmp_path, "m", [WHOLE])]
-    (plain,) = builder.tables(summary.sections(places))
+    (plain,) = builder.tables(summary.split_summaries(places))
     assert [group.counted for group in plain.groups] == ["cases"]
     assert any("--columns fid" in note for note in plain.notes)
-    assert builder.all_columns(summary.sections(places))[-1] == "fid"
+    assert builder.all_columns(summary.split_summaries(places))[-1] == "fid"
     assert set_metrics.read(places[0]) == [WHOLE]
 
 

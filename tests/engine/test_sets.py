@@ -161,12 +161,12 @@ def plan(root: Path, *methods: str, metric: str = "toy_sets", clips: int = 24, *
     )
 
 
-def carry_out(*args, **changes) -> list[store.Place]:
+def carry_out(*args, **changes) -> list[store.ResultPaths]:
     return runner.run(plan(*args, **changes), lambda done, total: None)
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory) -> list[store.Place]:
+def finished(tmp_path_factory) -> list[store.ResultPaths]:
     """The places of a wrong method and of the references."""
     for file in TOYS:
         registry.add_file(file)
@@ -185,8 +185,8 @@ def test_a_run_stores_features_and_values_and_the_references_score_the_floor(fin
     assert floor.value == pytest.approx(floor.floor, rel=1e-5)
     assert (floor.floor, floor.real) == (gap.floor, gap.real)
     header = store.read_header(toy.header)
-    assert header["set_values"]["toy_gap"]["better"] == "lower"
-    assert "toy_gap" not in header["values"]
+    assert header.set_values["toy_gap"].better == "lower"
+    assert "toy_gap" not in header.values
     with np.load(files.features_path(toy)) as arrays:
         assert arrays["toy/small>tall/clip 0/toy_sets:generated"].dtype == np.float32
     assert not files.waiting_folder(toy).exists()
@@ -280,9 +280,9 @@ def test_features_that_are_no_numbers_are_refused(tmp_path):
 
 def test_the_network_is_part_of_the_key(tmp_path):
     one = carry_out(tmp_path, "toy_method", clips=2)[0]
-    before = store.read_header(one.header)["keys"]
+    before = store.read_header(one.header).keys
     other = carry_out(tmp_path, "toy_method", clips=2, metric="toy_sets[structures=other]")[0]
-    after = store.read_header(other.header)["keys"]
+    after = store.read_header(other.header).keys
     assert before["prediction_key"] == after["prediction_key"]
     assert before["score_key"] != after["score_key"]
 

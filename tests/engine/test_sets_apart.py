@@ -118,7 +118,7 @@ def test_the_frechet_distance_of_gaussians_is_its_closed_form():
 
 
 # --------------------------------------------------------------------------------------------- whole runs
-def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> list[store.Place]:
+def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> list[store.ResultPaths]:
     plan = Plan(
         methods=tuple(map(Spec.parse, methods)),
         datasets=(Spec.parse(data),),
@@ -130,7 +130,7 @@ def carry_out(root: Path, *methods: str, data: str = "toy_apart", **changes) -> 
 
 
 @pytest.fixture(scope="module")
-def finished(tmp_path_factory) -> list[store.Place]:
+def finished(tmp_path_factory) -> list[store.ResultPaths]:
     for file in TOYS:
         registry.add_file(file)
     return carry_out(tmp_path_factory.mktemp("apart"), "toy_method", "other_clip")
@@ -195,7 +195,7 @@ def test_files_name_the_kind_and_headers_the_legs(finished):
     place = finished[0]
     head = files.values_path(place).read_text().splitlines()[0]
     assert head == ",".join(files.FIELDS)
-    assert store.read_header(place.header)["four_legged"] == []
+    assert store.read_header(place.header).four_legged == ()
     with np.load(files.features_path(place)) as arrays:
         assert not [name for name in arrays if name.endswith("toy_sets:real") and len(arrays[name])]
 

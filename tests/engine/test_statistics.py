@@ -185,13 +185,12 @@ def test_what_is_within_the_tolerance_is_no_difference():
 
 
 def test_values_best_at_a_goal_count_by_their_factor_from_it():
-    value = {"better": "target", "goal": 2.0}
-    found = statistics.losses(np.array([4.0, 1.0, 2.0, 0.0, -1.0, 1e9, np.nan]), value)
+    found = statistics.losses(np.array([4.0, 1.0, 2.0, 0.0, -1.0, 1e9, np.nan]), "target", 2.0)
     far = math.log(statistics.FARTHEST_RATIO)
     assert found.tolist() == pytest.approx(
         [math.log(2), math.log(2), 0, far, far, far, math.nan], nan_ok=True
     )
-    assert statistics.losses(np.array([1.0]), {"better": "higher"}).tolist() == [-1.0]
+    assert statistics.losses(np.array([1.0]), "higher").tolist() == [-1.0]
 
 
 # --------------------------------------------------------------------------------------- known truth

@@ -20,13 +20,13 @@ def numbers(column: np.ndarray, value: str = VALUE) -> list:
     ]
 
 
-def section(root, columns: dict[str, np.ndarray], value: str = VALUE, **changes) -> summary.Section:
+def section(root, columns: dict[str, np.ndarray], value: str = VALUE, **changes) -> summary.SplitSummary:
     """``changes``: method -> what its header says beside."""
     places = [
         store(root, "intra", name, numbers(column, value), **changes.get(name, {}))
         for name, column in columns.items()
     ]
-    (found,) = summary.sections(places)
+    (found,) = summary.split_summaries(places)
     return found
 
 
@@ -35,7 +35,7 @@ def hard() -> np.ndarray:
     return np.random.default_rng(0).gamma(2.0, 1.0, len(CLIPS))
 
 
-def scores(found: summary.Section) -> dict[str, summary.Score]:
+def scores(found: summary.SplitSummary) -> dict[str, summary.MethodSummary]:
     return {score.label: score for score in found.scores}
 
 
@@ -62,7 +62,7 @@ def test_the_best_its_equal_and_the_worse(tmp_path, hard):
 def test_which_of_equals_is_best_does_not_hang_on_the_order_of_results(tmp_path, hard):
     places = [store(tmp_path, "intra", name, numbers(hard)) for name in ("b", "a", "c")]
     for listed in (places, places[::-1]):
-        (found,) = summary.sections(listed)
+        (found,) = summary.split_summaries(listed)
         assert found.rankings[VALUE].order == ("a", "b", "c")
         assert found.rankings[VALUE].tied == {"b", "c"}
 
@@ -115,7 +115,7 @@ def test_curves_have_means_with_intervals_and_no_rank(tmp_path, hard):
         ("a>b", clip, {"curve": {"0.1": float(h), "0.2": 2 * float(h)}})
         for clip, h in zip(CLIPS, hard, strict=True)
     ]
-    (found,) = summary.sections([store(tmp_path, "intra", "m", cases)])
+    (found,) = summary.split_summaries([store(tmp_path, "intra", "m", cases)])
     curve = found.scores[0].curves["curve"]
     assert curve["0.2"].value == pytest.approx(2 * hard.mean(), rel=1e-8)
     assert curve["0.1"].interval is not None
@@ -125,14 +125,14 @@ def test_curves_have_means_with_intervals_and_no_rank(tmp_path, hard):
 def test_a_folder_named_twice_is_no_second_seed(tmp_path, hard):
     place = store(tmp_path / "runs", "intra", "m", numbers(hard))
     again = replace(place, root=tmp_path / "runs" / ".." / "runs")
-    (found,) = summary.sections([place, place, again])
+    (found,) = summary.split_summaries([place, place, again])
     (score,) = found.scores
     assert (score.label, score.spread) == ("m", {})
 
 
 def test_the_same_results_in_two_folders_are_told_apart(tmp_path, hard):
     places = [store(tmp_path / name, "intra", "m", numbers(hard)) for name in ("old", "new")]
-    (found,) = summary.sections(places)
+    (found,) = summary.split_summaries(places)
     assert [score.label for score in found.scores] == [
         f"m ({tmp_path / 'old'})",
         f"m ({tmp_path / 'new'})",

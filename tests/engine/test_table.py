@@ -14,7 +14,7 @@ def test_clips_weigh_the_same_however_many_cases_they_have(tmp_path):
     numbers = [("a>b", "c1", {"mpjpe_h.world": 1.0}), ("b>a", "c1", {"mpjpe_h.world": 3.0})]
     numbers.append(("a>b", "c2", {"mpjpe_h.world": 10.0, "curve": {"0.1": 0.5}}))
     place = store(tmp_path, "intra", "m", numbers)
-    (section,) = summary.sections([place])
+    (section,) = summary.split_summaries([place])
     mean = section.scores[0].means["mpjpe_h.world"]
     assert mean == summary.Mean(value=(2.0 + 10.0) / 2, n=3, clips=2)
     assert section.scores[0].curves["curve"]["0.1"] == summary.Mean(0.5, 1, 1)
@@ -23,10 +23,10 @@ def test_clips_weigh_the_same_however_many_cases_they_have(tmp_path):
 
 def test_legacy_protocols_pool_self_pairs_and_say_nothing_without_them(tmp_path):
     intra = store(tmp_path, "intra", "m", [("a>b", "c1", {"pooled": 4.0, "mpjpe_h.world": 4.0})])
-    (alone,) = summary.sections([intra])
+    (alone,) = summary.split_summaries([intra])
     assert "pooled" not in alone.scores[0].means
     own = store(tmp_path, "self", "m", [("a>a", "c1", {"pooled": 0.0, "mpjpe_h.world": 0.0})])
-    split = {section.split: section for section in summary.sections([intra, own])}
+    split = {section.split: section for section in summary.split_summaries([intra, own])}
     assert split["intra"].scores[0].means["pooled"].value == 2.0
     assert split["intra"].scores[0].means["mpjpe_h.world"].value == 4.0
 
@@ -52,7 +52,7 @@ def test_ranked_rows_come_best_first_and_controls_apart(tmp_path):
         ),
         store(tmp_path, "intra", "broken", [(*c, "failed") for c in clips]),
     ]
-    (made,) = builder.tables(summary.sections(place), ["mpjpe_h.world"])
+    (made,) = builder.tables(summary.split_summaries(place), ["mpjpe_h.world"])
     (group,) = made.groups
     assert [row.label for row in group.ranked] == ["better", "worse"]
     assert [(row.label, row.mark, row.n) for row in group.unranked] == [
@@ -85,7 +85,7 @@ def test_exact_answers_do_not_decide_how_many_decimals_others_have(tmp_path, exa
     for number, value in enumerate(others):
         rows = [(*c, {"mpjpe_h.world": value}) for c in clips]
         places.append(store(tmp_path, "intra", f"other{number}", rows, control=not ranked))
-    (made,) = builder.tables(summary.sections(places), ["mpjpe_h.world"])
+    (made,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
     cells = {row.label: row.cells[0].text for row in made.groups[0].rows}
     zero = cells["exact"]
     assert float(zero) == 0.0
@@ -98,8 +98,12 @@ def test_without_a_reference_the_source_stands_in(tmp_path):
     other = store(tmp_path, "cross", "m", [("a>b", "c1", {"ratio_src": 2.0})])
     for name, ratio in (("n", 0.5), ("k", 0.9)):
         store(tmp_path, "cross", name, [("a>b", "c1", {"ratio_src": ratio})])
-    places = [own, other, *(records.Place(tmp_path, "data", "retarget", "cross", n) for n in ("n", "k"))]
-    (made,) = builder.tables(summary.sections(places), ["ratio"])
+    places = [
+        own,
+        other,
+        *(records.ResultPaths(tmp_path, "data", "retarget", "cross", n) for n in ("n", "k")),
+    ]
+    (made,) = builder.tables(summary.split_summaries(places), ["ratio"])
     assert [[column.id for column in group.columns] for group in made.groups] == [["ratio"], ["ratio_src"]]
     assert made.groups[1].ranked[0].label == "k"  # best at 1, ranked by the log of the ratio
     assert {row.label for row in made.groups[1].ranked[1:]} == {"m", "n"}
@@ -115,7 +119,7 @@ def test_a_method_of_a_breakdown_is_told_apart_where_no_part_ranks_it(tmp_path):
         store(tmp_path, "intra", "broken", [(*c, "failed") for c in clips]),
         store(tmp_path, "intra", "whole", kept),
     ]
-    (made,) = builder.tables(summary.sections(places, "clip"), ["mpjpe_h.world"], "clip")
+    (made,) = builder.tables(summary.split_summaries(places, "clip"), ["mpjpe_h.world"], "clip")
     (group,) = made.groups
     assert [(column.id, column.mark) for column in group.columns] == [
         ("lazy", ""),
@@ -129,7 +133,7 @@ def test_a_method_of_a_breakdown_is_told_apart_where_no_part_ranks_it(tmp_path):
 @pytest.mark.parametrize(("by", "n"), [("pair", "4"), ("joint", "2"), ("part", "2")])
 def test_n_of_a_joint_counts_the_cases_that_have_it(tmp_path, by, n):
     numbers = [("a>b", f"c{i}", {"mpjpe_h.world": 1.0} if i % 2 else {}) for i in range(4)]
-    found = summary.sections([store(tmp_path, "intra", "m", numbers)], "pair")
+    found = summary.split_summaries([store(tmp_path, "intra", "m", numbers)], "pair")
     (made,) = builder.tables(found, ["mpjpe_h.world"], by)
     assert [row.n for row in made.groups[0].rows] == [n]
 
@@ -146,7 +150,7 @@ def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts,
         has = [{} if n == name < lacking else {"mpjpe_h.world": 1.0} for n in range(21)]
         numbers = [("a>b", f"c{n:02}", values) for n, values in enumerate(has)]
         places.append(store(tmp_path, "intra", f"m{name:02}", numbers))
-    (made,) = builder.tables(summary.sections(places), ["mpjpe_h.world"])
+    (made,) = builder.tables(summary.split_summaries(places), ["mpjpe_h.world"])
     (group,) = made.groups
     assert words.common_counts(group) == counts
     assert any("no case that all ranked methods have it for" in each for each in group.absent) == told
@@ -155,21 +159,21 @@ def test_how_many_cases_stand_behind_a_column_is_told(tmp_path, lacking, counts,
 def test_columns_unknown_to_every_result_are_refused(tmp_path):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"mpjpe_h.world": 1.0})])
     with pytest.raises(BenchError, match=r"no result has a value 'mpjpe'.*mpjpe_h\.world"):
-        builder.tables(summary.sections([place]), ["mpjpe"])
+        builder.tables(summary.split_summaries([place]), ["mpjpe"])
 
 
 @pytest.mark.parametrize("columns", [[], ["curve"]])
 def test_no_column_and_curves_are_refused(tmp_path, columns):
     place = store(tmp_path, "intra", "m", [("a>b", "c1", {"curve": {"0.1": 0.5}})])
     with pytest.raises(BenchError, match=r"there are fps|a number per threshold"):
-        builder.tables(summary.sections([place]), columns)
+        builder.tables(summary.split_summaries([place]), columns)
 
 
 @pytest.mark.parametrize("form", sorted(rendering.RENDERERS))
 def test_a_split_without_any_of_the_values_is_drawn_all_the_same(tmp_path, form):
     one = store(tmp_path, "self", "m", [("a>a", "c1", {"ratio": 1.0})])
     two = store(tmp_path, "cross", "m", [("a>b", "c1", {"pooled": 1.0})])
-    (made,) = builder.tables(summary.sections([one, two]), ["ratio"])
+    (made,) = builder.tables(summary.split_summaries([one, two]), ["ratio"])
     shown = rendering.RENDERERS[form]([made])
     assert "cross" in shown
     assert (words.NO_COLUMN in shown) == (form != "csv")
@@ -180,7 +184,7 @@ def test_results_on_two_versions_of_the_data_never_mix(tmp_path):
     dataset = {"label": "data", "content": "c0", "notes": []}
     old = changed(store(tmp_path, "intra", "old", clips), dataset=dataset, date="2026-01-01")
     new = changed(store(tmp_path, "intra", "new", clips[:1]), date="2026-01-02")  # rewrites cases.csv
-    (section,) = summary.sections([old, new])
+    (section,) = summary.split_summaries([old, new])
     means = {score.label: score.means for score in section.scores}
     assert means["old"] == {}
     assert means["new"]["mpjpe_h.world"].n == 1
@@ -195,7 +199,7 @@ def test_values_of_two_versions_of_a_metric_never_mix(tmp_path):
         metrics = {"mpjpe_h": version, "ratio": "1+aa"}
         place = store(tmp_path, "intra", method, numbers)
         places.append(changed(place, metrics=metrics, values=values, date=date))
-    (section,) = summary.sections(places)
+    (section,) = summary.split_summaries(places)
     means = {score.label: set(score.means) for score in section.scores}
     assert means == {"old": {"ratio"}, "new": {"ratio", "mpjpe_h.world"}}
     assert section.rankings["mpjpe_h.world"].order == ("new",)

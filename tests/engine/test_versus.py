@@ -3,6 +3,7 @@
 import csv
 import io
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -31,12 +32,12 @@ def numbers(values: dict[str, list[float]], pairs: tuple[str, ...] = ("a>b", "b>
 def both(root, first, second, **changes):
     store(root, "intra", "one", numbers(first))
     store(root, "intra", "two", numbers(second), **changes)
-    (found,) = result_matrix.panels(records.find_results(root))
+    (found,) = result_matrix.result_matrices(records.find_results(root))
     return found
 
 
 def compared(found, values=("mpjpe_h.world", "ratio")):
-    return pairwise.versus(found, pairwise.find(found, "one"), pairwise.find(found, "two"), values)
+    return pairwise.compare(found, pairwise.find(found, "one"), pairwise.find(found, "two"), values)
 
 
 def test_differences_are_taken_per_case_then_per_clip_on_common_cases(tmp_path):
@@ -90,7 +91,7 @@ def test_ratios_are_compared_by_their_factor_from_the_goal(tmp_path):
 )
 def test_verdicts(tmp_path, apart, better, verdict):
     found = both(tmp_path, {"mpjpe_h.world": 10 + apart}, {"mpjpe_h.world": np.full(40, 10.0)})
-    found.values["mpjpe_h.world"]["better"] = better
+    found.values["mpjpe_h.world"] = replace(found.values["mpjpe_h.world"], better=better)
     (one,) = compared(found).differences
     assert one.verdict == verdict
     assert verdict == "open" or pairwise_text.verdict(compared(found), one) != "not told apart"
@@ -99,7 +100,7 @@ def test_verdicts(tmp_path, apart, better, verdict):
 def test_a_handful_of_clips_never_gives_a_verdict(tmp_path):
     for name, size in (("one", 1.0), ("two", 2.0)):
         store(tmp_path, "intra", name, [("a>b", f"c{n}", {"mpjpe_h.world": size + n}) for n in range(5)])
-    (found,) = result_matrix.panels(records.find_results(tmp_path))
+    (found,) = result_matrix.result_matrices(records.find_results(tmp_path))
     (one,) = compared(found).differences
     assert (one.verdict, one.interval, one.p) == ("few", None, 2 / 2**5)
 
@@ -186,7 +187,7 @@ def test_mistakes_are_told_in_a_sentence(runs, words, message):
 
 def test_different_data_are_never_compared(runs):
     place = next(p for p in records.find_results(runs) if p.method == "two")
-    dataset = records.read_header(place.header)["dataset"] | {"content": "c2"}
+    dataset = records.read_header(place.header).dataset.plain() | {"content": "c2"}
     changed(place, dataset=dataset)
     with pytest.raises(BenchError, match=r"scored on different data called data \(c1; c2\)"):
         bench("one", "two", "--results", runs)

@@ -13,9 +13,9 @@ import torch
 
 from retarget_bench.methods.humot import DESIGNS, HuMoT
 from retarget_bench.methods.humot.training import Learner
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Material
-from retarget_bench.training.phases import moved
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.phases import to_device
 
 BODIES, THREE = pan_material.BODIES, pan_material.THREE
 WINDOW = 12
@@ -24,27 +24,29 @@ PLAIN = {"facing": False, "sized": False, "varied": False, "turned": False, "mir
 """Windows go through training as they are."""
 
 
-def material(method: HuMoT, names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9)) -> Material:
+def training_data(
+    method: HuMoT, names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9)
+) -> TrainingData:
     """The second of every body's clips is shorter than a window."""
-    return pan_material.material(method, names, lengths)  # type: ignore[arg-type]
+    return pan_material.training_data(method, names, lengths)  # type: ignore[arg-type]
 
 
-def learner(
+def training_module(
     names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9), thin: bool = False, **parameters: Any
 ) -> Learner:
     """thin: networks that are narrower than the variant's; such a learner's method cannot be asked."""
     method = HuMoT(**parameters)
     torch.manual_seed(0)
-    recipe = Recipe(steps=1, batch=6, window=WINDOW, rate=1e-3)
+    config = TrainingConfig(steps=1, batch=6, window=WINDOW, rate=1e-3)
     narrow = {name: replace(design, **THIN) for name, design in DESIGNS.items()} if thin else {}
     with patch.dict("retarget_bench.methods.humot.DESIGNS", narrow):
-        return method.learner(material(method, names, lengths), recipe)
+        return method.training_module(training_data(method, names, lengths), config)
 
 
 def batch(mine: Learner, rows: int = 6, seed: int = 0) -> Any:
-    return moved(mine.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
+    return to_device(mine.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
 
 
 def trained(names: Sequence[str] = THREE, **parameters: Any) -> Any:
     """A method with weights that are drawn, not learnt."""
-    return learner(names, **parameters).method()
+    return training_module(names, **parameters).method()

@@ -10,9 +10,9 @@ from method_bodies import body, dance
 
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Clip, Material
-from retarget_bench.training.phases import moved, turns
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.phases import optimiser_phases, to_device
 
 CAST = {
     "one": body("one"),
@@ -26,36 +26,42 @@ def structured(character: Character, name: str, structure: str) -> Character:
     return Character.of(name, character.skeleton, structure=structure, roles=character.roles)
 
 
-def material(method: Any, cast: dict[str, Character] | None = None, frames: int = 24) -> Material:
+def training_data(method: Any, cast: dict[str, Character] | None = None, frames: int = 24) -> TrainingData:
     """One dance of every body; those of the n-th are n frames shorter."""
     cast = cast or CAST
     clips = {}
     for number, (name, character) in enumerate(cast.items()):
         motion = dance(character, frames - number, seed=number)
         arrays = {key: np.asarray(each, np.float32) for key, each in method.prepare(motion).items()}
-        clips[name] = [Clip(name, "dance", arrays)]
-    return Material(dict(cast), clips)
+        clips[name] = [ClipArrays(name, "dance", arrays)]
+    return TrainingData(dict(cast), clips)
 
 
-def learner(method: Any, window: int = 16, seed: int = 0, cast: dict[str, Character] | None = None) -> Any:
+def training_module(
+    method: Any, window: int = 16, seed: int = 0, cast: dict[str, Character] | None = None
+) -> Any:
     torch.manual_seed(seed)
-    return method.learner(material(method, cast), Recipe(steps=1, batch=4, window=window, rate=1e-3))
+    return method.training_module(
+        training_data(method, cast), TrainingConfig(steps=1, batch=4, window=window, rate=1e-3)
+    )
 
 
-def batch(learner: Any, rows: int = 4, step: int = 0) -> Any:
-    return moved(learner.draw(np.random.default_rng(step), rows), torch.device("cpu"))
+def batch(module: Any, rows: int = 4, step: int = 0) -> Any:
+    return to_device(module.draw(np.random.default_rng(step), rows), torch.device("cpu"))
 
 
-def train(learner: Any, steps: int, rate: float = 1e-3) -> list[dict[str, float]]:
+def train(module: Any, steps: int, rate: float = 1e-3) -> list[dict[str, float]]:
     """A few steps as the loop does them; what was measured."""
-    phases = turns(learner, Recipe(steps=steps, batch=4, window=16, rate=rate), torch.device("cpu"))
+    phases = optimiser_phases(
+        module, TrainingConfig(steps=steps, batch=4, window=16, rate=rate), torch.device("cpu")
+    )
     found = []
     for step in range(steps):
         torch.manual_seed(step)
         given: dict[str, Any] = {}
         measured: dict[str, torch.Tensor] = {}
         for phase in phases:
-            measured |= phase(batch(learner, step=step), given, rate)
+            measured |= phase(batch(module, step=step), given, rate)
         found.append({name: float(each) for name, each in measured.items()})
     return found
 

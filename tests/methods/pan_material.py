@@ -16,9 +16,9 @@ from retarget_bench.methods.pan.training import Learner
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Clip, Material
-from retarget_bench.training.phases import moved
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.phases import to_device
 
 WINDOW = 16
 
@@ -83,18 +83,22 @@ def dances(name: str, lengths: Sequence[int] = (30, 40)) -> list[Motion]:
     return [method_bodies.dance(BODIES[name], frames, seed) for seed, frames in enumerate(lengths)]
 
 
-def material(method: Pan, names: Sequence[str] = TWO, lengths: Sequence[int] = (30, 40)) -> Material:
+def training_data(
+    method: Pan, names: Sequence[str] = TWO, lengths: Sequence[int] = (30, 40)
+) -> TrainingData:
     clips = {
         name: [
-            Clip(name, f"dance {n}", {key: a.astype(np.float32) for key, a in method.prepare(each).items()})
+            ClipArrays(
+                name, f"dance {n}", {key: a.astype(np.float32) for key, a in method.prepare(each).items()}
+            )
             for n, each in enumerate(dances(name, lengths))
         ]
         for name in names
     }
-    return Material({name: BODIES[name] for name in names}, clips)
+    return TrainingData({name: BODIES[name] for name in names}, clips)
 
 
-def learner(
+def training_module(
     names: Sequence[str] = TWO,
     lengths: Sequence[int] = (30, 40),
     window: int = WINDOW,
@@ -108,17 +112,17 @@ def learner(
         thin = replace(method.settings.design, embedding=(32,), feedforward=32, judging=16)
         method.settings = replace(method.settings, design=thin)
     torch.manual_seed(seed)
-    return method.learner(
-        material(method, names, lengths), Recipe(steps=1, batch=4, window=window, rate=1e-3)
+    return method.training_module(
+        training_data(method, names, lengths), TrainingConfig(steps=1, batch=4, window=window, rate=1e-3)
     )
 
 
-def batch(learner: Learner, rows: int = 4, seed: int = 0) -> Any:
-    return moved(learner.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
+def batch(module: Learner, rows: int = 4, seed: int = 0) -> Any:
+    return to_device(module.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
 
 
 @cache
 def trained(names: Sequence[str] = TWO, **parameters: Any) -> Pan:
     """A method with weights that are drawn, not learnt: answers that differ from frame to frame."""
-    made: Any = learner(names, **parameters).method()
+    made: Any = training_module(names, **parameters).method()
     return made  # type: ignore[no-any-return]

@@ -9,11 +9,11 @@ import numpy as np
 import torch
 
 from retarget_bench.methods.smrm import SMRM
-from retarget_bench.methods.smrm.learner import SMRMLearner
+from retarget_bench.methods.smrm.training import SmrmTraining
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Clip, Material
-from retarget_bench.training.phases import moved
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.phases import to_device
 
 BODIES = {
     "one": method_bodies.body("one"),
@@ -26,24 +26,28 @@ def dances(name: str, lengths: tuple[int, ...] = (40, 50)) -> list[Motion]:
     return [method_bodies.dance(BODIES[name], frames, seed) for seed, frames in enumerate(lengths)]
 
 
-def material(method: SMRM, lengths: tuple[int, ...] = (40, 50)) -> Material:
+def training_data(method: SMRM, lengths: tuple[int, ...] = (40, 50)) -> TrainingData:
     clips = {
         name: [
-            Clip(
+            ClipArrays(
                 name, f"dance {k}", {key: a.astype(np.float32) for key, a in method.prepare(motion).items()}
             )
             for k, motion in enumerate(dances(name, lengths))
         ]
         for name in BODIES
     }
-    return Material(BODIES, clips)
+    return TrainingData(BODIES, clips)
 
 
-def learner(lengths: tuple[int, ...] = (40, 50), window: int = 30, **parameters: Any) -> SMRMLearner:
+def training_module(
+    lengths: tuple[int, ...] = (40, 50), window: int = 30, **parameters: Any
+) -> SmrmTraining:
     method = SMRM(**{"hidden": 16, **parameters})
     torch.manual_seed(0)
-    return method.learner(material(method, lengths), Recipe(steps=1, batch=4, window=window, rate=1e-3))
+    return method.training_module(
+        training_data(method, lengths), TrainingConfig(steps=1, batch=4, window=window, rate=1e-3)
+    )
 
 
-def batch(learner: SMRMLearner, rows: int = 6, seed: int = 0) -> Any:
-    return moved(learner.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
+def batch(module: SmrmTraining, rows: int = 6, seed: int = 0) -> Any:
+    return to_device(module.draw(np.random.default_rng(seed), rows), torch.device("cpu"))

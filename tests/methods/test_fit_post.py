@@ -49,8 +49,8 @@ def test_rows_hold_values_that_need_rotations_and_say_what_was_done(tmp_path, mo
         root=tmp_path,
     )
     plain, rotated = (store.read_results(place) for place in runner.run(plan, lambda done, total: None))
-    assert rotated.header["method"]["label"] == "toy_method[does=positions]+fit"
-    assert [post["name"] for post in rotated.header["method"]["posts"]] == ["fit"]
+    assert rotated.header.method.label == "toy_method[does=positions]+fit"
+    assert [post["name"] for post in rotated.header.method.posts] == ["fit"]
     values = [values_of(results) for results in (plain, rotated)]
     turned = [{id_ for id_ in found if id_.startswith("rotation.")} for found in values]
     assert not turned[0]

@@ -26,9 +26,9 @@ def test_the_printed_numbers_are_those_of_the_published_tables(name, column):
 
 @pytest.mark.parametrize("row", TABLE.rows, ids=lambda row: row.label)
 def test_rows_train(row):
-    learner = humot_material.learner(**({"varied": False} | row.parameters))
-    batch = humot_material.batch(learner)
-    assert ("bones" in learner.losses("autoencoder", batch, {})) == (row.label != "HuMoT, no BLC")
+    module = humot_material.training_module(**({"varied": False} | row.parameters))
+    batch = humot_material.batch(module)
+    assert ("bones" in module.losses("autoencoder", batch, {})) == (row.label != "HuMoT, no BLC")
     same = batch["given"]["joints"].shape == batch["asked"]["joints"].shape and bool(
         (batch["given"]["template"] == batch["asked"]["template"]).all()
     )

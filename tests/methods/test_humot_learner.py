@@ -11,33 +11,33 @@ from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.features import body
 from retarget_bench.training import weights
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.phases import turns
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.phases import optimiser_phases
 
 BODIES, WINDOW = humot_material.BODIES, humot_material.WINDOW
 
 
-def steps(learner, count, rate=2e-3, batch=None):
-    recipe = Recipe(steps=count, batch=6, window=WINDOW, rate=rate, schedule="cosine")
-    every = turns(learner, recipe, torch.device("cpu"))
+def steps(module, count, rate=2e-3, batch=None):
+    config = TrainingConfig(steps=count, batch=6, window=WINDOW, rate=rate, schedule="cosine")
+    every = optimiser_phases(module, config, torch.device("cpu"))
     for step in range(count):
         torch.manual_seed(step)
         memory: dict = {}
         for turn in every:
-            here = batch or humot_material.batch(learner, seed=step)
-            turn(here, memory, recipe.rate_at(step, step / count))
-    return learner
+            here = batch or humot_material.batch(module, seed=step)
+            turn(here, memory, config.rate_at(step, step / count))
+    return module
 
 
-def losses(learner, batch):
+def losses(module, batch):
     with torch.no_grad():
-        return learner.losses("autoencoder", batch, {})
+        return module.losses("autoencoder", batch, {})
 
 
 # ---------------------------------------------------------------------------------------- what is drawn
 def test_the_whole_skeleton_where_nothing_is_left_out():
-    learner = humot_material.learner(lengths=(WINDOW,), subsampling=False, **humot_material.PLAIN)
-    given, asked = (humot_material.batch(learner, 4)[key] for key in ("given", "asked"))
+    module = humot_material.training_module(lengths=(WINDOW,), subsampling=False, **humot_material.PLAIN)
+    given, asked = (humot_material.batch(module, 4)[key] for key in ("given", "asked"))
     for key in given:
         assert torch.equal(given[key], asked[key])
     for row in range(4):
@@ -52,14 +52,14 @@ def test_the_whole_skeleton_where_nothing_is_left_out():
         mine = body(BODIES[name])
         assert np.abs(places[:, mine.major].mean((0, 1))).max() < 1e-5
         assert given["parents"][row, :count].tolist() == list(mine.parents)
-        clip = humot_material.material(HuMoT(), [name], (WINDOW,)).clips[name][0].arrays["places"]
+        clip = humot_material.training_data(HuMoT(), [name], (WINDOW,)).clips[name][0].arrays["places"]
         apart = places - clip
         assert np.abs(apart - apart[:1, :1]).max() < 1e-5  # but for one shift
 
 
 def test_two_draws_of_joints_are_independent_and_fit_their_templates():
-    learner = humot_material.learner(**humot_material.PLAIN)
-    found = humot_material.batch(learner, 40)
+    module = humot_material.training_module(**humot_material.PLAIN)
+    found = humot_material.batch(module, 40)
     differ = 0
     for side in ("given", "asked"):
         part = found[side]
@@ -80,9 +80,12 @@ def test_two_draws_of_joints_are_independent_and_fit_their_templates():
 def test_turned_and_mirrored_windows_keep_their_shape():
     """Distances between joints stay, heights stay; mirrored bodies have mirrored templates."""
     options = {"subsampling": False, "lengths": (WINDOW,)}
-    plain = humot_material.batch(humot_material.learner(**humot_material.PLAIN, **options), 12)
+    plain = humot_material.batch(humot_material.training_module(**humot_material.PLAIN, **options), 12)
     other = humot_material.batch(
-        humot_material.learner(**(humot_material.PLAIN | {"turned": True, "mirrored": True}), **options), 12
+        humot_material.training_module(
+            **(humot_material.PLAIN | {"turned": True, "mirrored": True}), **options
+        ),
+        12,
     )
     # the numbers that choose the rows are drawn first, so rows are the same
     joints = plain["given"]["joints"]
@@ -103,8 +106,8 @@ def test_turned_and_mirrored_windows_keep_their_shape():
 
 
 def test_a_batch_is_drawn_from_its_numbers_alone():
-    learner = humot_material.learner()
-    one, same, other = (humot_material.batch(learner, seed=seed) for seed in (3, 3, 4))
+    module = humot_material.training_module()
+    one, same, other = (humot_material.batch(module, seed=seed) for seed in (3, 3, 4))
     assert torch.equal(one["given"]["places"], same["given"]["places"])
     assert one["given"]["places"].shape != other["given"]["places"].shape or not torch.equal(
         one["given"]["places"], other["given"]["places"]
@@ -114,42 +117,44 @@ def test_a_batch_is_drawn_from_its_numbers_alone():
 # ------------------------------------------------------------------------------------------ that it learns
 @pytest.mark.parametrize("variant", ["small", "paper_count"])
 def test_every_parameter_has_a_gradient(variant):
-    learner = humot_material.learner(variant=variant, thin=True)
-    learner.losses("autoencoder", humot_material.batch(learner), {})["reconstruction"].backward()
-    for name, parameter in learner.modules.named_parameters():
+    module = humot_material.training_module(variant=variant, thin=True)
+    module.losses("autoencoder", humot_material.batch(module), {})["reconstruction"].backward()
+    for name, parameter in module.modules.named_parameters():
         assert parameter.grad is not None, name
         assert torch.isfinite(parameter.grad).all(), name
         assert parameter.grad.abs().max() > 0.0, name
 
 
 def test_one_batch_is_learnt_by_heart():
-    learner = humot_material.learner(lengths=(WINDOW,), thin=True, **humot_material.PLAIN)
-    batch = humot_material.batch(learner)
-    before = losses(learner, batch)["reconstruction"].item()
-    steps(learner, 150, batch=batch)
-    assert losses(learner, batch)["reconstruction"].item() < 0.02 * before
+    module = humot_material.training_module(lengths=(WINDOW,), thin=True, **humot_material.PLAIN)
+    batch = humot_material.batch(module)
+    before = losses(module, batch)["reconstruction"].item()
+    steps(module, 150, batch=batch)
+    assert losses(module, batch)["reconstruction"].item() < 0.02 * before
 
 
 def test_training_is_the_same_under_one_seed():
-    one, two = (steps(humot_material.learner(thin=True), 3).export() for _ in range(2))
+    one, two = (steps(humot_material.training_module(thin=True), 3).export() for _ in range(2))
     assert all(torch.equal(one[name], two[name]) for name in one)
 
 
 def test_without_consistency_there_is_one_term():
-    learner = humot_material.learner(consistency=0.0)
-    assert set(losses(learner, humot_material.batch(learner))) == {"reconstruction"}
+    module = humot_material.training_module(consistency=0.0)
+    assert set(losses(module, humot_material.batch(module))) == {"reconstruction"}
 
 
 # ---------------------------------------------------------------------------------------------- weights
 def test_weights_go_round(tmp_path):
-    learner = humot_material.learner()
+    module = humot_material.training_module()
     card = {"method": "humot", "version": "1", "facts": dict(HuMoT().facts())}
-    weights.write(tmp_path, "weights", learner.export(), card, exact=list(learner.export()))
-    again = humot_material.learner()
+    weights.write(tmp_path, "weights", module.export(), card, exact=list(module.export()))
+    again = humot_material.training_module()
     again.load(weights.read(tmp_path).tensors)
-    assert all(torch.equal(value, again.export()[name]) for name, value in learner.export().items())
+    assert all(torch.equal(value, again.export()[name]) for name, value in module.export().items())
 
 
 def test_weights_of_other_sizes_are_refused():
     with pytest.raises(BenchError, match="do not fit humot's networks"):
-        humot_material.learner().load(humot_material.learner(variant="paper_count").export())
+        humot_material.training_module().load(
+            humot_material.training_module(variant="paper_count").export()
+        )

@@ -11,7 +11,7 @@ from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.features import body
 from retarget_bench.methods.humot.training import held_out
 from retarget_bench.plugins.registry import create
-from retarget_bench.training.data import Clip
+from retarget_bench.training.data import ClipArrays
 
 WINDOW, HOP = humot_material.WINDOW, 6
 NAMES, LENGTHS = ("one", "legs"), (132, 9)
@@ -19,14 +19,14 @@ PLAIN = {"subsampling": False, **humot_material.PLAIN}
 
 
 def clip(frames, name="walk", character="one"):
-    return Clip(character, name, {"places": np.zeros((frames, 1, 3), np.float32)})
+    return ClipArrays(character, name, {"places": np.zeros((frames, 1, 3), np.float32)})
 
 
 def drawn(split, rows=400):
     """By character, the starts of all windows drawn from its long clip, and how often the short one was."""
-    learner = humot_material.learner(NAMES, LENGTHS, split=split, **PLAIN)
-    clips = humot_material.material(HuMoT(), NAMES, LENGTHS).clips
-    found = learner.draw(np.random.default_rng(0), rows)
+    module = humot_material.training_module(NAMES, LENGTHS, split=split, **PLAIN)
+    clips = humot_material.training_data(HuMoT(), NAMES, LENGTHS).clips
+    found = module.draw(np.random.default_rng(0), rows)
     starts, short = {name: [] for name in NAMES}, 0
     for places, joints, mask in zip(
         found["given"]["places"], found["given"]["joints"], found["frames"], strict=True
@@ -54,7 +54,7 @@ def test_windows_kept_aside_are_never_drawn_and_all_others_are():
     starts, short = drawn("chunk")
     assert short > 0  # the one window of the clip that is shorter than it
     for name in NAMES:
-        whole = humot_material.material(HuMoT(), [name], LENGTHS).clips[name][0]
+        whole = humot_material.training_data(HuMoT(), [name], LENGTHS).clips[name][0]
         every = whole.starts(WINDOW, HOP)
         aside = held_out(whole, every)
         assert (len(every), len(aside)) == (21, 2)
@@ -67,7 +67,7 @@ def test_windows_kept_aside_are_never_drawn_and_all_others_are():
 def test_all_windows_are_drawn_unless_told_and_as_ever():
     starts, _ = drawn("clip")
     assert all(set(mine) == set(range(0, 121, HOP)) for mine in starts.values())
-    one, other = (humot_material.learner(**asked) for asked in ({}, {"split": "clip"}))
+    one, other = (humot_material.training_module(**asked) for asked in ({}, {"split": "clip"}))
     for seed in range(3):
         batches = [humot_material.batch(each, seed=seed)["given"]["places"] for each in (one, other)]
         assert batches[0].equal(batches[1])

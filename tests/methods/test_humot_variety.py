@@ -146,7 +146,9 @@ def test_limbs_are_arms_and_legs():
 @pytest.fixture(scope="module")
 def drawn():
     options = humot_material.PLAIN | {"sized": True, "varied": True}
-    return humot_material.batch(humot_material.learner(subsampling=False, lengths=(WINDOW,), **options), 60)
+    return humot_material.batch(
+        humot_material.training_module(subsampling=False, lengths=(WINDOW,), **options), 60
+    )
 
 
 def test_what_is_given_and_asked_for_differ_in_proportions_and_not_in_what_is_done(drawn):

@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 import torch
 from method_bodies import body, dance
-from nkn_toys import CAST, apart, batch, learner, material, structured, train
+from nkn_toys import CAST, apart, batch, structured, train, training_data, training_module
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.methods.nkn.form import answer
-from retarget_bench.methods.nkn.pose import Bodies
+from retarget_bench.methods.nkn.features import answer
+from retarget_bench.methods.nkn.network.pose import Bodies
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 
 SMALL = {"hidden": 16, "facing": 3.0, "drift": 0.0, "lengths": "world"}
 
@@ -26,7 +26,7 @@ SMALL = {"hidden": 16, "facing": 3.0, "drift": 0.0, "lengths": "world"}
 @pytest.fixture(scope="module")
 def method():
     """One with weights that make it move."""
-    made = learner(plugin(**SMALL))
+    made = training_module(plugin(**SMALL))
     for each in made.modules["generator"].parameters():
         each.data += 0.1 * torch.randn_like(each)
     return made.method()
@@ -38,7 +38,7 @@ def run(method, source: Motion, target: Character, **context) -> Motion:
 
 # ------------------------------------------------------------------------------------------- learning
 def test_gradients_reach_every_parameter_of_both_networks():
-    made, given = learner(plugin(**SMALL)), {}
+    made, given = training_module(plugin(**SMALL)), {}
     # the very first answers are next to constant, so that the discriminator's slopes underflow
     for each in made.modules["generator"].parameters():
         each.data += 0.1 * torch.randn_like(each)
@@ -59,20 +59,20 @@ def test_terms_of_the_ablations():
         ("cycle", cycle, 1),
         ("adversarial", cycle | {"adversarial"}, 2),
     ):
-        made = learner(plugin(losses=losses, **SMALL))
+        made = training_module(plugin(losses=losses, **SMALL))
         now = batch(made)
         assert set(made.losses("generator", now, {})) == expected
         assert len(made.phases) == phases
         assert ("real" in now["groups"][0]) == (phases == 2)
         assert bool(now["groups"][0]["same"].all()) == (losses == "autoencoder")
-    assert "drift" in learner(plugin(**{**SMALL, "drift": 0.1})).losses("generator", now, {})
+    assert "drift" in training_module(plugin(**{**SMALL, "drift": 0.1})).losses("generator", now, {})
 
 
 def test_only_rows_of_the_same_body_are_compared_with_their_source():
-    made = learner(plugin(same=0.0, **SMALL))
+    made = training_module(plugin(same=0.0, **SMALL))
     terms = made.losses("generator", batch(made), {})
     assert terms["same_places"].item() == terms["same_moves"].item() == 0.0
-    whole = learner(plugin(same=1.0, **SMALL))
+    whole = training_module(plugin(same=1.0, **SMALL))
     given: dict = {}
     assert whole.losses("generator", batch(whole), given)["same_places"].item() > 0.0
     assert not given["fakes"]
@@ -80,7 +80,7 @@ def test_only_rows_of_the_same_body_are_compared_with_their_source():
 
 
 def test_losses_are_sums_over_numbers_and_means_over_real_frames():
-    made = learner(plugin(same=1.0, losses="autoencoder", **SMALL), window=30)
+    made = training_module(plugin(same=1.0, losses="autoencoder", **SMALL), window=30)
     (group,) = (now := batch(made))["groups"]
     assert len(set(group["lengths"].tolist())) > 1
     generator = made.modules["generator"]["body22"].eval()
@@ -102,7 +102,7 @@ def method_bodies_of(made, group):
 def test_the_same_seed_gives_the_same_weights_and_another_gives_others():
     runs = []
     for seed in (0, 0, 1):
-        made = learner(plugin(**SMALL), seed=seed)
+        made = training_module(plugin(**SMALL), seed=seed)
         train(made, 3)
         runs.append(made.export())
     assert all(torch.equal(runs[0][name], runs[1][name]) for name in runs[0])
@@ -110,7 +110,7 @@ def test_the_same_seed_gives_the_same_weights_and_another_gives_others():
 
 
 def test_the_running_score_decides_whether_the_discriminator_learns():
-    made, given = learner(plugin(**SMALL)), {}
+    made, given = training_module(plugin(**SMALL)), {}
     now = batch(made)
     made.losses("generator", now, given)
     (fake,) = given["fakes"]
@@ -126,7 +126,7 @@ def test_the_running_score_decides_whether_the_discriminator_learns():
 
 def test_padding_and_the_order_of_rows_change_nothing():
     """A row alone, cut to its length, against the same row among longer ones, with rubbish behind it."""
-    made = learner(plugin(losses="cycle", **SMALL), window=30)
+    made = training_module(plugin(losses="cycle", **SMALL), window=30)
     made.modules.eval()
     (group,) = (now := batch(made))["groups"]
     whole = {name: each.item() for name, each in made.losses("generator", now, {}).items()}
@@ -147,7 +147,7 @@ def test_padding_and_the_order_of_rows_change_nothing():
 
 def overfit(hidden: int, steps: int, rate: float) -> float:
     """The mean error of joints relative to the hips after training on one batch, in heights."""
-    made = learner(plugin(hidden=hidden, losses="cycle", facing=3.0), window=6)
+    made = training_module(plugin(hidden=hidden, losses="cycle", facing=3.0), window=6)
     made.modules.eval()  # no dropout: can it be learned at all?
     now = batch(made, rows=2)
     optimiser = torch.optim.Adam(made.modules["generator"].parameters(), lr=rate)
@@ -178,7 +178,7 @@ def test_one_batch_is_learned_by_heart_at_full_size():
 
 
 def test_exported_weights_make_the_same_method_again():
-    made, other = learner(plugin(**SMALL)), learner(plugin(**SMALL), seed=1)
+    made, other = training_module(plugin(**SMALL)), training_module(plugin(**SMALL), seed=1)
     source, target = dance(CAST["one"]), CAST["small"]
     before = run(made.method(), source, target)
     assert apart(run(other.method(), source, target), before) > 0.0
@@ -188,13 +188,15 @@ def test_exported_weights_make_the_same_method_again():
 
 def test_weights_of_another_size_are_refused():
     with pytest.raises(BenchError, match="do not fit"):
-        learner(plugin(**SMALL)).load(learner(plugin(hidden=8)).export())
+        training_module(plugin(**SMALL)).load(training_module(plugin(hidden=8)).export())
 
 
 def test_one_character_is_not_enough():
     alone = {"one": CAST["one"]}
     with pytest.raises(NotSupported, match="two characters"):
-        plugin(**SMALL).learner(material(plugin(**SMALL), alone), Recipe(1, 4, 16, 1e-3))
+        plugin(**SMALL).training_module(
+            training_data(plugin(**SMALL), alone), TrainingConfig(1, 4, 16, 1e-3)
+        )
 
 
 def test_presets_are_the_papers_and_smaller_ones():
@@ -230,7 +232,7 @@ def test_a_stream_keeps_no_more_of_a_long_clip_than_of_a_frame(method):
 def test_long_clips_go_through_in_chunks(method, monkeypatch):
     source = dance(CAST["one"], 100)
     whole = run(method, source, CAST["long"])
-    monkeypatch.setattr("retarget_bench.methods.nkn.retargeter.CHUNK", 13)
+    monkeypatch.setattr("retarget_bench.methods.nkn.inference.CHUNK", 13)
     assert apart(run(method, source, CAST["long"]), whole) < 1e-6
 
 
@@ -340,5 +342,5 @@ def test_values_out_of_range_are_refused(wrong):
 def test_a_learned_method_of_bodies_of_any_structure():
     """Structures do not matter to nkn, the 22 joints do."""
     mixed = {"one": CAST["one"], "other": structured(body(spines=4), "other", "more spine")}
-    made = learner(plugin(**SMALL), cast=mixed)
+    made = training_module(plugin(**SMALL), cast=mixed)
     assert list(made.modules["generator"]) == ["body22"]

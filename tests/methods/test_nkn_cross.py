@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 import torch
 from method_bodies import body, dance
-from nkn_toys import apart, batch, learner, material, structured, train
+from nkn_toys import apart, batch, structured, train, training_data, training_module
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
@@ -14,7 +14,7 @@ from retarget_bench.methods.nkn import plugin as Nkn
 from retarget_bench.methods.nkn_cross import plugin
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 
 SMALL = {"hidden": 12, "facing": 3.0}
 CAST = {
@@ -30,7 +30,7 @@ CAST = {
 
 @pytest.fixture(scope="module")
 def made():
-    return learner(plugin(**SMALL), cast=CAST)
+    return training_module(plugin(**SMALL), cast=CAST)
 
 
 def test_every_structure_has_networks_of_its_own_size(made):
@@ -58,7 +58,7 @@ def test_groups_mix_all_pairs_of_structures_and_keep_the_share_of_own_bodies(mad
 
 @pytest.mark.parametrize("same", [0.7, 1.0])
 def test_more_own_bodies_than_own_structures_would_be(same):
-    made = learner(plugin(**SMALL, same=same), cast=CAST)
+    made = training_module(plugin(**SMALL, same=same), cast=CAST)
     groups = [group["same"] for step in range(150) for group in batch(made, rows=5, step=step)["groups"]]
     # a group is of one kind here: 2.2 standard errors of 300 of them
     assert np.concatenate(groups).mean() == pytest.approx(same, abs=0.06 if same < 1 else 0)
@@ -122,12 +122,14 @@ def test_other_structures_and_other_joints_are_refused_with_a_reason(made):
 def test_one_structure_with_two_sets_of_joints_cannot_be_trained():
     cast = {"one": CAST["one"], "odd": structured(body(spines=4), "odd", "three")}
     with pytest.raises(NotSupported, match="one of them another structure"):
-        plugin(**SMALL).learner(material(plugin(**SMALL), cast), Recipe(1, 4, 16, 1e-3))
+        plugin(**SMALL).training_module(
+            training_data(plugin(**SMALL), cast), TrainingConfig(1, 4, 16, 1e-3)
+        )
 
 
 def test_weights_of_other_structures_are_not_taken_over(made):
     with pytest.raises(BenchError, match="other structures"):
-        made.load(learner(plugin(**SMALL), cast={k: CAST[k] for k in ("one", "long")}).export())
+        made.load(training_module(plugin(**SMALL), cast={k: CAST[k] for k in ("one", "long")}).export())
 
 
 def test_structures_say_who_is_trained_on():
@@ -150,8 +152,8 @@ def test_the_hips_come_first_and_joints_above_them_are_left_out():
 
 def test_with_one_structure_it_is_nkn():
     """The same 22 joints, in another order."""
-    ours = learner(plugin(hidden=512), cast={k: CAST[k] for k in ("one", "long")})
-    theirs = learner(Nkn(), cast={k: CAST[k] for k in ("one", "long")})
+    ours = training_module(plugin(hidden=512), cast={k: CAST[k] for k in ("one", "long")})
+    theirs = training_module(Nkn(), cast={k: CAST[k] for k in ("one", "long")})
     sizes = [
         sum(each.numel() for each in made.modules["generator"].parameters()) for made in (ours, theirs)
     ]

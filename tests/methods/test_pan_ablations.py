@@ -23,9 +23,9 @@ def test_the_printed_numbers():
 @pytest.mark.parametrize("variant", ["own", "released", "paper"])
 @pytest.mark.parametrize("row", TABLE.rows, ids=lambda row: row.label)
 def test_rows_train(row, variant):
-    learner = pan_material.learner(small=True, variant=variant, **row.parameters)
-    batch, memory = pan_material.batch(learner), {}
-    found = {phase.name: learner.losses(phase.name, batch, memory) for phase in learner.phases}
+    module = pan_material.training_module(small=True, variant=variant, **row.parameters)
+    batch, memory = pan_material.batch(module), {}
+    found = {phase.name: module.losses(phase.name, batch, memory) for phase in module.phases}
     assert all(term.isfinite() for terms in found.values() for term in terms.values())
     left_out = {
         "w.o. L_kine": {"places", "again_places", "root"},

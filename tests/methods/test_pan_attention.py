@@ -42,7 +42,7 @@ def marked(method, name, by_frame=False) -> None:
 
 def fresh(names=pan_material.TWO, **parameters) -> Pan:
     """A method of its own, whose networks may be spoilt."""
-    return pan_material.learner(names, **parameters).method()
+    return pan_material.training_module(names, **parameters).method()
 
 
 @pytest.mark.parametrize("variant", ["own", "released", "paper"])

@@ -11,7 +11,7 @@ from retarget_bench.api import Context
 
 
 def structures(**parameters):
-    return pan_material.learner(**parameters)._structures
+    return pan_material.training_module(**parameters)._structures
 
 
 def test_what_structures_share_begins_alike():
@@ -41,13 +41,13 @@ def test_published_variants_begin_each_for_itself():
 
 @pytest.mark.parametrize("path", ["carried", "decoded"])
 def test_a_decoder_that_says_nothing_leaves_the_path_as_it_is_or_says_the_mean(path):
-    learner = pan_material.learner(path=path)
-    for each in learner._structures.values():
+    module = pan_material.training_module(path=path)
+    for each in module._structures.values():
         for weights in each.decoder.parameters():
             torch.nn.init.zeros_(weights)
     source, target = (pan_material.BODIES[name] for name in ("one", "tall"))
     motion = pan_material.dances("one")[0]
-    answer = learner.method().retarget(motion, target, context=Context())
+    answer = module.method().retarget(motion, target, context=Context())
     ratio = target.measures.hip_height / source.measures.hip_height
     off = np.abs(answer.root - ratio * motion.root).max() / target.height
     assert (off < 1e-4) == (path == "carried")

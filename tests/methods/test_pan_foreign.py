@@ -20,8 +20,8 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Clip, Material
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.verification.probe import rewriting
 
 
@@ -37,15 +37,15 @@ def trained(structures: tuple[str, ...]) -> Pan:
     bodies = [each for each in puppets().values() if each.structure in structures]
     clips = {
         each.name: [
-            Clip(each.name, "dance", {key: a.astype(np.float32) for key, a in seen.items()})
+            ClipArrays(each.name, "dance", {key: a.astype(np.float32) for key, a in seen.items()})
             for seen in [method.prepare(method_bodies.dance(each, 24))]
         ]
         for each in bodies
     }
     torch.manual_seed(0)
-    material = Material({each.name: each for each in bodies}, clips)
-    recipe = Recipe(steps=1, batch=4, window=pan_material.WINDOW, rate=1e-3)
-    return method.learner(material, recipe).method()
+    training_data = TrainingData({each.name: each for each in bodies}, clips)
+    config = TrainingConfig(steps=1, batch=4, window=pan_material.WINDOW, rate=1e-3)
+    return method.training_module(training_data, config).method()
 
 
 def filled(character: Character, like: Character) -> Character:

@@ -12,35 +12,37 @@ import torch
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.losses import Objective
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Material
-from retarget_bench.training.phases import turns
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.phases import optimiser_phases
 
 BODIES, TWO, THREE = pan_material.BODIES, pan_material.TWO, pan_material.THREE
 
 
-def terms(learner, batch):
+def terms(module, batch):
     """Of both phases."""
     memory: dict = {}
-    return {phase.name: learner.losses(phase.name, batch, memory) for phase in learner.phases}
+    return {phase.name: module.losses(phase.name, batch, memory) for phase in module.phases}
 
 
-def steps(learner, count, rate=1e-3, rows=4, batch=None):
-    recipe = Recipe(steps=count, batch=rows, window=pan_material.WINDOW, rate=rate, schedule="cosine")
-    every = turns(learner, recipe, torch.device("cpu"))
+def steps(module, count, rate=1e-3, rows=4, batch=None):
+    config = TrainingConfig(
+        steps=count, batch=rows, window=pan_material.WINDOW, rate=rate, schedule="cosine"
+    )
+    every = optimiser_phases(module, config, torch.device("cpu"))
     for step in range(count):
         torch.manual_seed(step)
         memory: dict = {}
         for turn in every:
-            here = batch or pan_material.batch(learner, rows, step)
-            turn(here, memory, recipe.rate_at(step, step / count))
-    return learner
+            here = batch or pan_material.batch(module, rows, step)
+            turn(here, memory, config.rate_at(step, step / count))
+    return module
 
 
 # ---------------------------------------------------------------------------------------- what is drawn
 def test_a_batch_is_drawn_from_its_numbers_alone():
-    learner = pan_material.learner(names=THREE)
-    one, other, another = (pan_material.batch(learner, seed=seed) for seed in (3, 3, 4))
+    module = pan_material.training_module(names=THREE)
+    one, other, another = (pan_material.batch(module, seed=seed) for seed in (3, 3, 4))
     assert [side["structure"] for side in one["sides"]] == [side["structure"] for side in other["sides"]]
     for key in ("edges", "turn", "which", "bones", "unit"):
         assert all(torch.equal(a[key], b[key]) for a, b in zip(one["sides"], other["sides"], strict=True))
@@ -51,10 +53,10 @@ def test_a_batch_is_drawn_from_its_numbers_alone():
 
 
 def test_windows_are_cut_from_clips():
-    learner = pan_material.learner(lengths=(16,))
-    for side in pan_material.batch(learner)["sides"]:
-        cast = [name for name in TWO if _structure(name) == learner._names[side["structure"]]]
-        whole = [learner._windows._material.clips[name][0].arrays["edges"] for name in cast]
+    module = pan_material.training_module(lengths=(16,))
+    for side in pan_material.batch(module)["sides"]:
+        cast = [name for name in TWO if _structure(name) == module._names[side["structure"]]]
+        whole = [module._windows._material.clips[name][0].arrays["edges"] for name in cast]
         for row in side["edges"].numpy():
             assert any(np.array_equal(row, each) for each in whole)
 
@@ -62,11 +64,11 @@ def test_windows_are_cut_from_clips():
 def test_windows_backwards_are_what_is_seen_of_the_reversed_motion():
     """Root numbers too: a body that walks backwards, and turns the other way."""
     for root in ("position", "velocity", "height"):
-        learner = pan_material.learner(variant="released", root=root, lengths=(16,))
+        module = pan_material.training_module(variant="released", root=root, lengths=(16,))
         features, found = Pan(variant="released", root=root).settings.features, set()
         for seed in range(6):
-            for side in pan_material.batch(learner, seed=seed)["sides"]:
-                cast = [name for name in TWO if _structure(name) == learner._names[side["structure"]]]
+            for side in pan_material.batch(module, seed=seed)["sides"]:
+                cast = [name for name in TWO if _structure(name) == module._names[side["structure"]]]
                 for row in side["edges"].numpy():
                     found.add(_direction(row, cast, features))
         assert found == {"on", "back"}
@@ -91,13 +93,13 @@ def _structure(name):
 
 @pytest.mark.parametrize("frames", [2, 3, 7])
 def test_clips_shorter_than_a_window_are_gone_through_there_and_back(frames):
-    learner = pan_material.learner(lengths=(frames,))
-    side = pan_material.batch(learner)["sides"][0]
+    module = pan_material.training_module(lengths=(frames,))
+    side = pan_material.batch(module)["sides"][0]
     edges = side["edges"][:, :, :-1].numpy()
     period = max(2 * (frames - 1), 1)
     np.testing.assert_array_equal(edges[:, :-period], edges[:, period:])
     np.testing.assert_array_equal(edges[:, 1], edges[:, period - 1 if frames > 2 else 3])
-    found = terms(learner, pan_material.batch(learner))
+    found = terms(module, pan_material.batch(module))
     assert all(each.isfinite() for phase in found.values() for each in phase.values())
 
 
@@ -105,25 +107,25 @@ def test_clips_shorter_than_a_window_are_gone_through_there_and_back(frames):
 @pytest.mark.parametrize("variant", ["own", "released", "paper"])
 @pytest.mark.parametrize("names", [TWO[:2], TWO, THREE], ids=["one", "two", "three"])
 def test_gradients_reach_every_parameter(variant, names):
-    learner = pan_material.learner(names, small=True, variant=variant, dropout=0.0)
+    module = pan_material.training_module(names, small=True, variant=variant, dropout=0.0)
     reached: dict[str, bool] = {}
     for seed in range(6 if len(names) > 4 else 1):
-        batch, memory = pan_material.batch(learner, seed=seed), {}
-        for phase in learner.phases:
-            learner.modules.zero_grad(set_to_none=True)
-            sum(learner.losses(phase.name, batch, memory).values()).backward()
-            for module in phase.modules:
-                for name, each in learner.modules[module].named_parameters():
+        batch, memory = pan_material.batch(module, seed=seed), {}
+        for phase in module.phases:
+            module.modules.zero_grad(set_to_none=True)
+            sum(module.losses(phase.name, batch, memory).values()).backward()
+            for part in phase.modules:
+                for name, each in module.modules[part].named_parameters():
                     moved = each.grad is not None and bool(each.grad.abs().max() > 0)
-                    key = f"{module}.{name}"
+                    key = f"{part}.{name}"
                     reached[key] = reached.get(key, False) or moved
     assert [name for name, there in reached.items() if not there] == []
 
 
 def test_terms_are_the_same_whichever_structures_a_step_is_about():
-    learner = pan_material.learner(names=THREE, velocity=1.0)
-    found = [terms(learner, pan_material.batch(learner, seed=seed)) for seed in range(4)]
-    pairs = {tuple(s["structure"] for s in pan_material.batch(learner, seed=k)["sides"]) for k in range(4)}
+    module = pan_material.training_module(names=THREE, velocity=1.0)
+    found = [terms(module, pan_material.batch(module, seed=seed)) for seed in range(4)]
+    pairs = {tuple(s["structure"] for s in pan_material.batch(module, seed=k)["sides"]) for k in range(4)}
     assert len(pairs) > 1
     assert all(
         {p: set(t) for p, t in each.items()} == {p: set(t) for p, t in found[0].items()} for each in found
@@ -131,19 +133,19 @@ def test_terms_are_the_same_whichever_structures_a_step_is_about():
 
 
 def test_structures_without_a_common_end_effector_have_the_term_all_the_same():
-    learner = pan_material.learner()
-    objective: Objective = learner._objective
-    first, second = learner._names
+    module = pan_material.training_module()
+    objective: Objective = module._objective
+    first, second = module._names
     objective._ends[first], objective._ends[second] = {0: 1}, {1: 2}
-    assert terms(learner, pan_material.batch(learner))["generator"]["ends"] > 0  # within structures
+    assert terms(module, pan_material.batch(module))["generator"]["ends"] > 0  # within structures
     objective._ends[first], objective._ends[second] = {}, {}
-    assert terms(learner, pan_material.batch(learner))["generator"]["ends"] == 0
+    assert terms(module, pan_material.batch(module))["generator"]["ends"] == 0
 
 
 def test_codes_of_bodies_with_one_arm_are_compared_over_five_parts():
-    learner = pan_material.learner(names=("one", "tall", "one_one_armed", "tall_one_armed"))
-    objective = learner._objective
-    names = tuple(learner._names)  # one_armed, plain
+    module = pan_material.training_module(names=("one", "tall", "one_one_armed", "tall_one_armed"))
+    objective = module._objective
+    names = tuple(module._names)  # one_armed, plain
     assert names == ("one_armed", "plain")
     code = torch.randn(2, 4, 5, 32)
     arranged = torch.cat([code, torch.full((2, 4, 1, 32), 9.0)], 2)  # of the arm that is not there
@@ -153,23 +155,23 @@ def test_codes_of_bodies_with_one_arm_are_compared_over_five_parts():
 
 
 def test_order_and_number_of_rows_and_threads_change_nothing():
-    learner = pan_material.learner(variant="released", dropout=0.0)
-    learner.modules.eval()
-    batch, threads = pan_material.batch(learner, 6), torch.get_num_threads()
+    module = pan_material.training_module(variant="released", dropout=0.0)
+    module.modules.eval()
+    batch, threads = pan_material.batch(module, 6), torch.get_num_threads()
     side = batch["sides"][0]
-    name = learner._names[side["structure"]]
+    name = module._names[side["structure"]]
     order = torch.tensor([2, 0, 1])
     with torch.no_grad():
         found = []
         for rows, count in ((slice(None), 1), (order, 1), (slice(0, 1), 1), (slice(None), 2)):
             torch.set_num_threads(count)
-            real = learner._real(
+            real = module._real(
                 name, {key: side[key][rows] for key in ("edges", "which", "bones", "unit", "turn")}
             )
-            structure = learner._structures[name]
+            structure = module._structures[name]
             edges = structure.answer(structure.encoder(real.edges), side["bones"][rows])
             found.append(
-                learner._real(
+                module._real(
                     name,
                     {
                         **{k: side[k][rows] for k in ("which", "bones", "unit", "turn")},
@@ -186,44 +188,46 @@ def test_order_and_number_of_rows_and_threads_change_nothing():
 
 # ------------------------------------------------------------------------------------------- learning
 def test_overfits_one_batch():
-    learner = pan_material.learner(TWO[:2], (20,), small=True, adversarial=0.0, ends=0.0, cycle=0.0)
-    batch = pan_material.batch(learner, 2)
-    before = _wrong(learner, batch)
-    steps(learner, 120, 1e-3, batch=batch)
+    module = pan_material.training_module(TWO[:2], (20,), small=True, adversarial=0.0, ends=0.0, cycle=0.0)
+    batch = pan_material.batch(module, 2)
+    before = _wrong(module, batch)
+    steps(module, 120, 1e-3, batch=batch)
     assert before > 0.05
-    assert _wrong(learner, batch) < 0.01
+    assert _wrong(module, batch) < 0.01
 
 
-def _wrong(learner, batch) -> float:
+def _wrong(module, batch) -> float:
     """Mean distance of reconstructed joints, in heights."""
     distances = []
     with torch.no_grad():
         for side in batch["sides"]:
-            name = learner._names[side["structure"]]
-            structure, real = learner._structures[name], learner._real(name, side)
+            name = module._names[side["structure"]]
+            structure, real = module._structures[name], module._real(name, side)
             edges = structure.answer(structure.encoder(real.edges), side["bones"])
             edges = structure.with_path(edges, real.plain[:, :, -1], side["which"])
-            found = learner._real(name, {**side, "edges": structure.plain(edges, side["which"])})
+            found = module._real(name, {**side, "edges": structure.plain(edges, side["which"])})
             distances.append((found.positions - real.positions).norm(dim=-1).mean().item())
     return float(np.mean(distances))
 
 
 def test_same_seed_same_weights():
-    one, other = (steps(pan_material.learner(small=True, variant="released"), 2).export() for _ in range(2))
+    one, other = (
+        steps(pan_material.training_module(small=True, variant="released"), 2).export() for _ in range(2)
+    )
     assert all(torch.equal(each, other[name]) for name, each in one.items())
-    another = steps(pan_material.learner(small=True, variant="released", seed=1), 2).export()
+    another = steps(pan_material.training_module(small=True, variant="released", seed=1), 2).export()
     assert any(not torch.equal(each, another[name]) for name, each in one.items())
 
 
 def test_a_judge_that_is_not_wanted_is_no_phase():
-    learner = pan_material.learner(adversarial=0.0)
-    assert [phase.name for phase in learner.phases] == ["generator"]
-    assert "adversarial" not in terms(learner, pan_material.batch(learner))["generator"]
+    module = pan_material.training_module(adversarial=0.0)
+    assert [phase.name for phase in module.phases] == ["generator"]
+    assert "adversarial" not in terms(module, pan_material.batch(module))["generator"]
 
 
 # -------------------------------------------------------------------------------------------- weights
 def test_exported_weights_are_taken_over():
-    one, other = pan_material.learner(small=True), pan_material.learner(small=True, seed=1)
+    one, other = pan_material.training_module(small=True), pan_material.training_module(small=True, seed=1)
     steps(one, 1)
     other.load({name: each.clone() for name, each in one.export().items()})
     assert all(torch.equal(each, other.export()[name]) for name, each in one.export().items())
@@ -232,38 +236,40 @@ def test_exported_weights_are_taken_over():
 
 def test_structures_are_known_by_their_joints():
     """Weights of more structures, and of other names, serve."""
-    tensors = pan_material.learner(names=THREE, small=True, seed=1).export()
+    tensors = pan_material.training_module(names=THREE, small=True, seed=1).export()
     renamed = {name.replace("plain.", "elsewhere."): each for name, each in tensors.items()}
-    learner = pan_material.learner(small=True)
-    learner.load(renamed)
-    for name, each in learner.export().items():
+    module = pan_material.training_module(small=True)
+    module.load(renamed)
+    for name, each in module.export().items():
         assert torch.equal(each, tensors[name]), name
 
 
 def test_weights_of_other_structures_and_networks_are_refused():
-    learner = pan_material.learner(names=THREE)
+    module = pan_material.training_module(names=THREE)
     with pytest.raises(
         BenchError, match=r"no structure with the joints of one_armed; they know plain, short"
     ):
-        learner.load(pan_material.learner().export())
+        module.load(pan_material.training_module().export())
     with pytest.raises(BenchError, match="the weights do not fit this network"):
-        pan_material.learner().load(pan_material.learner(variant="paper", attention=False).export())
+        pan_material.training_module().load(
+            pan_material.training_module(variant="paper", attention=False).export()
+        )
 
 
 def test_weights_of_other_joints_are_refused():
-    tensors = dict(pan_material.learner().export())
+    tensors = dict(pan_material.training_module().export())
     parents = tensors["plain.parents"].clone()
     parents[-1] = 0
     for odd in ({"plain.parents": parents}, {"plain.roles": tensors["short_spine.roles"]}):
         with pytest.raises(BenchError, match="no structure with the joints of plain"):
-            pan_material.learner().load({**tensors, **odd})
+            pan_material.training_module().load({**tensors, **odd})
 
 
 def test_statistics_by_character_are_of_each():
-    learner = pan_material.learner(statistics="character")
-    structure = learner._structures["plain"]
+    module = pan_material.training_module(statistics="character")
+    structure = module._structures["plain"]
     assert structure.cast == ("one", "tall")
-    clips = learner._windows._material.clips
+    clips = module._windows._material.clips
     for row, name in enumerate(structure.cast, 1):
         values = np.concatenate([clip.arrays["edges"] for clip in clips[name]]).astype(np.float64)
         np.testing.assert_allclose(structure.mean[row].numpy(), values.mean(axis=0), atol=1e-4)
@@ -274,31 +280,36 @@ def test_statistics_by_character_are_of_each():
 def test_bodies_of_one_structure_with_different_joints_are_named():
     method = Pan()
     odd = {**BODIES, "odd": replace(BODIES["one_one_armed"], name="odd", structure="plain")}
-    whole = pan_material.material(method)
-    clips = {**whole.clips, "odd": pan_material.material(method, ("one_one_armed",)).clips["one_one_armed"]}
-    mixed = Material({name: odd[name] for name in clips}, clips)
+    whole = pan_material.training_data(method)
+    clips = {
+        **whole.clips,
+        "odd": pan_material.training_data(method, ("one_one_armed",)).clips["one_one_armed"],
+    }
+    mixed = TrainingData({name: odd[name] for name in clips}, clips)
     with pytest.raises(NotSupported, match="odd and one are both of structure plain and have different"):
-        method.learner(mixed, Recipe(steps=1, batch=4, window=16, rate=1e-3))
+        method.training_module(mixed, TrainingConfig(steps=1, batch=4, window=16, rate=1e-3))
 
 
 def test_one_character_is_not_enough():
     with pytest.raises(NotSupported, match="at least two characters"):
-        pan_material.learner(names=("one",))
+        pan_material.training_module(names=("one",))
 
 
 @pytest.mark.parametrize("window", [8, 18])
 def test_windows_that_networks_cannot_halve_twice(window):
     with pytest.raises(NotSupported, match=f"a multiple of 4 and 16 or more, and not {window}"):
-        pan_material.learner(window=window)
+        pan_material.training_module(window=window)
 
 
 @pytest.mark.parametrize("name", ["keys", "train", "half", "a.b", "their_four_legged"])
 def test_structures_of_any_name(name):
     method = Pan()
     cast = {each: replace(BODIES[each], structure=name) for each in TWO[:2]}
-    clips = pan_material.material(method, TWO[:2]).clips
+    clips = pan_material.training_data(method, TWO[:2]).clips
     torch.manual_seed(0)
-    learner = method.learner(Material(cast, clips), Recipe(steps=1, batch=4, window=16, rate=1e-3))
-    found = learner.method()
+    module = method.training_module(
+        TrainingData(cast, clips), TrainingConfig(steps=1, batch=4, window=16, rate=1e-3)
+    )
+    found = module.method()
     assert len(found.structures) == 1
     assert found.supports(cast["one"], cast["tall"]) is None

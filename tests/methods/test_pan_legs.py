@@ -29,9 +29,9 @@ def test_both_ways(variant):
 
 @pytest.mark.parametrize("variant", ["own", "released", "paper"])
 def test_arms_and_tails_are_decoded_and_not_encoded(variant):
-    learner = pan_material.learner(LEGS, small=True, parts="three", variant=variant)
+    module = pan_material.training_module(LEGS, small=True, parts="three", variant=variant)
     for name, left_out in ((DOG, {"tail_1", "tail_2"}), ("plain", {"left_hand", "right_arm"})):
-        structure = learner._structures[name]
+        structure = module._structures[name]
         layout = structure.layout
         hidden = np.flatnonzero(~layout.encoded)
         assert left_out <= {layout.roles[edge + 1] for edge in hidden}
@@ -50,14 +50,14 @@ def test_arms_and_tails_are_decoded_and_not_encoded(variant):
 
 def test_losses_are_over_common_parts_only():
     """What arms and tails do changes no loss but what discriminators say."""
-    learner = pan_material.learner(LEGS, small=True, parts="three", variant="paper")
-    batch = pan_material.batch(learner)
-    before = learner.losses("generator", batch, {})
+    module = pan_material.training_module(LEGS, small=True, parts="three", variant="paper")
+    batch = pan_material.batch(module)
+    before = module.losses("generator", batch, {})
     for side in batch["sides"]:
-        hidden = np.flatnonzero(~learner._structures[learner._names[side["structure"]]].layout.encoded)
+        hidden = np.flatnonzero(~module._structures[module._names[side["structure"]]].layout.encoded)
         side["edges"][:, :, hidden] = torch.randn_like(side["edges"][:, :, hidden])
     memory: dict = {}
-    after = learner.losses("generator", batch, memory)
+    after = module.losses("generator", batch, memory)
     assert {name: term.item() for name, term in after.items()} == pytest.approx(
         {name: term.item() for name, term in before.items()}, rel=1e-6
     )
@@ -65,8 +65,8 @@ def test_losses_are_over_common_parts_only():
 
 
 def test_eq_20_takes_the_range_of_the_training_motion():
-    learner = pan_material.learner(LEGS, small=True, parts="three", variant="paper")
-    clips = learner._windows._material.clips
+    module = pan_material.training_module(LEGS, small=True, parts="three", variant="paper")
+    clips = module._windows._material.clips
     for name, cast in ((DOG, ("pup", "rex")), ("plain", ("one", "tall"))):
         speeds = np.concatenate(
             [
@@ -75,30 +75,30 @@ def test_eq_20_takes_the_range_of_the_training_motion():
                 for clip in clips[each]
             ]
         )
-        found = learner._objective._ranges[name].numpy()
+        found = module._objective._ranges[name].numpy()
         np.testing.assert_allclose(found, [speeds.min(), speeds.max()], rtol=1e-5)
 
 
 @pytest.mark.parametrize("turns", [False, True])
 def test_eq_20_in_a_step(turns):
     """Eq. 20 by hand: rescaled velocities of sources and answers; the released code adds their turns."""
-    learner = pan_material.learner(LEGS, small=True, parts="three", variant="paper")
-    objective = learner._objective
+    module = pan_material.training_module(LEGS, small=True, parts="three", variant="paper")
+    objective = module._objective
     objective.weights = replace(objective.weights, turns=turns)
-    batch = pan_material.batch(learner)
-    names = [learner._names[side["structure"]] for side in batch["sides"]]
-    real = [learner._real(name, side) for name, side in zip(names, batch["sides"], strict=True)]
-    codes = [learner._structures[name].encoder(each.edges) for name, each in zip(names, real, strict=True)]
+    batch = pan_material.batch(module)
+    names = [module._names[side["structure"]] for side in batch["sides"]]
+    real = [module._real(name, side) for name, side in zip(names, batch["sides"], strict=True)]
+    codes = [module._structures[name].encoder(each.edges) for name, each in zip(names, real, strict=True)]
     squares = []
     for there, side in enumerate(batch["sides"]):
-        answers = learner._answers(names, there, codes, side, real)
+        answers = module._answers(names, there, codes, side, real)
         for here in (0, 1):
             moves = [each.plain[:, :, -1].detach().numpy() for each in (real[here], answers[here])]
             ranges = [objective._ranges[names[k]].numpy() for k in (here, there)]
             scaled = [_rescaled(m[..., :3], *r) for m, r in zip(moves, ranges, strict=True)]
             square = np.mean((scaled[0] - scaled[1]) ** 2)
             squares.append(square + turns * np.mean((moves[0][..., 3] - moves[1][..., 3]) ** 2))
-    found = learner.losses("generator", batch, {})["velocity"].item()
+    found = module.losses("generator", batch, {})["velocity"].item()
     assert found == pytest.approx(1000.0 * np.mean(squares), rel=1e-4)
 
 
@@ -109,11 +109,11 @@ def _rescaled(velocity, low, high):
 
 @pytest.mark.parametrize("variant", ["own", "released", "paper"])
 def test_both_structures_learn(variant):
-    learner = pan_material.learner(LEGS, small=True, parts="three", variant=variant, dropout=0.0)
-    batch, memory = pan_material.batch(learner), {}
-    for phase in learner.phases:
-        sum(learner.losses(phase.name, batch, memory).values()).backward()
-    for name, each in learner.modules.named_parameters():
+    module = pan_material.training_module(LEGS, small=True, parts="three", variant=variant, dropout=0.0)
+    batch, memory = pan_material.batch(module), {}
+    for phase in module.phases:
+        sum(module.losses(phase.name, batch, memory).values()).backward()
+    for name, each in module.modules.named_parameters():
         assert each.grad is not None, name
         assert each.grad.abs().max() > 0, name
 
@@ -122,12 +122,12 @@ def test_both_structures_learn(variant):
 def test_paths_between_legs_are_decoded_unless_one_asks_for_the_source_s(path, parts):
     """A decoder that says nothing: its answer goes at the mean pace of training, or as the source goes."""
     bodies = LEGS if parts == "three" else pan_material.TWO
-    learner = pan_material.learner(bodies, parts=parts, path=path)
-    for each in learner._structures.values():
+    module = pan_material.training_module(bodies, parts=parts, path=path)
+    for each in module._structures.values():
         for weights in each.decoder.parameters():
             torch.nn.init.zeros_(weights)
     motion = pan_material.dances("one")[0]
-    found = learner.method().retarget(motion, BODIES["tall"], context=Context())
+    found = module.method().retarget(motion, BODIES["tall"], context=Context())
     ratio = BODIES["tall"].measures.hip_height / BODIES["one"].measures.hip_height
     paces = np.linalg.norm(np.diff(found.root[:, [0, 2]], axis=0), axis=1)
     if (path, parts) == ("", "three"):

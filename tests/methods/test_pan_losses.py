@@ -155,38 +155,38 @@ def test_ends_of_bodies_that_lack_some():
 
 
 # ---------------------------------------------------------------------------------------- in one step
-def everything(learner, seed=0):
+def everything(module, seed=0):
     """Terms of a step, and by hand what they are of: real motion, answers, codes, as NumPy arrays."""
-    batch, memory = pan_material.batch(learner, 4, seed), {}
-    return batch, learner.losses("generator", batch, memory), memory
+    batch, memory = pan_material.batch(module, 4, seed), {}
+    return batch, module.losses("generator", batch, memory), memory
 
 
-def by_hand(learner, batch):
+def by_hand(module, batch):
     """Sources, what they become on every side, and what comes back, through the networks one by one."""
-    names = [learner._names[side["structure"]] for side in batch["sides"]]
-    parts = [learner._structures[name] for name in names]
-    real = [learner._real(name, side) for name, side in zip(names, batch["sides"], strict=True)]
+    names = [module._names[side["structure"]] for side in batch["sides"]]
+    parts = [module._structures[name] for name in names]
+    real = [module._real(name, side) for name, side in zip(names, batch["sides"], strict=True)]
     codes = [part.encoder(each.edges) for part, each in zip(parts, real, strict=True)]
     shown, again, back = {}, {}, {}
     for there, side in enumerate(batch["sides"]):
         for here in (0, 1):
             at = [side[f"{key}_of"][here] for key in ("which", "bones", "unit", "turn")]
-            shown[here, there] = _answered(learner, names[there], codes[here], *at)
+            shown[here, there] = _answered(module, names[there], codes[here], *at)
             again[here, there] = parts[there].encoder(shown[here, there].edges)
     for here, side in enumerate(batch["sides"]):
         at = [side[key] for key in ("which", "bones", "unit", "turn")]
-        shown[here, here, "own"] = _answered(learner, names[here], codes[here], *at)
+        shown[here, here, "own"] = _answered(module, names[here], codes[here], *at)
         for there in (0, 1):
-            back[here, there] = _answered(learner, names[here], again[here, there], *at)
+            back[here, there] = _answered(module, names[here], again[here, there], *at)
     return names, real, codes, shown, again, back
 
 
-def _answered(learner, name, code, which, bones, unit, turn):
-    edges = learner._structures[name].answer(code, bones)
-    return learner._real(
+def _answered(module, name, code, which, bones, unit, turn):
+    edges = module._structures[name].answer(code, bones)
+    return module._real(
         name,
         {
-            "edges": learner._structures[name].plain(edges, which),
+            "edges": module._structures[name].plain(edges, which),
             "which": which,
             "bones": bones,
             "unit": unit,
@@ -200,10 +200,10 @@ def square(a, b):
 
 
 def test_terms_of_the_paper_are_those_of_eq_10_to_14():
-    learner = pan_material.learner(variant="paper")
-    batch, terms, _ = everything(learner)
+    module = pan_material.training_module(variant="paper")
+    batch, terms, _ = everything(module)
     with torch.no_grad():
-        names, real, codes, shown, again, back = by_hand(learner, batch)
+        names, real, codes, shown, again, back = by_hand(module, batch)
     pairs = [(here, there) for here in (0, 1) for there in (0, 1)]
     wanted = {  # eq. 14's coefficients
         "slots": np.mean([square(shown[k, k, "own"].edges, real[k].edges) for k in (0, 1)]),
@@ -215,7 +215,7 @@ def test_terms_of_the_paper_are_those_of_eq_10_to_14():
         "adversarial": np.mean(
             [
                 square(
-                    learner._discriminators.discriminators[names[there]](
+                    module._discriminators.discriminators[names[there]](
                         shown[1 - there, there].edges.flatten(2)
                     ),
                     torch.ones(1),
@@ -230,10 +230,10 @@ def test_terms_of_the_paper_are_those_of_eq_10_to_14():
 
 
 def test_terms_of_the_released_code():
-    learner = pan_material.learner(variant="released", dropout=0.0)
-    batch, terms, _ = everything(learner)
+    module = pan_material.training_module(variant="released", dropout=0.0)
+    batch, terms, _ = everything(module)
     with torch.no_grad():
-        _, real, codes, shown, again, back = by_hand(learner, batch)
+        _, real, codes, shown, again, back = by_hand(module, batch)
     pairs = [(here, there) for here in (0, 1) for there in (0, 1)]
 
     def placed(each):  # relative to the hips, and the hips where they are
@@ -254,19 +254,19 @@ def test_terms_of_the_released_code():
 
 
 def test_judges_learn_from_what_they_are_shown():
-    learner = pan_material.learner(variant="paper")
-    batch, _, memory = everything(learner)
+    module = pan_material.training_module(variant="paper")
+    batch, _, memory = everything(module)
     with torch.no_grad():
-        names, real, _, shown, _, _ = by_hand(learner, batch)
+        names, real, _, shown, _, _ = by_hand(module, batch)
         wanted = [
             0.5
             * (
                 square(discriminator(real[k].edges.flatten(2)), torch.ones(1))
                 + square(discriminator(shown[1 - k, k].edges.flatten(2)), torch.zeros(1))
             )
-            for k, discriminator in ((k, learner._discriminators.discriminators[names[k]]) for k in (0, 1))
+            for k, discriminator in ((k, module._discriminators.discriminators[names[k]]) for k in (0, 1))
         ]
-    found = learner.losses("discriminator", batch, memory)["told_apart"].item()
+    found = module.losses("discriminator", batch, memory)["told_apart"].item()
     assert found == pytest.approx(np.mean(wanted), rel=1e-4)
     assert not any(each.requires_grad for _, *seen in memory["shown"] for each in seen)
 

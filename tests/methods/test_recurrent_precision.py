@@ -12,38 +12,38 @@ import smrm_material
 import torch
 
 from retarget_bench.methods.nkn import Nkn
-from retarget_bench.training.config import Precision, Recipe
-from retarget_bench.training.phases import Turn, turns
+from retarget_bench.training.config import Precision, TrainingConfig
+from retarget_bench.training.phases import OptimiserPhase, optimiser_phases
 
 STEPS = 3
 Make = tuple[Callable[[], Any], Callable[..., Any]]
 """A new learner, and a batch of it."""
 LEARNERS: dict[str, Make] = {
-    "smrm": (smrm_material.learner, smrm_material.batch),
-    "nkn, TensorFlow's cell": (lambda: nkn_toys.learner(Nkn(hidden=16)), nkn_toys.batch),
-    "nkn, torch's cell": (lambda: nkn_toys.learner(Nkn(hidden=16, cell="torch")), nkn_toys.batch),
+    "smrm": (smrm_material.training_module, smrm_material.batch),
+    "nkn, TensorFlow's cell": (lambda: nkn_toys.training_module(Nkn(hidden=16)), nkn_toys.batch),
+    "nkn, torch's cell": (lambda: nkn_toys.training_module(Nkn(hidden=16, cell="torch")), nkn_toys.batch),
 }
 
 
-def trained(made: Make, precision: Precision) -> tuple[list[dict[str, float]], Any, list[Turn]]:
+def trained(made: Make, precision: Precision) -> tuple[list[dict[str, float]], Any, list[OptimiserPhase]]:
     """What steps as the loop does them measure, the learner, and its optimisers."""
-    learner = made[0]()
-    recipe = Recipe(steps=STEPS, batch=4, window=16, rate=1e-3, precision=precision)
-    phases, found = turns(learner, recipe, torch.device("cpu")), []
+    module = made[0]()
+    config = TrainingConfig(steps=STEPS, batch=4, window=16, rate=1e-3, precision=precision)
+    phases, found = optimiser_phases(module, config, torch.device("cpu")), []
     for step in range(STEPS):
         torch.manual_seed(step)
-        batch, memory, measured = made[1](learner, 4, step), {}, {}
+        batch, memory, measured = made[1](module, 4, step), {}, {}
         for phase in phases:
-            measured |= phase(batch, memory, recipe.rate)
+            measured |= phase(batch, memory, config.rate)
         found.append({name: float(value) for name, value in measured.items()})
-    return found, learner, phases
+    return found, module, phases
 
 
 @pytest.mark.parametrize("name", LEARNERS)
 def test_losses_are_nearly_those_of_single_precision(name):
     """Numbers of bfloat16 have eight bits; drawn numbers are the same in both, and so is dropout."""
     full, _, _ = trained(LEARNERS[name], "float32")
-    mixed, learner, phases = trained(LEARNERS[name], "bfloat16")
+    mixed, module, phases = trained(LEARNERS[name], "bfloat16")
     assert full != mixed
     for one, other in zip(full, mixed, strict=True):
         assert one.keys() == other.keys()
@@ -52,6 +52,6 @@ def test_losses_are_nearly_those_of_single_precision(name):
             [other[each] for each in terms], [one[each] for each in terms], rtol=0.03, atol=1e-6
         )
         assert np.isfinite(list(other.values())).all()
-    kept = [*learner.modules.state_dict().values(), *learner.export().values()]
+    kept = [*module.modules.state_dict().values(), *module.export().values()]
     kept += [value for phase in phases for value in phase.state().values()]
     assert {each.dtype for each in kept if each.is_floating_point()} == {torch.float32}

@@ -20,16 +20,16 @@ BODIES = smrm_material.BODIES
 
 
 @pytest.fixture(scope="module")
-def learner():
-    made = smrm_material.learner()
+def training_module():
+    made = smrm_material.training_module()
     with torch.no_grad():  # answers that differ from frame to frame, as trained ones do
         made.generator.turns.weight.mul_(10.0)
     return made
 
 
 @pytest.fixture(scope="module")
-def method(learner):
-    return learner.method()
+def method(module):
+    return module.method()
 
 
 def carried(method, source, target):
@@ -44,10 +44,10 @@ def apart(one, other) -> float:
 @pytest.mark.parametrize("chunk", [1, 7, 64, 1000])
 @pytest.mark.parametrize("root", ["height", "displacement", "position"])
 def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root):
-    learner = smrm_material.learner(root=root)
+    module = smrm_material.training_module(root=root)
     source = smrm_material.dances("one", (90,))[0]
     whole, parts = (
-        retargeted(learner.generator, learner.form, [source], [BODIES["legs"]], size)[0]
+        retargeted(module.generator, module.features, [source], [BODIES["legs"]], size)[0]
         for size in (90, chunk)
     )
     assert apart(whole, parts) < 1e-6
@@ -122,7 +122,7 @@ def test_rounded_rates_are_thirty(method, fps):
 @pytest.mark.parametrize("fps", [24.0, 30.0, 60.0])
 @pytest.mark.parametrize("yaw", ["removed", "kept"])
 def test_positions_alone_are_answered_like_the_motion_they_are_of(fps, yaw):
-    method = smrm_material.learner(yaw=yaw).method()
+    method = smrm_material.training_module(yaw=yaw).method()
     motion = replace(smrm_material.dances("one", (50,))[0], fps=fps)
     places = motion.character.positions(motion.positions, fps)
     assert "positions" in method.card.accepts
@@ -143,7 +143,7 @@ def test_begins_where_the_source_begins_for_a_body_of_that_size(method):
 
 
 def test_where_one_stands_and_looks_changes_nothing(method):
-    from test_smrm_form import turned_about
+    from test_smrm_features import turned_about
 
     source = smrm_material.dances("one", (30,))[0]
     there = turned_about(source, 130.0, np.zeros(3))
@@ -158,11 +158,11 @@ def test_answers_depend_on_source_and_target(method):
     assert np.abs(pose[0] - pose[1]).max() > 1e-4
 
 
-def test_training_goes_on_as_it_was(learner):
-    learner.generator.train()
-    carried(learner.method(), smrm_material.dances("one", (10,))[0], BODIES["tall"])
-    assert learner.generator.training
-    assert learner.generator.encoder.training
+def test_training_goes_on_as_it_was(module):
+    module.generator.train()
+    carried(module.method(), smrm_material.dances("one", (10,))[0], BODIES["tall"])
+    assert module.generator.training
+    assert module.generator.encoder.training
 
 
 def test_says_what_it_cannot_do(method):

@@ -12,24 +12,24 @@ from hypothesis import strategies as st
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.smrm import SMRM, losses
 from retarget_bench.methods.smrm.network import Generator
-from retarget_bench.training.config import Recipe
-from retarget_bench.training.data import Material
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.masks import frame_mask
-from retarget_bench.training.phases import moved, turns
+from retarget_bench.training.phases import optimiser_phases, to_device
 
 
-def run(learner, rows=6, seed=0):
+def run(module, rows=6, seed=0):
     """The terms of both phases in training mode, without updating anything."""
     torch.manual_seed(seed)
-    batch, memory = smrm_material.batch(learner, rows, seed), {}
-    return {phase.name: learner.losses(phase.name, batch, memory) for phase in learner.phases}
+    batch, memory = smrm_material.batch(module, rows, seed), {}
+    return {phase.name: module.losses(phase.name, batch, memory) for phase in module.phases}
 
 
-def still(learner):
+def still(module):
     """Without dropout."""
-    learner.generator.eval()
-    learner.discriminator.dropout = 0.0
-    return learner
+    module.generator.eval()
+    module.discriminator.dropout = 0.0
+    return module
 
 
 # ---------------------------------------------------------------------------------------------- sizes
@@ -84,15 +84,15 @@ def test_terms_against_numpy(seed):
 
 def test_terms_of_a_step_are_those_of_its_answers():
     """Carried there and back by hand, frame by frame in NumPy."""
-    learner = still(smrm_material.learner(same=0.5, adversarial=0.0, rotation_cycle=1.0))
-    batch = smrm_material.batch(learner)
-    found = {name: term.item() for name, term in learner.losses("generator", batch, {}).items()}
-    source, form = batch["source"], learner.form
+    module = still(smrm_material.training_module(same=0.5, adversarial=0.0, rotation_cycle=1.0))
+    batch = smrm_material.batch(module)
+    found = {name: term.item() for name, term in module.losses("generator", batch, {}).items()}
+    source, features = batch["source"], module.features
     with torch.no_grad():
-        there = _carried(learner, source["positions"], source["moves"], batch["target"])
-        back = _carried(learner, there.positions, there.moves, batch["body"])
+        there = _carried(module, source["positions"], source["moves"], batch["target"])
+        back = _carried(module, there.positions, there.moves, batch["body"])
     assert found["joints"] == pytest.approx(_square(back.positions, source["positions"]), rel=1e-5)
-    path = [form.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
+    path = [features.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
     assert found["hips"] == pytest.approx(_square(*path), rel=1e-5)
     same = batch["same"]
     assert 0 < same.sum() < len(same)
@@ -103,9 +103,9 @@ def test_terms_of_a_step_are_those_of_its_answers():
     assert found["rotations"] == pytest.approx(((2 - 2 * dots) / 4).mean().item(), rel=1e-4)
 
 
-def _carried(learner, positions, moves, body):
-    codes, _ = learner.generator.encode(positions, moves)
-    return learner.generator.decode(codes, body["offsets"], body["resting"])[0]
+def _carried(module, positions, moves, body):
+    codes, _ = module.generator.encode(positions, moves)
+    return module.generator.decode(codes, body["offsets"], body["resting"])[0]
 
 
 def _square(a, b):
@@ -113,51 +113,53 @@ def _square(a, b):
 
 
 def test_weights_of_terms_and_terms_left_out():
-    one, more = (smrm_material.learner(rotation_cycle=weight, smooth=weight) for weight in (1.0, 3.0))
+    one, more = (
+        smrm_material.training_module(rotation_cycle=weight, smooth=weight) for weight in (1.0, 3.0)
+    )
     more.generator.load_state_dict(one.generator.state_dict())
     more.discriminator.load_state_dict(one.discriminator.state_dict())
     one, more = run(one)["generator"], run(more)["generator"]
     for name in ("rotations", "smooth"):
         assert more[name].item() == pytest.approx(3 * one[name].item(), rel=1e-5)
-    plain = smrm_material.learner(adversarial=0.0)
+    plain = smrm_material.training_module(adversarial=0.0)
     assert [phase.name for phase in plain.phases] == ["generator"]
     assert "adversarial" not in run(plain)["generator"]
     assert "real" not in smrm_material.batch(plain)
 
 
 def test_rotations_may_be_compared_with_those_of_the_own_body():
-    learner = still(smrm_material.learner(reference_rotation="self", same=1.0, rotation_cycle=1.0))
-    batch = smrm_material.batch(learner)
+    module = still(smrm_material.training_module(reference_rotation="self", same=1.0, rotation_cycle=1.0))
+    batch = smrm_material.batch(module)
     source = batch["source"]
     with torch.no_grad():
-        itself = _carried(learner, source["positions"], source["moves"], batch["body"])
-        back = _carried(learner, itself.positions, itself.moves, batch["body"])
+        itself = _carried(module, source["positions"], source["moves"], batch["body"])
+        back = _carried(module, itself.positions, itself.moves, batch["body"])
     dots = (back.rotations * itself.rotations).sum(-1).abs()
-    found = learner.losses("generator", batch, {})["rotations"]
+    found = module.losses("generator", batch, {})["rotations"]
     assert found.item() == pytest.approx(((2 - 2 * dots) / 4).mean().item(), rel=1e-3)
 
 
 # ------------------------------------------------------------------------------------- rows and masks
 def test_padding_is_no_part_of_any_loss():
     """Clips shorter than a window: what stands behind them may be anything."""
-    learner = still(smrm_material.learner(lengths=(12, 23), window=30))
-    batch = smrm_material.batch(learner)
+    module = still(smrm_material.training_module(lengths=(12, 23), window=30))
+    batch = smrm_material.batch(module)
     memory: dict = {}
-    plain = learner.losses("generator", batch, memory) | learner.losses("discriminator", batch, memory)
+    plain = module.losses("generator", batch, memory) | module.losses("discriminator", batch, memory)
     for part in ("source", "real"):
         behind = ~frame_mask(batch[part]["lengths"], 30)
         assert behind.any()
         for key in ("positions", "rotations", "moves", "turn"):
             batch[part][key][behind] = 7.0
     memory = {}
-    changed = learner.losses("generator", batch, memory) | learner.losses("discriminator", batch, memory)
+    changed = module.losses("generator", batch, memory) | module.losses("discriminator", batch, memory)
     for name, term in plain.items():
         assert changed[name].item() == pytest.approx(term.item(), rel=1e-5), name
 
 
 def test_a_batch_is_drawn_from_its_numbers_alone():
-    learner = smrm_material.learner()
-    one, other, another = (smrm_material.batch(learner, seed=seed) for seed in (3, 3, 4))
+    module = smrm_material.training_module()
+    one, other, another = (smrm_material.batch(module, seed=seed) for seed in (3, 3, 4))
     assert torch.equal(one["source"]["positions"], other["source"]["positions"])
     assert torch.equal(one["real"]["moves"], other["real"]["moves"])
     assert not torch.equal(one["source"]["positions"], another["source"]["positions"])
@@ -165,68 +167,68 @@ def test_a_batch_is_drawn_from_its_numbers_alone():
 
 @pytest.mark.parametrize("same", [0.0, 1.0])
 def test_who_is_carried_to_whom(same):
-    learner = smrm_material.learner(same=same)
-    batch = smrm_material.batch(learner, rows=40)
+    module = smrm_material.training_module(same=same)
+    batch = smrm_material.batch(module, rows=40)
     equal = (batch["body"]["offsets"] == batch["target"]["offsets"]).flatten(1).all(1)
     assert torch.equal(equal, batch["same"])
     assert bool(equal.all()) == bool(same)
 
 
 def test_there_is_always_a_row_to_judge():
-    learner = smrm_material.learner(same=0.99)
+    module = smrm_material.training_module(same=0.99)
     for seed in range(5):
-        terms = run(learner, rows=2, seed=seed)
+        terms = run(module, rows=2, seed=seed)
         assert all(term.isfinite() for phase in terms.values() for term in phase.values())
 
 
 def test_kept_directions_are_turned_at_random_and_nothing_else():
-    learner = smrm_material.learner(yaw="kept", same=1.0)
-    one, other = (smrm_material.batch(learner, seed=seed)["source"] for seed in (0, 1))
+    module = smrm_material.training_module(yaw="kept", same=1.0)
+    one, other = (smrm_material.batch(module, seed=seed)["source"] for seed in (0, 1))
     assert not torch.allclose(one["positions"], other["positions"])
-    path = learner.form.path(one["moves"], one["turn"])
+    path = module.features.path(one["moves"], one["turn"])
     assert torch.equal(one["turn"], torch.tensor([1.0, 0.0]).expand(6, 30, 2))
-    offsets = learner.draw(np.random.default_rng(0), 6)["body"]["offsets"]
+    offsets = module.draw(np.random.default_rng(0), 6)["body"]["offsets"]
     from retarget_bench.motion.kinematics_torch import forward
 
     places, _ = forward(
-        learner.generator.tree, torch.from_numpy(offsets), one["rotations"], torch.zeros_like(path)
+        module.generator.tree, torch.from_numpy(offsets), one["rotations"], torch.zeros_like(path)
     )
     torch.testing.assert_close(places, one["positions"], atol=1e-5, rtol=0)
 
 
 def test_the_discriminator_rests_while_it_takes_few_answers_for_real():
-    learner = smrm_material.learner()
-    assert run(learner)["discriminator"]
-    learner.rule.running.fill_(0.2)
-    assert run(learner)["discriminator"] == {}
+    module = smrm_material.training_module()
+    assert run(module)["discriminator"]
+    module.rule.running.fill_(0.2)
+    assert run(module)["discriminator"] == {}
 
 
 # ------------------------------------------------------------------------------------------- learning
 @pytest.mark.parametrize("root", ["height", "displacement", "position"])
 def test_gradients_reach_every_parameter(root):
-    learner = smrm_material.learner(root=root, adversarial=0.1, same=0.3)
-    batch, memory = smrm_material.batch(learner), {}
-    sum(learner.losses("generator", batch, memory).values()).backward()
-    for name, each in learner.generator.named_parameters():
+    module = smrm_material.training_module(root=root, adversarial=0.1, same=0.3)
+    batch, memory = smrm_material.batch(module), {}
+    sum(module.losses("generator", batch, memory).values()).backward()
+    for name, each in module.generator.named_parameters():
         assert each.grad is not None, name
         assert each.grad.abs().max() > 0, name
-    sum(learner.losses("discriminator", batch, memory).values()).backward()
-    assert all(each.grad is not None for each in learner.discriminator.parameters())
+    sum(module.losses("discriminator", batch, memory).values()).backward()
+    assert all(each.grad is not None for each in module.discriminator.parameters())
 
 
-def overfitted(learner, steps: int, rate: float) -> float:
+def overfitted(module, steps: int, rate: float) -> float:
     """The mean error of the joints in hip heights on one batch, after so many steps on it."""
-    recipe = Recipe(steps=steps, batch=4, window=30, rate=rate, schedule="cosine")
-    batch = smrm_material.batch(learner, 4)
-    (turn,) = turns(learner, recipe, torch.device("cpu"))
-    still(learner)
+    config = TrainingConfig(steps=steps, batch=4, window=30, rate=rate, schedule="cosine")
+    batch = smrm_material.batch(module, 4)
+    (turn,) = optimiser_phases(module, config, torch.device("cpu"))
+    still(module)
     for step in range(steps):
-        turn(batch, {}, recipe.rate_at(step, step / steps))
+        turn(batch, {}, config.rate_at(step, step / steps))
     source = batch["source"]
     with torch.no_grad():
-        there = _carried(learner, source["positions"], source["moves"], batch["target"])
-        back = _carried(learner, there.positions, there.moves, batch["body"])
-        paths = [learner.form.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
+        there = _carried(module, source["positions"], source["moves"], batch["target"])
+        back = _carried(module, there.positions, there.moves, batch["body"])
+        paths = [module.features.path(moves, source["turn"]) for moves in (back.moves, source["moves"])]
     apart = back.positions - source["positions"] + (paths[0] - paths[1]).unsqueeze(2)
     return float(apart.norm(dim=-1).mean())
 
@@ -237,70 +239,70 @@ def one_percent_of_height() -> float:
 
 
 def test_overfits_one_batch():
-    learner = smrm_material.learner(hidden=64, window=10, adversarial=0.0)
-    assert overfitted(learner, 250, 5e-3) < one_percent_of_height()
+    module = smrm_material.training_module(hidden=64, window=10, adversarial=0.0)
+    assert overfitted(module, 250, 5e-3) < one_percent_of_height()
 
 
 @pytest.mark.slow
 def test_overfits_one_batch_at_full_size():
-    learner = smrm_material.learner(hidden=512, window=10, adversarial=0.0)
-    assert overfitted(learner, 400, 1e-3) < one_percent_of_height()
+    module = smrm_material.training_module(hidden=512, window=10, adversarial=0.0)
+    assert overfitted(module, 400, 1e-3) < one_percent_of_height()
 
 
 def test_same_seed_same_weights():
     def trained():
-        learner = smrm_material.learner()
-        recipe = Recipe(steps=3, batch=4, window=30, rate=1e-2)
-        both = turns(learner, recipe, torch.device("cpu"))
+        module = smrm_material.training_module()
+        config = TrainingConfig(steps=3, batch=4, window=30, rate=1e-2)
+        both = optimiser_phases(module, config, torch.device("cpu"))
         for step in range(3):
             torch.manual_seed(step)
-            batch, memory = smrm_material.batch(learner, seed=step), {}
+            batch, memory = smrm_material.batch(module, seed=step), {}
             for turn in both:
                 turn(batch, memory, 1e-2)
-        return learner.export()
+        return module.export()
 
     one, other = trained(), trained()
     assert all(torch.equal(tensor, other[name]) for name, tensor in one.items())
 
 
 def test_exported_weights_are_taken_over_and_others_refused():
-    one, other = smrm_material.learner(), smrm_material.learner()
+    one, other = smrm_material.training_module(), smrm_material.training_module()
     with torch.no_grad():
         one.generator.turns.weight.add_(1.0)
     other.load(one.export())
     assert torch.equal(other.generator.turns.weight, one.generator.turns.weight)
     with pytest.raises(BenchError, match="not of an smrm with 32 hidden numbers"):
-        smrm_material.learner(hidden=32).load(one.export())
+        smrm_material.training_module(hidden=32).load(one.export())
 
 
 def test_one_character_is_not_enough():
     method = SMRM(hidden=16)
-    whole = smrm_material.material(method)
-    alone = Material({"one": whole.characters["one"]}, {"one": whole.clips["one"]})
+    whole = smrm_material.training_data(method)
+    alone = TrainingData({"one": whole.characters["one"]}, {"one": whole.clips["one"]})
     with pytest.raises(NotSupported, match="at least two characters"):
-        method.learner(alone, Recipe(steps=1, batch=2, window=30, rate=1e-3))
+        method.training_module(alone, TrainingConfig(steps=1, batch=2, window=30, rate=1e-3))
 
 
 def test_statistics_are_of_the_clips():
-    learner = smrm_material.learner()
-    flat = learner.material.stacked("positions").reshape(-1, 66)
-    np.testing.assert_allclose(learner.generator.scale.positions_mean, flat.mean(0), atol=1e-5)
-    seen = learner.generator.scale.normalise("positions", torch.from_numpy(flat)).numpy()
+    module = smrm_material.training_module()
+    flat = module.training_data.stacked("positions").reshape(-1, 66)
+    np.testing.assert_allclose(module.generator.scale.positions_mean, flat.mean(0), atol=1e-5)
+    seen = module.generator.scale.normalise("positions", torch.from_numpy(flat)).numpy()
     moving = flat.std(0) > 0.01
     np.testing.assert_allclose(seen.std(0)[moving], 1.0, atol=1e-3)
-    plain = smrm_material.learner(normalisation="none").generator.scale
+    plain = smrm_material.training_module(normalisation="none").generator.scale
     assert torch.equal(plain.positions_deviation, torch.ones(66))
     assert not plain.positions_mean.any()
 
 
 def test_windows_are_of_the_context_that_is_asked_for():
-    for name, recipe in SMRM(context=10).presets.items():
-        assert recipe.window == 10, name
+    for name, config in SMRM(context=10).presets.items():
+        assert config.window == 10, name
 
 
 def test_batches_move_to_a_device_as_they_are():
-    learner = smrm_material.learner()
-    assert set(moved(learner.draw(np.random.default_rng(0), 2), torch.device("cpu"))) >= {
+    module = smrm_material.training_module()
+    assert set(to_device(module.draw(np.random.default_rng(0), 2), torch.device("cpu"))) >= {
         "source",
         "same",
         "real",
@@ -314,11 +316,11 @@ def test_parameters_that_cannot_be_are_refused(odd):
 
 
 def test_the_discriminator_sees_velocities_per_second():
-    learner = smrm_material.learner(same=0.0)
-    source = smrm_material.batch(learner)["source"]
-    shown = learner._shown(source["positions"], source["moves"]).numpy()
+    module = smrm_material.training_module(same=0.0)
+    source = smrm_material.batch(module)["source"]
+    shown = module._shown(source["positions"], source["moves"]).numpy()
     joints = np.diff(source["positions"].numpy().reshape(6, 30, 66), axis=1) * 30
     np.testing.assert_allclose(shown[..., :66], joints, atol=1e-4)
     rising = np.diff(source["moves"].numpy()[..., 1], axis=1) * 30
     np.testing.assert_allclose(shown[..., 67], rising, atol=1e-4)
-    assert sum(each.numel() for each in learner.discriminator.parameters()) == 280_285
+    assert sum(each.numel() for each in module.discriminator.parameters()) == 280_285

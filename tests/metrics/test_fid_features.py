@@ -201,10 +201,10 @@ def test_training_is_repeatable_learns_and_says_what_it_did(tmp_path, puppets):
     (source,) = data.sources(puppets, ["dog21"])
     clips = data.gather(TINY, source, 1, lambda done, total: None)
     steps: list[int] = []
-    recipe = train.Recipe(steps=12, batch=8)
+    config = train.FeatureTrainingConfig(steps=12, batch=8)
     facts = {"dataset": str(TINY)}
     one, two = (
-        train.train(source, clips, facts, tmp_path / name, recipe, lambda step, loss: steps.append(step))
+        train.train(source, clips, facts, tmp_path / name, config, lambda step, loss: steps.append(step))
         for name in ("one", "two")
     )
     assert steps == [*range(1, 13)] * 2
@@ -213,10 +213,10 @@ def test_training_is_repeatable_learns_and_says_what_it_did(tmp_path, puppets):
     assert one.card["recipe"]["steps"] == 12
     assert one.card["windows"] > 0 < one.card["validation_windows"]
     other = train.train(
-        source, clips, facts, tmp_path, train.Recipe(12, 8, seed=1), lambda step, loss: None
+        source, clips, facts, tmp_path, train.FeatureTrainingConfig(12, 8, seed=1), lambda step, loss: None
     )
     assert other.hash != one.hash
-    features = one.encode(np.concatenate([windows.windows(each, recipe.hop) for each in clips.values()]))
+    features = one.encode(np.concatenate([windows.windows(each, config.hop) for each in clips.values()]))
     live = features.std(axis=0) > 0
     assert live.all()
     assert np.abs(features.mean(axis=0)).max() < 0.5

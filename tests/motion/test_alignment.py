@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import bvh, kinematics, rotation
 from retarget_bench.motion.alignment import from_relative, reference_pose, relative
-from retarget_bench.motion.body import Body, quarter_turns
+from retarget_bench.motion.body import PosedBody, quarter_turns
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.correspondence import carry
 from retarget_bench.motion.importer import load
@@ -134,7 +134,7 @@ def test_any_quarter_turns_of_the_trunk_are_found(turns):
     skeleton = reframed(T_POSE.skeleton, framing)
     rotations = rewritten(T_POSE.skeleton, MOVES, framing)
     other = Character.of("x", skeleton, sample=rotations)
-    if Body(skeleton, other.roles).rests_in_a_pose:
+    if PosedBody(skeleton, other.roles).rests_in_a_pose:
         return
     apart = rotation.angle(relative(other.motion(rotations, PLACES, 30.0)), relative(MOTION))
     assert apart.max() < 1e-6
@@ -317,7 +317,7 @@ def test_a_rig_along_no_axis_is_placed_by_its_motion_alone():
     skeleton = reframed(T_POSE.skeleton, framing)
     rotations = rewritten(T_POSE.skeleton, MOVES, framing)
     other = Character.of("random", skeleton, sample=rotations)
-    assert not Body(skeleton, other.roles).along_axes
+    assert not PosedBody(skeleton, other.roles).along_axes
     apart = np.degrees(rotation.angle(other.reference_globals, framing))
     by_role = {role: apart[joint] for role, joint in other.joint_of.items()}
     for role in ("left_arm", "right_forearm", "left_up_leg", "right_leg"):

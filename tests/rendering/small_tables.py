@@ -14,8 +14,8 @@ from retarget_bench.tables.model import (
     Column,
     Common,
     Group,
-    Origin,
     Problem,
+    Provenance,
     Row,
     Table,
 )
@@ -78,7 +78,7 @@ def make_table(label: str = "ours", words: str = "words") -> Table:
         footnotes=(f"reason {words}", "older"),
         problems=(Problem("cross", label, "failed", words, (f"data/{words}", "data/b")),),
         origins=(
-            Origin(
+            Provenance(
                 label, words, ("cross",), "1", "abcd", (0,), "2026-01-01", "beef", "numpy 2",
                 f"bench run {words}",
             ),

@@ -10,7 +10,7 @@ from retarget_bench.evaluation.plan import Plan
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from tests.viewing.small_runs import InThisProcess
 from tests.viewing.viewing_toys.toy_moves import DOG, PERSON, body, moving
 
@@ -42,7 +42,7 @@ def write(root: Path, bodies: Mapping[str, dict], clips: Mapping[str, int]) -> N
             bvh.write(root / name / f"{clip}.bvh", moving(person, frames))
 
 
-def ran(folder: Path, root: Path, methods: Iterable[str], splits: tuple[str, ...]) -> list[Place]:
+def ran(folder: Path, root: Path, methods: Iterable[str], splits: tuple[str, ...]) -> list[ResultPaths]:
     """Results of methods on such a folder."""
     registry.add_file(HERE / "report_toys" / "odd_answers.py")
     plan = Plan(

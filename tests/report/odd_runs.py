@@ -12,7 +12,7 @@ from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from tests.viewing.small_runs import InThisProcess
 
 HERE = Path(__file__).parent
@@ -20,7 +20,7 @@ LABEL = "<script>alert('m')</script> & \"q\""
 """What one of the methods is called."""
 
 
-def ran(root: Path) -> list[Place]:
+def ran(root: Path) -> list[ResultPaths]:
     """Results of three toy methods: one refuses all bodies, one is called ``LABEL``."""
     registry.add_file(HERE.parent / "engine" / "toys" / "toy_method.py")
     registry.add_file(HERE / "report_toys" / "odd_moves.py")

@@ -47,11 +47,11 @@ def results(tmp_path_factory) -> Path:
     return root
 
 
-def people(place: store.Place) -> list[str]:
+def people(place: store.ResultPaths) -> list[str]:
     return sorted({info.target for info in store.read_cases(place.cases, place.task, place.split)})
 
 
-def place_of(root: Path, task: str) -> store.Place:
+def place_of(root: Path, task: str) -> store.ResultPaths:
     (place,) = (each for each in store.find_results(root, task) if each.method == LEARNED[task])
     return place
 
@@ -78,7 +78,7 @@ def plot(root: Path, task: str, output: Path, *more: str) -> int:
     return int(stop.value.code or 0)
 
 
-def means(place: store.Place, target: str, value: str) -> dict[str, float]:
+def means(place: store.ResultPaths, target: str, value: str) -> dict[str, float]:
     """Level -> the mean over clips of what the file of rows says of one target."""
     numbers: dict[str, dict[str, list[float]]] = defaultdict(lambda: defaultdict(list))
     clip_of = {info.id: info for info in store.read_cases(place.cases, place.task, place.split)}
@@ -137,6 +137,6 @@ def test_upsampling_too_in_both_panels_with_a_mark_for_the_major_joints(results,
 def test_methods_that_know_all_or_nothing_have_one_line(results, tmp_path, structures):
     trained_on(results, "denoise", structures)
     try:
-        assert seen_unseen.halves(store.find_results(results, "denoise"), "level") == []
+        assert seen_unseen.seen_and_unseen(store.find_results(results, "denoise"), "level") == []
     finally:
         trained_on(results, "denoise", ["tall17"])

@@ -85,9 +85,9 @@ def test_a_filter_removes_noise(results):
 
 def test_a_method_that_needs_rotations_says_so(results):
     found = rows(results, "denoise", "copy_rotations")
-    (problem,) = found.header["problems"]
-    assert problem["status"] == "unsupported"
-    assert problem["message"] == "takes motion as source, but this source is known by positions only"
+    (problem,) = found.header.problems
+    assert problem.status == "unsupported"
+    assert problem.message == "takes motion as source, but this source is known by positions only"
     assert {e.status for e in rows(results, "reconstruct", "copy_rotations").entries} == {"ok"}
 
 
@@ -123,7 +123,7 @@ def test_conditions_and_structures_lie_beside_the_rows(results):
 
 
 def test_levels_stand_in_their_order_with_their_own_means(results):
-    sections = summary.sections(store.find_results(results, "denoise"), "level")
+    sections = summary.split_summaries(store.find_results(results, "denoise"), "level")
     assert [section.part for section in sections] == ["0 cm", "2 cm", "5 cm"]
     found = rows(results, "denoise", "gaussian_filter")
     for section in sections:
@@ -136,7 +136,10 @@ def test_levels_stand_in_their_order_with_their_own_means(results):
         (score,) = (score for score in section.scores if score.label == "gaussian_filter")
         assert score.means["restored_cm"].value == pytest.approx(np.mean(means))
         assert (score.asked, score.means["restored_cm"].clips) == (12, 6)
-    parts = [section.part for section in summary.sections(store.find_results(results, "upsample"), "level")]
+    parts = [
+        section.part
+        for section in summary.split_summaries(store.find_results(results, "upsample"), "level")
+    ]
     assert parts == ["50 %", "100 %", "major"]
 
 
@@ -175,7 +178,7 @@ def test_other_levels_and_tasks_have_other_keys_and_folders(tmp_path):
         carried_out(tmp_path, task, "identity")[0]
         for task in ("reconstruct[motions=2]", "denoise[levels=0,motions=2]", "denoise[levels=1,motions=2]")
     ]
-    assert len({each.header["keys"]["prediction_key"] for each in found}) == 3
+    assert len({each.header.keys["prediction_key"] for each in found}) == 3
     assert len({each.place.folder for each in found}) == 3
     assert not store.find_results(tmp_path)
     assert len(store.find_results(tmp_path, "denoise")) == 2

@@ -35,9 +35,9 @@ class Silent:
     def began(self, asked: Any, at: Any) -> None:
         pass
 
-    def show(self, moment: Any) -> None:
-        self.moments.append(moment)
-        if moment.step == self.stop:
+    def show(self, status: Any) -> None:
+        self.moments.append(status)
+        if status.step == self.stop:
             raise KeyboardInterrupt
 
 
@@ -55,14 +55,10 @@ class Inline:
     def __init__(self, workers: int) -> None:
         pass
 
-    def run(self, function: str, payloads: list[Any]) -> Iterator[Any]:
-        from importlib import import_module
-
+    def run(self, function: Callable[[Any], Any], payloads: list[Any]) -> Iterator[Any]:
         from retarget_bench.evaluation.process_pool import Done
 
-        module, _, name = function.partition(":")
-        call = getattr(import_module(module), name)
-        return (Done(number, call(payload)) for number, payload in enumerate(payloads))
+        return (Done(number, function(payload)) for number, payload in enumerate(payloads))
 
 
 @pytest.fixture
@@ -79,8 +75,8 @@ def toy_run(
         data: str | None = "toy_walks",
         **others: Any,
     ) -> tuple[Any, Silent]:
-        voice = Silent(others.pop("stop", 0))
-        asked = train.Asked(
+        reporter = Silent(others.pop("stop", 0))
+        asked = train.TrainingOptions(
             Spec.parse(method) if method else None,
             Spec.parse(data) if data else None,
             out=tmp_path / out,
@@ -88,8 +84,8 @@ def toy_run(
             **others,
         )
         try:
-            return train.train(asked, voice), voice
+            return train.train(asked, reporter), reporter
         except KeyboardInterrupt:
-            return None, voice
+            return None, reporter
 
     return run

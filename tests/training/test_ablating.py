@@ -17,24 +17,24 @@ from retarget_bench.evaluation import plan, runner
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.rendering import WITH_INTERVALS
 from retarget_bench.training import ablating, train
-from retarget_bench.training.ablation import Ablation, Column, Row
+from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 
 TOY = Ablation(
     title="Toys: what picking does",
     paper="A paper, Table 1",
     columns=(
-        Column("Error", "m", "mpjpe_m"),
-        Column("Within", "m", "mpjpe_m", splits=("intra",)),
-        Column("Skin", "m", missing="nobody has one"),
+        AblationColumn("Error", "m", "mpjpe_m"),
+        AblationColumn("Within", "m", "mpjpe_m", splits=("intra",)),
+        AblationColumn("Skin", "m", missing="nobody has one"),
     ),
     rows=(
-        Row("plain", {}, {"Error": "0.12", "Within": "0.1", "Skin": "0.3"}),
-        Row("slow", {"pause": 0.001}, {"Error": "0.34"}),
+        AblationRow("plain", {}, {"Error": "0.12", "Within": "0.1", "Skin": "0.3"}),
+        AblationRow("slow", {"pause": 0.001}, {"Error": "0.34"}),
     ),
     notes=("a note",),
 )
 SPEC, DATA = Spec.parse("toy_trainee"), Spec.parse("toy_walks")
-HERE = ablating.Told("toys", "toys", "preset quick")
+HERE = ablating.AblationFacts("toys", "toys", "preset quick")
 
 
 def info(pair: str, clip: str, split: str) -> CaseInfo:
@@ -43,14 +43,14 @@ def info(pair: str, clip: str, split: str) -> CaseInfo:
 
 
 @pytest.fixture
-def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.Asked:
+def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.TrainingOptions:
     from retarget_bench.training import clips
 
     for each in (clips, runner):
         monkeypatch.setattr(each, "LocalPool", Inline)
     monkeypatch.setattr(train.curve, "draw", lambda *_: None)  # takes longer than all the rest
     monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": TOY}, raising=False)
-    return train.Asked(SPEC, DATA, "quick", "4it", 0, device="cpu")
+    return train.TrainingOptions(SPEC, DATA, "quick", "4it", 0, device="cpu")
 
 
 def test_unknown_tables_are_named_with_those_that_there_are(asked):
@@ -66,10 +66,10 @@ def test_unknown_tables_are_named_with_those_that_there_are(asked):
 
 
 def test_rows_are_trained_once_and_under_one_budget(asked, tmp_path):
-    voice = Silent()
-    trained = ablating.train_rows(TOY, asked, tmp_path, voice)
+    reporter = Silent()
+    trained = ablating.train_rows(TOY, asked, tmp_path, reporter)
     assert [str(each.method) for each in trained] == ["toy_trainee", "toy_trainee[pause=0.001]"]
-    assert [moment.step for moment in voice.moments] == [1, 2, 3, 4] * 2
+    assert [status.step for status in reporter.moments] == [1, 2, 3, 4] * 2
     again = Silent()
     ablating.train_rows(TOY, asked, tmp_path, again)
     assert not again.moments
@@ -82,9 +82,9 @@ def test_an_interrupted_row_goes_on(asked, tmp_path):
     # a validation, and with it a checkpoint, is due after step 5
     with pytest.raises(KeyboardInterrupt):
         ablating.train_rows(TOY, replace(asked, budget="8it"), tmp_path, Silent(stop=6))
-    voice = Silent()
-    ablating.train_rows(TOY, replace(asked, budget="8it"), tmp_path, voice)
-    assert [moment.step for moment in voice.moments] == [6, 7, 8, *range(1, 9)]
+    reporter = Silent()
+    ablating.train_rows(TOY, replace(asked, budget="8it"), tmp_path, reporter)
+    assert [status.step for status in reporter.moments] == [6, 7, 8, *range(1, 9)]
 
 
 def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
@@ -94,7 +94,7 @@ def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
     assert len(wanted.methods) == 2
     places = runner.run(wanted, lambda done, total: None)
     found = ablating.numbers_of(wanted, trained)
-    table = ablating.table(TOY, trained, found, ablating.Told("walks", "walks", "preset quick"))
+    table = ablating.table(TOY, trained, found, ablating.AblationFacts("walks", "walks", "preset quick"))
     names = [row.label for row in table.groups[0].rows]
     assert names == ["plain (printed)", "plain", "slow (printed)", "slow"]
     ours = table.groups[0].rows[1].cells
@@ -117,7 +117,7 @@ def test_ours_are_means_per_clip_over_common_cases():
     cases = [info(pair, clip, "cross") for pair in ("a>b", "b>a") for clip in ("x", "y")]
     numbers = dict(zip(cases, (1.0, 5.0, 3.0, 100.0), strict=True))
     other = dict.fromkeys(cases[:3], 2.0)
-    trained: Any = [ablating.Trained(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
+    trained: Any = [ablating.TrainedRow(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
     table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}, {"mpjpe_m": other}], HERE)
     cell = table.groups[0].rows[1].cells[0]
     assert (cell.value, cell.n, cell.clips) == (pytest.approx(((1 + 3) / 2 + 5) / 2), 3, 2)
@@ -128,14 +128,14 @@ def test_ours_are_means_per_clip_over_common_cases():
 def test_many_clips_have_an_interval():
     cases = [info("a>b", f"clip {k}", "cross") for k in range(20)]
     numbers = {case: 1.0 + 0.1 * (k % 5) for k, case in enumerate(cases)}
-    trained: Any = [ablating.Trained(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
+    trained: Any = [ablating.TrainedRow(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
     table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}] * 2, HERE)
     cell = table.groups[0].rows[1].cells[0]
     assert cell.interval.low < cell.value < cell.interval.high
 
 
 def test_a_value_that_no_metric_has_is_said(asked):
-    odd = replace(TOY, columns=(Column("Odd", "m", "oddness"),))
+    odd = replace(TOY, columns=(AblationColumn("Odd", "m", "oddness"),))
     with pytest.raises(BenchError, match="no metric computes oddness"):
         ablating.check(odd, DATA)
 
@@ -197,7 +197,7 @@ def test_a_test_set_that_has_changed_is_run_again(bench, monkeypatch):
 
 
 def test_what_cannot_be_tested_is_refused_before_anything_is_trained(bench, monkeypatch, tmp_path):
-    between = replace(TOY, columns=(Column("Between", "m", "mpjpe_m", splits=("cross",)),))
+    between = replace(TOY, columns=(AblationColumn("Between", "m", "mpjpe_m", splits=("cross",)),))
     monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": between})
     status, _, err = bench("--test", "toy_walks[kind=near]")
     assert (status, err) == (

@@ -31,14 +31,14 @@ def same(mine, theirs):
 
 
 # ------------------------------------------------------------------------------------------ what it does
-def bare_loop(steps, recipe, seed):
+def bare_loop(steps, config, seed):
     """The toy trained by hand: both losses as formulas, and Adam as in its paper."""
     built = registry.create("methods", "toy_trainee")
-    material = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
+    training_data = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
     torch.manual_seed(seed)
-    learner = built.learner(material, recipe)
-    maps = [p.detach().clone() for p in learner.modules["map"].parameters()]
-    critics = [p.detach().clone() for p in learner.modules["critic"].parameters()]
+    module = built.training_module(training_data, config)
+    maps = [p.detach().clone() for p in module.modules["map"].parameters()]
+    critics = [p.detach().clone() for p in module.modules["critic"].parameters()]
     history, score = torch.zeros(8, 3), torch.zeros(())
     moments = {
         id(group): [(torch.zeros_like(p), torch.zeros_like(p)) for p in group] for group in (maps, critics)
@@ -57,9 +57,9 @@ def bare_loop(steps, recipe, seed):
         sequence = np.random.SeedSequence([seed, step, 0])
         torch.manual_seed(int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1)))
         numbers = np.random.default_rng(sequence)
-        cut = material.draw(numbers, material.cast(numbers, recipe.batch), recipe.window)
+        cut = training_data.draw(numbers, training_data.cast(numbers, config.batch), config.window)
         root = torch.from_numpy(cut.arrays["root"])
-        rate = recipe.rate_at(step, step / steps)
+        rate = config.rate_at(step, step / steps)
         live = [p.clone().requires_grad_() for p in maps]
         made = torch.nn.functional.linear(torch.nn.functional.dropout(root, 0.1), *live)
         fooled = torch.nn.functional.linear(made, *critics) - score
@@ -81,8 +81,8 @@ def bare_loop(steps, recipe, seed):
 def test_it_does_what_a_loop_written_out_does(toy_run, tmp_path):
     """Phases in turn with their own rates, clipping, left-out steps, memory, schedule, seeds."""
     toy_run(seed=3, budget="24it")
-    recipe = dataclasses.replace(registry.create("methods", "toy_trainee").presets["default"], steps=24)
-    maps, critics, history, score = bare_loop(24, recipe, seed=3)
+    config = dataclasses.replace(registry.create("methods", "toy_trainee").presets["default"], steps=24)
+    maps, critics, history, score = bare_loop(24, config, seed=3)
     found = state(tmp_path / "run")
     for name, wanted in {
         "map.weight": maps[0],
@@ -97,13 +97,13 @@ def test_it_does_what_a_loop_written_out_does(toy_run, tmp_path):
 
 def test_the_rate_in_the_log_is_the_schedule(toy_run, tmp_path):
     toy_run()
-    recipe = registry.create("methods", "toy_trainee").presets["default"]
+    config = registry.create("methods", "toy_trainee").presets["default"]
     found = {int(row["step"]): float(row["rate"]) for row in rows(tmp_path / "run")}
     assert sorted(found) == [10, 15, 20, 30, 40]
     for step, rate in found.items():
         done = step - 1
         half = 0.5 * (1 + np.cos(np.pi * done / 40))
-        assert rate == pytest.approx(min(step / 5, 1) * recipe.rate * (0.01 + 0.99 * half), rel=1e-5)
+        assert rate == pytest.approx(min(step / 5, 1) * config.rate * (0.01 + 0.99 * half), rel=1e-5)
 
 
 def test_training_learns_the_toy(toy_run):
@@ -177,10 +177,10 @@ def test_validation_does_not_disturb_training(toy_run, tmp_path, monkeypatch):
 def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkeypatch):
     """And in training mode again in the next step; what was in evaluation mode before stays in it."""
     method, seen = type(plan.method(Spec("toy_trainee"))), []
-    build, retarget = method.learner, method.retarget
+    build, retarget = method.training_module, method.retarget
 
-    def learner(self, material, recipe):
-        made = build(self, material, recipe)
+    def training_module(self, training_data, config):
+        made = build(self, training_data, config)
         made.modules["critic"].eval()
         draw = made.draw
 
@@ -196,7 +196,7 @@ def test_modules_are_in_evaluation_mode_while_they_are_validated(toy_run, monkey
         seen.append(("case", *(part.training for part in modules.values())))
         return retarget(self, source, target, context=context)
 
-    monkeypatch.setattr(method, "learner", learner)
+    monkeypatch.setattr(method, "training_module", training_module)
     monkeypatch.setattr(method, "retarget", asked)
     toy_run(budget="20it")
     assert set(seen) == {("step", True, False, True), ("case", False, False, False)}
@@ -221,15 +221,17 @@ def test_a_time_budget_is_spent_over_all_resumptions(toy_run, tmp_path, monkeypa
     toy_run(budget="6s", stop=60)
     before = checkpoint.read(tmp_path / "run")
     assert 0 < before.seconds < 6
-    done, voice = toy_run(resume=True)
-    assert voice.moments[0].step == before.step + 1
-    assert voice.moments[0].share == pytest.approx(before.seconds / 6, abs=0.05)
-    assert [moment.share >= 1 for moment in voice.moments] == [False] * (len(voice.moments) - 1) + [True]
+    done, reporter = toy_run(resume=True)
+    assert reporter.moments[0].step == before.step + 1
+    assert reporter.moments[0].share == pytest.approx(before.seconds / 6, abs=0.05)
+    assert [status.share >= 1 for status in reporter.moments] == [False] * (len(reporter.moments) - 1) + [
+        True
+    ]
     rates = [float(row["rate"]) for row in rows(tmp_path / "run")]
     assert rates[-1] == pytest.approx(0.0005, rel=0.1)
-    again, voice = toy_run(resume=True)
+    again, reporter = toy_run(resume=True)
     assert again.at.step == done.at.step
-    assert not voice.moments
+    assert not reporter.moments
 
 
 def test_the_weights_kept_are_those_that_validate_best(toy_run, tmp_path, monkeypatch):

@@ -97,9 +97,9 @@ def test_cases_without_right_answers_do_not_keep_weights_from_being_chosen(toy_r
 
 
 def test_without_validation_the_last_weights_are_kept_and_it_is_said(toy_run, tmp_path):
-    done, voice = toy_run(data="toy_walks[kind=unwatched]")
+    done, reporter = toy_run(data="toy_walks[kind=unwatched]")
     assert done.at.best is None
-    assert voice.said == [
+    assert reporter.said == [
         "the data set has no validation part: no weights were chosen by validation, these are the last "
         "ones",
         "training on 0 minutes of motion: 6 clips of 2 characters",
@@ -118,9 +118,9 @@ def test_a_case_that_gets_no_answer_is_told_of_and_chooses_nothing(toy_run, monk
         return retarget(self, source, target, context=context)
 
     monkeypatch.setattr(method, "retarget", lame)
-    done, voice = toy_run()
+    done, reporter = toy_run()
     assert done.at.best is None
-    problems = {moment.problem for moment in voice.moments if moment.validation}
+    problems = {status.problem for status in reporter.moments if status.validation}
     assert len(problems) == 1
     assert "cannot walk tall" in problems.pop()
 
@@ -159,14 +159,14 @@ def test_a_structure_that_the_method_cannot_take_is_said_with_the_reason(toy_run
 def test_a_character_that_is_left_out_is_named_and_is_not_in_the_manifest(toy_run, tmp_path, monkeypatch):
     method = type(plan.method(Spec("toy_trainee")))
     monkeypatch.setattr(method, "unfit", lambda self, body: "too tall" if body.name == "tall" else "")
-    monkeypatch.setattr(method, "learner", _any_number(method.learner))
-    _, voice = toy_run()
-    assert voice.said == [
+    monkeypatch.setattr(method, "training_module", _any_number(method.training_module))
+    _, reporter = toy_run()
+    assert reporter.said == [
         "not trained on tall: too tall",
         "training on 0 minutes of motion: 3 clips of 1 character",
     ]
     assert card(tmp_path / "run")["training_manifest"]["characters"] == ["small"]
-    assert card(tmp_path / "run")["notes"] == voice.said[:1]
+    assert card(tmp_path / "run")["notes"] == reporter.said[:1]
 
 
 def test_clips_that_are_shorter_than_a_window_are_counted(toy_run, monkeypatch):
@@ -175,8 +175,8 @@ def test_clips_that_are_shorter_than_a_window_are_counted(toy_run, monkeypatch):
     whole = kind.__getitem__
     lengths = iter([window, window - 1, 3, window, 2 * window, window - 1])
     monkeypatch.setattr(kind, "__getitem__", lambda self, n: whole(self, n).at(slice(next(lengths))))
-    _, voice = toy_run(preset="quick")
-    assert voice.said == [
+    _, reporter = toy_run(preset="quick")
+    assert reporter.said == [
         "training on 0 minutes of motion: 6 clips of 2 characters, 3 of them shorter than a window "
         f"({window} frames) and padded"
     ]
@@ -185,12 +185,12 @@ def test_clips_that_are_shorter_than_a_window_are_counted(toy_run, monkeypatch):
 def _any_number(build):
     """The toy's learner without its demand for two characters."""
 
-    def learner(self, material, recipe):
-        made = build(self, SimpleNamespace(clips={"one": 1, "two": 2}), recipe)
-        made.material = material
+    def training_module(self, training_data, config):
+        made = build(self, SimpleNamespace(clips={"one": 1, "two": 2}), config)
+        made.training_data = training_data
         return made
 
-    return learner
+    return training_module
 
 
 def test_a_folder_that_holds_a_run_is_not_written_over(toy_run, tmp_path):
@@ -258,8 +258,8 @@ def test_only_the_torchrun_that_began_a_run_goes_on_with_it_by_itself(toy_run, m
     monkeypatch.setenv("TORCHELASTIC_RUN_ID", "mine")
     toy_run(preset="quick", stop=6)
     monkeypatch.setenv("TORCHELASTIC_RESTART_COUNT", "1")
-    done, voice = toy_run(preset="quick")
-    assert (done.at.step, voice.moments[0].step) == (10, 6)
+    done, reporter = toy_run(preset="quick")
+    assert (done.at.step, reporter.moments[0].step) == (10, 6)
     monkeypatch.setenv("TORCHELASTIC_RUN_ID", "another")
     with pytest.raises(BenchError, match="already holds a run"):
         toy_run(preset="quick")
@@ -269,8 +269,8 @@ def test_another_number_of_processes_is_said(toy_run, tmp_path):
     toy_run(preset="quick", stop=6)
     kept = request.read(tmp_path / "run")
     request.write(tmp_path / "run", replace(kept, processes=4))
-    _, voice = toy_run(resume=True)
-    assert voice.said == ["this run began with 4 processes; its batches are now others"]
+    _, reporter = toy_run(resume=True)
+    assert reporter.said == ["this run began with 4 processes; its batches are now others"]
 
 
 def test_a_run_goes_on_by_its_folder_alone(toy_run):

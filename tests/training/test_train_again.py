@@ -113,14 +113,14 @@ def test_the_card_says_as_what_the_scores_were_measured(toy_run, tmp_path):
 
 
 def test_cards_of_old_that_were_limited_by_time_are_told_without_their_presets_steps():
-    recipe = {"steps": 6000, "batch": 16}
+    config = {"steps": 6000, "batch": 16}
     old = {
         "method": "toy",
         "version": "1",
         "facts": {},
         "hash": "ff",
         "preset": "default",
-        "recipe": recipe,
+        "recipe": config,
     }
     assert "recipe: default: batch 16" in described({**old, "budget": "70m"})
     for budget in ("", "6000it"):

@@ -80,7 +80,7 @@ def test_torchrun_is_told_the_sentence_too(bench, tmp_path, monkeypatch):
 
 
 def test_ctrl_c_says_how_to_go_on(bench, tmp_path, monkeypatch):
-    def interrupted(asked, voice):
+    def interrupted(asked, reporter):
         raise KeyboardInterrupt
 
     monkeypatch.setattr(train, "train", interrupted)

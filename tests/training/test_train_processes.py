@@ -117,21 +117,21 @@ def test_the_gradient_is_the_mean_over_the_batches_of_all_processes(pair, toy_pl
     """The first step by hand: Adam's first step is the sign of the mean gradient, nearly."""
     monkeypatch.setattr(clips, "LocalPool", Inline)
     built = registry.create("methods", "toy_trainee")
-    recipe = built.presets["default"]
-    material = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
+    config = built.presets["default"]
+    training_data = gather(Spec("toy_walks"), Spec("toy_trainee"), 30.0, 1, lambda *_: None)
     torch.manual_seed(5)
-    learner = built.learner(material, recipe)
-    mine = list(learner.modules["map"].parameters())
+    module = built.training_module(training_data, config)
+    mine = list(module.modules["map"].parameters())
     total = [torch.zeros_like(each) for each in mine]
     for rank in (0, 1):
         sequence = np.random.SeedSequence([5, 0, rank])
         torch.manual_seed(int(sequence.generate_state(1, np.uint64)[0] >> np.uint64(1)))
-        batch = learner.draw(np.random.default_rng(sequence), recipe.batch // 2)
-        terms = learner.losses("generator", {"root": torch.from_numpy(batch["root"])}, {})
+        batch = module.draw(np.random.default_rng(sequence), config.batch // 2)
+        terms = module.losses("generator", {"root": torch.from_numpy(batch["root"])}, {})
         grads = torch.autograd.grad(sum(terms.values()), mine)
         total = [t + g / 2 for t, g in zip(total, grads, strict=True)]
     norm = torch.cat([each.flatten() for each in total]).norm()
-    rate = recipe.rate_at(0, 0.0)
+    rate = config.rate_at(0, 0.0)
     wanted = []
     for p, g in zip(mine, total, strict=True):
         clipped = g * min(1.0, 1.0 / (float(norm) + 1e-6))

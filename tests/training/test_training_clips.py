@@ -12,7 +12,7 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import by_character, training_clips
-from retarget_bench.training.data import Material, clips_of, gather
+from retarget_bench.training.data import TrainingData, clips_of, gather
 
 TOYS = Path(__file__).parent / "learned_toys"
 
@@ -24,41 +24,41 @@ def _toys(monkeypatch):
         registry.add_file(TOYS / f"{name}.py")
 
 
-def gathered(method: str = "rooted", data: str = "odd_clips", jobs: int = 1) -> Material:
+def gathered(method: str = "rooted", data: str = "odd_clips", jobs: int = 1) -> TrainingData:
     return gather(Spec.parse(data), Spec.parse(method), 30.0, jobs, lambda done, total: None)
 
 
 @pytest.fixture(scope="module")
-def material():
+def training_data():
     for name in ("odd_clips", "rooted"):
         registry.add_file(TOYS / f"{name}.py")
     return gathered()
 
 
-def test_clips_are_kept_at_the_rate_asked_for_where_the_body_is_the_same(material):
+def test_clips_are_kept_at_the_rate_asked_for_where_the_body_is_the_same(training_data):
     """Longer shins are another body; another rest pose with the same bones is not."""
-    assert {name: [clip.name for clip in mine] for name, mine in material.clips.items()} == {
+    assert {name: [clip.name for clip in mine] for name, mine in training_data.clips.items()} == {
         "anna": ["anna-0", "anna-2"],
         "bert": ["bert-0", "bert-1"],
     }
-    assert [clip.frames for clip in material.clips["bert"]] == [6, 15]
-    assert material.structures == {"toy": ("anna", "bert")}
-    assert list(material.notes) == ["not trained on 1 clip of anna, in which the body is another one"]
-    assert material.frames == 6 + 4 + 6 + 15
-    every_second = material.clips["bert"][0].arrays["root"][:, 0]
+    assert [clip.frames for clip in training_data.clips["bert"]] == [6, 15]
+    assert training_data.structures == {"toy": ("anna", "bert")}
+    assert list(training_data.notes) == ["not trained on 1 clip of anna, in which the body is another one"]
+    assert training_data.frames == 6 + 4 + 6 + 15
+    every_second = training_data.clips["bert"][0].arrays["root"][:, 0]
     assert every_second.tolist() == [0, 2, 4, 6, 8, 10]
 
 
-def test_processes_find_the_same(material):
+def test_processes_find_the_same(training_data):
     again = gathered(jobs=2)
-    assert list(again.clips) == list(material.clips)
+    assert list(again.clips) == list(training_data.clips)
     for name, mine in again.clips.items():
-        for clip, other in zip(mine, material.clips[name], strict=True):
+        for clip, other in zip(mine, training_data.clips[name], strict=True):
             assert all(np.array_equal(array, other.arrays[key]) for key, array in clip.arrays.items())
 
 
-def test_whom_a_method_cannot_take_is_named(material):
-    del material
+def test_whom_a_method_cannot_take_is_named(training_data):
+    del training_data
     found = gathered("rooted[without=bert]")
     assert list(found.clips) == ["anna"]
     assert "not trained on bert: too shy" in found.notes
@@ -93,38 +93,38 @@ def test_progress_is_told():
 
 
 # ---------------------------------------------------------------------------------------------- windows
-def test_windows_are_cut_from_clips_of_their_characters(material):
+def test_windows_are_cut_from_clips_of_their_characters(training_data):
     numbers = np.random.default_rng(3)
-    cast = material.cast(numbers, 200)
-    windows = material.draw(numbers, cast, 5)
+    cast = training_data.cast(numbers, 200)
+    windows = training_data.draw(numbers, cast, 5)
     assert windows.characters == tuple(cast)
     assert windows.arrays["root"].shape == (200, 5, 3)
     assert np.array_equal(windows.mask.sum(axis=1), windows.lengths)
     for name, row, length in zip(cast, windows.arrays["root"], windows.lengths, strict=True):
-        whole = [clip.arrays["root"] for clip in material.clips[name]]
+        whole = [clip.arrays["root"] for clip in training_data.clips[name]]
         cuts = [each[k : k + 5] for each in whole for k in range(max(len(each) - 4, 1))]
         assert any(len(cut) == length and np.array_equal(cut, row[:length]) for cut in cuts)
         assert not row[length:].any()
 
 
-def test_every_start_of_every_clip_is_as_likely_as_any_other(material):
+def test_every_start_of_every_clip_is_as_likely_as_any_other(training_data):
     """Of anna 2 starts in the long clip and the short one as it is; chi square against equal shares."""
     numbers = np.random.default_rng(0)
-    root = material.draw(numbers, ["anna"] * 3000, 5).arrays["root"]
+    root = training_data.draw(numbers, ["anna"] * 3000, 5).arrays["root"]
     _, counts = np.unique(root[:, 0, :2], axis=0, return_counts=True)
     assert len(counts) == 3
     assert stats.chisquare(counts).pvalue > 1e-3
 
 
-def test_the_same_numbers_give_the_same_batch(material):
+def test_the_same_numbers_give_the_same_batch(training_data):
     first, again, other = (
-        material.draw(np.random.default_rng(seed), ["anna", "bert"] * 20, 4) for seed in (1, 1, 2)
+        training_data.draw(np.random.default_rng(seed), ["anna", "bert"] * 20, 4) for seed in (1, 1, 2)
     )
     assert np.array_equal(first.arrays["root"], again.arrays["root"])
     assert not np.array_equal(first.arrays["root"], other.arrays["root"])
 
 
-def test_statistics_are_over_every_frame_once(material):
-    stacked = material.stacked("root", ["anna"])
+def test_statistics_are_over_every_frame_once(training_data):
+    stacked = training_data.stacked("root", ["anna"])
     assert len(stacked) == 6 + 4
-    assert len(material.stacked("root")) == material.frames
+    assert len(training_data.stacked("root")) == training_data.frames

@@ -19,7 +19,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.learned_method import LearnedMethod
 
 CARD = {"method": "mine", "version": "2", "facts": {"cell": "torch", "layers": 2, "dropout": 0.1}}
 SHIPPED = sorted((Path(__file__).parents[2] / "methods").glob("*/weights/*.json"))
@@ -280,7 +280,7 @@ def test_shipped_weights_are_small_and_fit_their_method_as_it_is(place):
     card = weights.read_card(place)
     assert place.with_suffix(".safetensors").stat().st_size < weights.LARGEST
     built = registry.create("methods", Spec(card["method"], {**card["facts"], "weights": place.stem}))
-    assert isinstance(built, Learned)
+    assert isinstance(built, LearnedMethod)
     assert built.weights_hash == card["hash"]
     assert all(torch.isfinite(tensor).all() for tensor in built.tensors.values())
     assert set(card["training_manifest"]) >= {"characters", "structures"}

@@ -33,30 +33,60 @@ def browser() -> Iterator[Any]:
         opened.close()
 
 
+class Tab:
+    """A page of its own context, and what it wrote to the console and asked for since it was cleared."""
+
+    def __init__(self, browser: Any, context: dict[str, Any]) -> None:
+        self.page = browser.new_context(offline=True, **context).new_page()
+        self.page.set_default_timeout(60_000)  # of machines that do much else
+        self.said: list[str] = []
+        self.asked: list[str] = []
+        self.page.on("console", lambda message: self.said.append(message.text))
+        self.page.on("pageerror", lambda error: self.said.append(str(error)))
+        self.page.on("request", lambda request: self.asked.append(request.url))
+
+    def clear(self) -> tuple[list[str], list[str]]:
+        """Leave the page, so that nothing of it goes on; what it said and asked for."""
+        self.page.goto("about:blank")
+        self.page.mouse.move(0, 0)
+        told = [*self.said], [url for url in self.asked if url != "about:blank"]
+        self.said.clear()
+        self.asked.clear()
+        return told
+
+
+@pytest.fixture(scope="module")
+def tabs(browser) -> Iterator[dict[str, list[Tab]]]:
+    """Tabs of a module by the options of their contexts: a new context takes longer than a page."""
+    opened: dict[str, list[Tab]] = {}
+    yield opened
+    for tab in (tab for same in opened.values() for tab in same):
+        tab.page.context.close()
+
+
 @pytest.fixture
-def open_page(browser) -> Iterator[Callable[..., Any]]:
+def open_page(browser, tabs) -> Iterator[Callable[..., Any]]:
     """``open_page(file, width=1000, height=800, **context)``: a file as those see it who open it from disk.
 
     When the test ends, it fails if a page wrote to the console, raised an error, or asked for anything but
     itself. context: of Playwright's ``new_context`` (``color_scheme``, ``has_touch``, ``reduced_motion``).
     """
-    contexts, said, asked = [], [], []
+    used: list[Tab] = []
 
     def opened(file: Path, width: int = 1000, height: int = 800, **context: Any) -> Any:
-        contexts.append(
-            browser.new_context(offline=True, viewport={"width": width, "height": height}, **context)
-        )
-        page = contexts[-1].new_page()
-        page.set_default_timeout(60_000)  # of machines that do much else
-        page.on("console", lambda message: said.append(message.text))
-        page.on("pageerror", lambda error: said.append(str(error)))
-        page.on("request", lambda request: asked.append(request.url))
-        page.goto(file.as_uri())
-        return page
+        same = tabs.setdefault(repr(sorted(context.items())), [])
+        tab = next((tab for tab in same if tab not in used), None)
+        if tab is None:
+            tab = Tab(browser, context)
+            same.append(tab)
+        used.append(tab)
+        tab.page.set_viewport_size({"width": width, "height": height})
+        tab.page.goto(file.as_uri())
+        return tab.page
 
     yield opened
-    for context in contexts:
-        context.close()
-    assert not said, said
+    told = [tab.clear() for tab in used]
+    assert [text for said, _ in told for text in said] == []
+    asked = [url for _, asked in told for url in asked]
     assert [url for url in asked if not url.startswith(("file:", "blob:", "data:"))] == []
-    assert len(asked) == len(contexts), asked
+    assert len(asked) == len(used), asked

@@ -13,7 +13,7 @@ from retarget_bench.evaluation.worker import work
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from tests.viewing.viewing_toys.toy_moves import PERSON, body, moving
 
 HERE = Path(__file__).parent
@@ -36,7 +36,7 @@ def toys() -> None:
     registry.add_file(HERE / "viewing_toys" / "toy_moves.py")
 
 
-def ran(root: Path, *does: str, data: str = "toy_moves") -> list[Place]:
+def ran(root: Path, *does: str, data: str = "toy_moves") -> list[ResultPaths]:
     """Results of ``toy_method[does=...]`` on both cases, by the metric ``position``."""
     toys()
     plan = Plan(

@@ -17,7 +17,7 @@ from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.viewer import shapes, sheet
 from retarget_bench.viewer.camera import DISTANCE, Camera, fitted, track
 from retarget_bench.viewer.colours import CONTACT, PAPER, STAGE, TROUBLE, colours
-from retarget_bench.viewer.drawing import Look, Picture
+from retarget_bench.viewer.drawing import Drawing, DrawingStyle
 from retarget_bench.viewer.figures import figure_of
 from retarget_bench.viewer.lettering import font, plain, short, wrapped
 from retarget_bench.viewer.scene import Figure, Scene
@@ -98,7 +98,7 @@ def test_the_outline_of_a_bone_is_convex_and_goes_around_its_discs(ends, first, 
 # ----------------------------------------------------------------------------------------- bodies
 def test_bodies_are_drawn_where_their_bones_are_and_nowhere_else():
     figure = walker(3, joints=None, planted=None)
-    picture = Picture(scene(figure, ground=LEVEL), Look((400, 400), camera="fit"))
+    picture = Drawing(scene(figure, ground=LEVEL), DrawingStyle((400, 400), camera="fit"))
     (stage,), (box,) = picture._stages, picture._boxes
     drawn = pixels(picture.at(1))[box.top :, box.left :][: box.height, : box.width]
     alone = pixels(stage._ground(tuple(stage.targets[1].tolist())).reduce(2))
@@ -127,7 +127,7 @@ def test_bodies_are_drawn_where_their_bones_are_and_nowhere_else():
 def test_left_is_lighter_than_right():
     """From the front, a body's left is at the right of the picture."""
     figure = walker(2, joints=None, planted=None)
-    picture = Picture(scene(figure, ground=LEVEL), Look((400, 400), view="front"))
+    picture = Drawing(scene(figure, ground=LEVEL), DrawingStyle((400, 400), view="front"))
     stage = picture._stages[0]
     light = {}
     for side in ("left", "right"):
@@ -142,7 +142,7 @@ def test_what_rests_is_lit_and_nothing_else():
     rests = np.zeros((12, 1), bool)
     rests[5] = True
     toe = walker().character.joint_of["left_toe"]
-    picture = Picture(scene(walker(joints=(toe,), planted=rests)), Look((300, 300)))
+    picture = Drawing(scene(walker(joints=(toe,), planted=rests)), DrawingStyle((300, 300)))
     assert has(picture.at(5), CONTACT, 20)
     assert not has(picture.at(4), CONTACT)
 
@@ -151,18 +151,18 @@ def test_a_failed_prediction_is_an_empty_panel_with_words():
     lost = Figure(
         "ik", "prediction", body("small"), None, status="failed", message="ValueError: " + 40 * "no "
     )
-    picture = Picture(scene(walker(), lost), Look((600, 300)))
+    picture = Drawing(scene(walker(), lost), DrawingStyle((600, 300)))
     box = picture._boxes[1]
     panel = picture.at(0).crop((box.left, box.top, box.left + box.width, box.top + box.height))
     assert has(panel, STAGE, box.width * box.height // 2)
     assert has(panel, TROUBLE, 5)
-    assert has(Picture(scene(walker(), lost), Look((600, 300), overlay=True)).at(0), TROUBLE, 5)
+    assert has(Drawing(scene(walker(), lost), DrawingStyle((600, 300), overlay=True)).at(0), TROUBLE, 5)
 
 
 def test_who_is_elsewhere_is_said_to_be_out_of_view():
     far = walker(label="far", part="prediction", positions=walker().positions + np.array([40.0, 0, 0]))
     reference = walker(label="reference", part="reference")
-    picture = Picture(scene(reference, far), Look((600, 300)))
+    picture = Drawing(scene(reference, far), DrawingStyle((600, 300)))
     near, away = picture._stages
     assert near.seen(0)
     assert not away.seen(0)
@@ -193,7 +193,7 @@ def two_hundred() -> Character:
 )
 def test_every_body_is_drawn(figure, overlay):
     shown = scene(figure)
-    picture = Picture(shown, Look((300, 260), overlay=overlay)).at(shown.frames - 1)
+    picture = Drawing(shown, DrawingStyle((300, 260), overlay=overlay)).at(shown.frames - 1)
     assert picture.size == (300, 260)
     (colour,) = colours(shown)
     assert (np.abs(pixels(picture) - colour).sum(axis=-1) < 90).sum() > 25
@@ -204,9 +204,11 @@ def test_names_of_any_kind_are_harmless(name):
     figure = walker(label=name, message=name)
     lost = replace(figure, positions=None, motion=None, status="failed")
     for overlay in (False, True):
-        picture = Picture(scene(figure, lost, title=name, kind=name), Look((400, 240), overlay=overlay))
+        picture = Drawing(
+            scene(figure, lost, title=name, kind=name), DrawingStyle((400, 240), overlay=overlay)
+        )
         assert picture.at(0).size == (400, 240)
-    assert sheet.sheet(scene(figure, lost, title=name), Look((600, 400)), [0, 5]).size == (600, 400)
+    assert sheet.sheet(scene(figure, lost, title=name), DrawingStyle((600, 400)), [0, 5]).size == (600, 400)
 
 
 def test_words_fit_their_room():
@@ -231,14 +233,14 @@ def test_a_skin_is_drawn_where_the_mesh_is():
     person = replace(body("cube"), skin=lambda: Mesh(corners, faces, weights))
     still = person.motion(np.tile([1.0, 0, 0, 0], (1, 18, 1)), person.skeleton.offsets[:1], 30.0)
     shown = scene(figure_of("cube", "motion", still), ground=LEVEL)
-    picture = Picture(shown, Look((400, 400), view="front", skin=True))
+    picture = Drawing(shown, DrawingStyle((400, 400), view="front", skin=True))
     stage = picture._stages[0]
     front = stage.camera.project(corners[[1, 3, 7, 5]], stage.targets[0])[0]
     low, high = front.min(axis=0).astype(int), front.max(axis=0).astype(int)
     inner = pixels(stage.picture(0))[low[1] + 25 : high[1] - 25, low[0] + 25 : high[0] - 25]
     assert inner.size > 3000
     assert (np.abs(inner - inner[0, 0]).max(axis=-1) <= 3).all()  # one flat face of one shade
-    plainly = pixels(Picture(shown, Look((400, 400), view="front"))._stages[0].picture(0))
+    plainly = pixels(Drawing(shown, DrawingStyle((400, 400), view="front"))._stages[0].picture(0))
     assert np.abs(plainly - pixels(stage.picture(0))).max() > 30
 
 
@@ -249,7 +251,7 @@ def test_a_sheet_has_a_row_per_figure_and_a_column_per_moment():
     assert sheet.moments(range(12), 4) == [0, 4, 7, 11]
     assert sheet.moments(range(2), 8) == [0, 1]
     size = sheet.usual_size(shown, 4, False)
-    picture = pixels(sheet.sheet(shown, Look(size), sheet.moments(range(12), 4)))
+    picture = pixels(sheet.sheet(shown, DrawingStyle(size), sheet.moments(range(12), 4)))
     for k, colour in enumerate(colours(shown)):
         found = np.argwhere(np.abs(picture - colour).sum(axis=-1) < 8)
         cells = found[found[:, 1] > 180]
@@ -257,12 +259,12 @@ def test_a_sheet_has_a_row_per_figure_and_a_column_per_moment():
         assert np.bincount(third, minlength=3).argmax() == k
         assert (np.histogram(cells[:, 1], bins=4, range=(170, size[0]))[0] > 20).all()
     with pytest.raises(BenchError, match="do not fit on 200 x 60 pixels"):
-        sheet.sheet(shown, Look((200, 60)), [0, 1])
+        sheet.sheet(shown, DrawingStyle((200, 60)), [0, 1])
 
 
 def test_panels_are_apart_and_within_the_picture():
     for count in (1, 2, 5, 8):
-        picture = Picture(scene(*[walker(label=f"m{k}") for k in range(count)]), Look((900, 500)))
+        picture = Drawing(scene(*[walker(label=f"m{k}") for k in range(count)]), DrawingStyle((900, 500)))
         taken = np.zeros((500, 900), int)
         for box in picture._boxes:
             taken[box.top : box.top + box.height, box.left : box.left + box.width] += 1
@@ -273,6 +275,6 @@ def test_panels_are_apart_and_within_the_picture():
 
 def test_sizes_and_views_that_cannot_be_are_told_in_words():
     with pytest.raises(BenchError, match="4 x 4 pixels cannot be drawn"):
-        Look((4, 4))
+        DrawingStyle((4, 4))
     with pytest.raises(BenchError, match="no view 'above'; views are front, side"):
-        Look(view="above")
+        DrawingStyle(view="above")

@@ -20,7 +20,7 @@ from viewing_toys.toy_moves import DOG, body, moving
 from retarget_bench import cli
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import live
 from retarget_bench.viewer.figures import figure_of
 from retarget_bench.viewer.models import AROUND, PROFILE, Model, tube_faces, tubes
@@ -33,7 +33,7 @@ needs_viser = pytest.mark.skipif(
 )
 
 
-def as_if_running(place: Place, cases: list[str]) -> None:
+def as_if_running(place: ResultPaths, cases: list[str]) -> None:
     """A finished result as it was while only these cases were done, and the last line half written."""
     keys = json.loads(place.header.read_text())["keys"]
     lines = [json.dumps({"schema": 1, **keys})]

@@ -20,7 +20,7 @@ from retarget_bench.evaluation.set_metrics.jackknife import CLIPS, GROUPS, group
 from retarget_bench.evaluation.set_metrics.real import RealSet, real_set
 from retarget_bench.evaluation.worker import know
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 
 Halves = tuple[Sample, Sample]
 
@@ -31,7 +31,7 @@ def evaluate(job: Mapping[str, Any]) -> list[SetValue]:
     job: ``plan``, ``place``, ``dataset``, ``infos`` of the cases that have features.
     """
     plan: Plan = job["plan"]
-    place: Place = job["place"]
+    place: ResultPaths = job["place"]
     data: Spec = job["dataset"]
     know(plan.plugin_files)
     infos = {info.id: info for info in job["infos"]}

@@ -13,7 +13,7 @@ import numpy as np
 
 from retarget_bench.errors import FileError
 from retarget_bench.files import atomic
-from retarget_bench.results.store import Place, case_file
+from retarget_bench.results.store import ResultPaths, case_file
 
 Arrays = dict[str, np.ndarray]
 
@@ -51,30 +51,30 @@ UNPARTED = FIELDS[:-1]
 WHOLE, NUMBERS = ("n", "clips"), ("value", "low", "high", "floor")
 
 
-def values_path(place: Place) -> Path:
+def values_path(place: ResultPaths) -> Path:
     return place.folder / f"{place.method}.sets.csv"
 
 
-def features_path(place: Place) -> Path:
+def features_path(place: ResultPaths) -> Path:
     return place.folder / f"{place.method}.features.npz"
 
 
-def waiting_folder(place: Place) -> Path:
+def waiting_folder(place: ResultPaths) -> Path:
     """Where the features of finished cases wait for the others."""
     return place.folder / f"{place.method}.features"
 
 
 # ----------------------------------------------------------------------------------------- single cases
-def put(place: Place, case_id: str, arrays: Arrays) -> None:
+def put(place: ResultPaths, case_id: str, arrays: Arrays) -> None:
     """Keep the features of a finished case. Raises FileError."""
     _write(waiting_folder(place) / f"{case_file(case_id)}.npz", arrays)
 
 
-def waits(place: Place, case_id: str) -> bool:
+def waits(place: ResultPaths, case_id: str) -> bool:
     return (waiting_folder(place) / f"{case_file(case_id)}.npz").exists()
 
 
-def gather(place: Place, cases: Iterable[str]) -> Arrays:
+def gather(place: ResultPaths, cases: Iterable[str]) -> Arrays:
     """The features of these cases as one set of arrays ``<case>/<name>``, written beside the rows."""
     found = {
         f"{case}/{name}": array
@@ -85,7 +85,7 @@ def gather(place: Place, cases: Iterable[str]) -> Arrays:
     return found
 
 
-def clear(place: Place) -> None:
+def clear(place: ResultPaths) -> None:
     """Remove what waited."""
     shutil.rmtree(waiting_folder(place), ignore_errors=True)
 
@@ -104,7 +104,7 @@ def _read(path: Path) -> Arrays:
 
 
 # ---------------------------------------------------------------------------------------------- values
-def write(place: Place, values: Sequence[SetValue]) -> None:
+def write(place: ResultPaths, values: Sequence[SetValue]) -> None:
     """``<method>.sets.csv``, sorted, with nine significant digits; none where there is no value."""
     path = values_path(place)
     if not values:
@@ -118,7 +118,7 @@ def write(place: Place, values: Sequence[SetValue]) -> None:
             writer.writerow(_text(getattr(value, name)) for name in columns)
 
 
-def read(place: Place) -> list[SetValue]:
+def read(place: ResultPaths) -> list[SetValue]:
     """The values of a result, sorted by id, structure and kind; none where no set metric was computed.
 
     Raises FileError where the file is damaged.

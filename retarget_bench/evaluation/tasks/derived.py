@@ -11,7 +11,7 @@ import numpy as np
 
 from retarget_bench.api import TASKS, Case, CaseInfo, Dataset
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation.tasks.questions import QUESTIONS, Level, Question
+from retarget_bench.evaluation.tasks.questions import QUESTIONS, Level, TaskQuestion
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Spec
 
@@ -32,7 +32,7 @@ class Derived:
     def __init__(self, data: Dataset, task: Spec) -> None:
         self._data, self.task = data, task
         asked = QUESTIONS[task.name]
-        self.question: Question = asked(str(task.parameters.get("levels", asked.LEVELS)))
+        self.question: TaskQuestion = asked(str(task.parameters.get("levels", asked.LEVELS)))
         self._most = _whole(task.parameters.get("motions", 0))
         self.card = replace(data.card, tasks=(task.name,), splits=(SPLIT,))
         if (unseen := getattr(data, "unseen", None)) is not None:

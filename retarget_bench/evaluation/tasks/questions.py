@@ -40,7 +40,7 @@ class Level:
 
 
 @dataclass(frozen=True, eq=False)
-class Asked:
+class DerivedQuestion:
     """A question: the source, the body that is to perform it, and the right answer."""
 
     source: Prediction
@@ -48,7 +48,7 @@ class Asked:
     reference: Prediction
 
 
-class Question(Protocol):
+class TaskQuestion(Protocol):
     """A task. LEVELS: the usual ones, as text; "" where it has none."""
 
     LEVELS: ClassVar[str]
@@ -58,7 +58,7 @@ class Question(Protocol):
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
         """What is asked, in numbers; None where this body cannot be asked this."""
 
-    def ask(self, clean: Prediction, level: Level, case_id: str) -> Asked:
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
         """The question of a case. clean: the right answer, all joints."""
 
 
@@ -75,9 +75,9 @@ class Reconstruct:
         del body, level
         return {}
 
-    def ask(self, clean: Prediction, level: Level, case_id: str) -> Asked:
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
         del level, case_id
-        return Asked(clean, clean.character, clean)
+        return DerivedQuestion(clean, clean.character, clean)
 
 
 class Denoise:
@@ -93,10 +93,12 @@ class Denoise:
         del body
         return {"noise": level.number}
 
-    def ask(self, clean: Prediction, level: Level, case_id: str) -> Asked:
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
         seed = randomness.seed_of("denoise", case_id)
         noise = level.number * randomness.gaussian(seed, clean.positions.shape)
-        return Asked(Positions(clean.character, clean.positions + noise, clean.fps), clean.character, clean)
+        return DerivedQuestion(
+            Positions(clean.character, clean.positions + noise, clean.fps), clean.character, clean
+        )
 
 
 class Upsample:
@@ -121,7 +123,7 @@ class Upsample:
             return None
         return {MAJOR: 1.0, "joints": float(len(MAJOR_ROLES)), "of": float(total)}
 
-    def ask(self, clean: Prediction, level: Level, case_id: str) -> Asked:
+    def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
         whole = structure_joints(clean.character)
         if level.word == MAJOR:
             given = sorted(clean.character.joints(MAJOR_ROLES))
@@ -131,12 +133,12 @@ class Upsample:
         target = reduced(clean.character, whole.tolist())
         reference = Positions(target, clean.positions[:, whole], clean.fps)
         if len(given) == len(whole):
-            return Asked(reference, target, reference)
+            return DerivedQuestion(reference, target, reference)
         source = reduced(clean.character, given)
-        return Asked(Positions(source, clean.positions[:, given], clean.fps), target, reference)
+        return DerivedQuestion(Positions(source, clean.positions[:, given], clean.fps), target, reference)
 
 
-QUESTIONS: Mapping[str, type[Question]] = {
+QUESTIONS: Mapping[str, type[TaskQuestion]] = {
     "reconstruct": Reconstruct,
     "denoise": Denoise,
     "upsample": Upsample,

@@ -54,7 +54,7 @@ def board(folder: Path, columns: Sequence[str] = builder.FIRST_SIGHT) -> tuple[l
     if not manifests:
         raise BenchError("no submission is sound. " + ". ".join(left_out))
     wanted = tuple(column for column in columns if column != FPS)
-    made = builder.tables(summary.sections(places), wanted)
+    made = builder.tables(summary.split_summaries(places), wanted)
     return [_with_costs(each, manifests, left_out) for each in made], left_out
 
 

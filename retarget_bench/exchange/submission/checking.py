@@ -29,7 +29,7 @@ from retarget_bench.exchange.submission.manifest import (
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Place, Results
+from retarget_bench.results.store import ResultPaths, Results
 from retarget_bench.tables.model import count
 
 CLOSE = 1e-6
@@ -99,7 +99,7 @@ def _card(folder: Path) -> Iterator[Finding]:
 
 
 # ------------------------------------------------------------------------------------- what was computed
-def _places(folder: Path, manifest: Manifest) -> list[Place] | Finding:
+def _places(folder: Path, manifest: Manifest) -> list[ResultPaths] | Finding:
     """The results in the folder; those of its predictions are made first where there are no rows."""
     places = store.find_results(folder / ROWS)
     if not places and (folder / PREDICTIONS).is_dir():
@@ -131,24 +131,24 @@ def _score(folder: Path, manifest: Manifest) -> None:
     run(plan, lambda *_: None)
 
 
-def _by_split(places: Sequence[Place]) -> list[list[Place]]:
+def _by_split(places: Sequence[ResultPaths]) -> list[list[ResultPaths]]:
     """The results of each split, by seed."""
-    splits: dict[str, list[Place]] = {}
+    splits: dict[str, list[ResultPaths]] = {}
     for place in sorted(places, key=_seed):
         splits.setdefault(place.split, []).append(place)
     return list(splits.values())
 
 
-def _seed(place: Place) -> int:
+def _seed(place: ResultPaths) -> int:
     """The seed that results were made with; 0 where they do not say."""
     try:
-        seeds = store.read_header(place.header).get("seeds")
+        seeds = store.read_header_facts(place.header).get("seeds")
     except FileError:
         return 0
     return seeds[0] if isinstance(seeds, list) and seeds and isinstance(seeds[0], int) else 0
 
 
-def _seeds(places: Sequence[Place]) -> Iterator[Finding]:
+def _seeds(places: Sequence[ResultPaths]) -> Iterator[Finding]:
     """Results of one split under several seeds: each seed once."""
     for one, other in pairwise(places):
         if _seed(one) == _seed(other):
@@ -159,11 +159,11 @@ def _seeds(places: Sequence[Place]) -> Iterator[Finding]:
             )
 
 
-def _rows(place: Place, manifest: Manifest, data: Dataset, *, first: bool) -> Iterator[Finding]:
+def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool) -> Iterator[Finding]:
     """first: whether these are the rows of the first seed, which predictions belong to."""
     where = f"{place.task} {place.split}" + ("" if first else f", seed {_seed(place)}")
     try:
-        if wrong := heading.mistakes(store.read_header(place.header)):
+        if wrong := heading.mistakes(store.read_header_facts(place.header)):
             yield Finding("error", f"{where}: the header is not one: {'; '.join(wrong[:3])}")
             return
         results = store.read_results(place)
@@ -181,33 +181,33 @@ def _rows(place: Place, manifest: Manifest, data: Dataset, *, first: bool) -> It
 
 
 def _header(where: str, results: Results, manifest: Manifest) -> Iterator[Finding]:
-    method = results.header["method"]
-    if method["label"] != manifest.method.label:
+    method = results.header.method
+    if method.label != manifest.method.label:
         yield Finding(
-            "error", f"{where}: the rows are of {method['label']}, the manifest of {manifest.method.label}"
+            "error", f"{where}: the rows are of {method.label}, the manifest of {manifest.method.label}"
         )
-    if unsaid := sorted(set(method["privileged"]) - set(manifest.method.sees)):
+    if unsaid := sorted(set(method.privileged) - set(manifest.method.sees)):
         yield Finding(
             "error", f"{where}: the method is given {', '.join(unsaid)}, which method.sees does not say"
         )
-    if method["control"]:
+    if method.control:
         yield Finding("error", f"{where}: a control is no submission")
     name = Spec.parse(manifest.data.dataset).name
-    if results.header["dataset"]["name"] != name:
-        yield Finding("error", f"{where}: the rows are on {results.header['dataset']['name']}, not {name}")
+    if results.header.dataset.name != name:
+        yield Finding("error", f"{where}: the rows are on {results.header.dataset.name}, not {name}")
 
 
 def _cases(where: str, results: Results, data: Dataset) -> Iterator[Finding]:
-    counts = results.header["counts"]
+    counts = results.header.counts
     try:
         wanted = {info.id for info in data.cases(results.place.task, results.place.split)}
     except BenchError as error:
         yield Finding("warning", f"{where}: the case list cannot be compared with the data set's ({error})")
         return
-    if results.header["dataset"]["content"] != data.content:
+    if results.header.dataset.content != data.content:
         yield Finding(
             "error",
-            f"{where}: made on other data ({results.header['dataset']['content']}) than {data.label} has "
+            f"{where}: made on other data ({results.header.dataset.content}) than {data.label} has "
             f"here ({data.content})",
         )
     listed = set(results.cases)
@@ -220,10 +220,10 @@ def _cases(where: str, results: Results, data: Dataset) -> Iterator[Finding]:
             "error", f"{where}: {len(silent)} cases have neither rows nor a reason, first {silent[0]}"
         )
     answered = sum(each == "ok" for each in status.values())
-    if (counts["asked"], counts["ok"]) != (len(listed), answered):
+    if (counts.asked, counts.ok) != (len(listed), answered):
         yield Finding(
             "error",
-            f"{where}: the header says {counts['ok']} of {counts['asked']} cases are answered, the rows "
+            f"{where}: the header says {counts.ok} of {counts.asked} cases are answered, the rows "
             f"{answered} of {len(listed)}",
         )
     if answered < len(listed):
@@ -231,7 +231,7 @@ def _cases(where: str, results: Results, data: Dataset) -> Iterator[Finding]:
 
 
 def _versions(where: str, results: Results) -> Iterator[Finding]:
-    theirs = results.header.get("metrics", {})
+    theirs = results.header.metrics
     ours = metric_versions(tuple(name for name in theirs if name in registry.working("metrics")[0]))
     if moved := sorted(name for name, version in theirs.items() if ours.get(name, version) != version):
         yield Finding(
@@ -245,7 +245,7 @@ def _again(where: str, results: Results, data: Dataset, predictions: Path) -> It
     """A few cases scored again, where predictions lie beside the rows."""
     if not predictions.is_dir():
         return
-    names = [name for name in results.header.get("metrics", {}) if name in registry.working("metrics")[0]]
+    names = [name for name in results.header.metrics if name in registry.working("metrics")[0]]
     answered = [entry for entry in results.entries if entry.status == "ok"]
     infos = {info.id: info for info in data.cases(results.place.task, results.place.split)}
     chosen = spread([infos[entry.case] for entry in answered if entry.case in infos])

@@ -93,4 +93,4 @@ def mistakes(header: dict[str, Any]) -> list[str]:
 def undeclared(results: Results) -> list[str]:
     """Ids of values in the rows that the header does not declare."""
     found = {value for entry in results.entries for value in entry.values}
-    return sorted(found - results.header["values"].keys())
+    return sorted(found - results.header.values.keys())

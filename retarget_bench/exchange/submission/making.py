@@ -12,7 +12,7 @@ from retarget_bench.exchange.submission.manifest import CARD, CARD_SECTIONS, ROW
 from retarget_bench.files import write_text
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Place
+from retarget_bench.results.store import ResultPaths
 
 FILL_IN = "TO BE FILLED IN"
 """What stands where only the author knows; the check finds it."""
@@ -28,21 +28,21 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise BenchError(f"{folder} is not an empty folder; name a new one")
     header = store.read_header(places[0].header)
-    data = Spec(header["dataset"]["name"], header["dataset"]["parameters"])
-    about = header["method"]
-    measured = cost.measure(Spec.parse(about["label"]), data) if about["version"] else None
+    data = Spec(header.dataset.name, header.dataset.parameters)
+    about = header.method
+    measured = cost.measure(Spec.parse(about.label), data) if about.version else None
     for place in places:
         _copy(place, folder / ROWS)
     card = {
         "label": label,
-        "version": about["version"] or FILL_IN,
+        "version": about.version or FILL_IN,
         "authors": [FILL_IN],
         "licence": FILL_IN,
-        "summary": about.get("summary") or FILL_IN,
+        "summary": about.summary or FILL_IN,
         "contact": "",
         "paper": "",
         "code": "",
-        "sees": list(about["privileged"]),
+        "sees": list(about.privileged),
     }
     costs = {
         "parameters": 0,
@@ -60,9 +60,9 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
     return left
 
 
-def _places(runs: Path, label: str) -> list[Place]:
+def _places(runs: Path, label: str) -> list[ResultPaths]:
     found = store.find_results(runs)
-    labels = {place: store.read_header(place.header)["method"]["label"] for place in found}
+    labels = {place: store.read_header(place.header).method.label for place in found}
     mine = [place for place in found if labels[place] == label]
     if not mine:
         known = ", ".join(sorted(set(labels.values()))) or "none"
@@ -76,8 +76,8 @@ def _places(runs: Path, label: str) -> list[Place]:
     return mine
 
 
-def _copy(place: Place, root: Path) -> None:
-    there = Place(root, place.dataset, place.task, place.split, place.method)
+def _copy(place: ResultPaths, root: Path) -> None:
+    there = ResultPaths(root, place.dataset, place.task, place.split, place.method)
     there.folder.mkdir(parents=True, exist_ok=True)
     for ours, theirs in (
         (place.rows, there.rows),

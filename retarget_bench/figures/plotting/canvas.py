@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 from retarget_bench.errors import BenchError
 from retarget_bench.figures import method_order
 from retarget_bench.files import atomic
+from retarget_bench.results.header import ResultHeader
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -51,7 +52,7 @@ class Page:
 
     width: float = WIDTHS["page"]
     titled: bool = True
-    ranked: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    ranked: Mapping[str, ResultHeader] = field(default_factory=dict)
 
     def across(self, wanted: float) -> int:
         """How many panels of so many inches stand side by side: one at least."""
@@ -119,7 +120,7 @@ def wrapped(text: str, width: float) -> str:
     return "\n".join(textwrap.wrap(text, max(1, int(width / LETTER))))
 
 
-def looks(headers: Mapping[str, Mapping[str, Any]], page: Page = PAGE) -> dict[str, dict[str, Any]]:
+def looks(headers: Mapping[str, ResultHeader], page: Page = PAGE) -> dict[str, dict[str, Any]]:
     """Label -> colour, line and mark, the same in every panel: controls grey and dashed, methods that see
     more than others dotted, all others in full lines.
 
@@ -129,8 +130,8 @@ def looks(headers: Mapping[str, Mapping[str, Any]], page: Page = PAGE) -> dict[s
     found: dict[str, dict[str, Any]] = {}
     known = {**page.ranked, **headers}
     for label, colour in method_order.colours(known).items():
-        method = known[label]["method"]
-        line = "--" if method["control"] else ":" if method["privileged"] else "-"
+        method = known[label].method
+        line = "--" if method.control else ":" if method.privileged else "-"
         found[label] = {"color": colour, "linestyle": line}
         found[label] |= {"marker": MARKS[len(found) % len(MARKS)], "markersize": 3.5, "linewidth": 1.2}
     return {label: found[label] for label in headers}

@@ -12,8 +12,8 @@ from retarget_bench.figures.plotting import canvas
 from retarget_bench.figures.plotting.levels import banded, lines, told
 
 if TYPE_CHECKING:
-    from retarget_bench.analysis.seen_unseen import Half
-    from retarget_bench.analysis.summary import Section
+    from retarget_bench.analysis.seen_unseen import SeenPart
+    from retarget_bench.analysis.summary import SplitSummary
 
 BEFORE, AFTER = "given_cm", "restored_cm"
 ROOM = 1.08
@@ -21,7 +21,10 @@ ROOM = 1.08
 
 
 def draw(
-    path: Path, sections: Sequence[Section], halves: Sequence[Half] = (), page: canvas.Page = canvas.PAGE
+    path: Path,
+    sections: Sequence[SplitSummary],
+    halves: Sequence[SeenPart] = (),
+    page: canvas.Page = canvas.PAGE,
 ) -> None:
     """Draw a line per method with its 95 % interval, over the error of what it was given.
 
@@ -58,12 +61,12 @@ def draw(
         canvas.legend(figure, [panel])
 
 
-def _given(sections: Sequence[Section]) -> dict[str, float]:
+def _given(sections: Sequence[SplitSummary]) -> dict[str, float]:
     """Level -> the error of its sources."""
     return {section.part: before for section in sections if (before := _before(section)) is not None}
 
 
-def _before(section: Section) -> float | None:
+def _before(section: SplitSummary) -> float | None:
     """The error of the sources of a level: of a method that answered most cases."""
     found = [
         (mean.n, mean.value)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from retarget_bench.figures import axis_limits
 from retarget_bench.figures.plotting import canvas
+from retarget_bench.results.header import DeclaredValue, ResultHeader
 
 if TYPE_CHECKING:
     from retarget_bench.analysis.summary import Mean
@@ -55,8 +56,8 @@ class Edge:
 
 def edge(
     means: Mapping[str, Iterable[Mean]],
-    headers: Mapping[str, Mapping[str, Any]],
-    declared: Mapping[str, Any],
+    headers: Mapping[str, ResultHeader],
+    declared: DeclaredValue,
     *,
     bands: bool = False,
 ) -> Edge:
@@ -68,17 +69,17 @@ def edge(
     value, as results declare it.
     """
     shown = {label: found for label, each in means.items() if (found := list(each))}
-    if declared["better"] not in CUT or not shown:
+    if declared.better not in CUT or not shown:
         return Edge()
     highest = {label: max(mean.value for mean in each) for label, each in shown.items()}
-    own = [number for label, number in highest.items() if not headers[label]["method"]["control"]]
+    own = [number for label, number in highest.items() if not headers[label].method.control]
     counted = own or list(highest.values())
     size = max(counted)
     end = axis_limits.top(
         counted, 3 - math.floor(math.log10(size)) if size > 0 else 2, list(highest.values())
     )
-    if declared["better"] == "target":
-        end = max(end, float(declared["goal"]))
+    if declared.better == "target":
+        end = max(end, float(declared.goal))
     every = [mean for each in shown.values() for mean in each]
     spans = [mean.interval for mean in every if mean.interval is not None and mean.value <= end]
     if not bands:

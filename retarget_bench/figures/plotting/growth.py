@@ -6,13 +6,13 @@ from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from retarget_bench.analysis.summary import Mean, Section, section
+from retarget_bench.analysis.summary import Mean, SplitSummary, split_summary
 from retarget_bench.figures.plotting import canvas, edges, values
 from retarget_bench.figures.plotting.levels import banded
-from retarget_bench.results.result_matrix import Panel
+from retarget_bench.results.result_matrix import ResultMatrix
 
 
-def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = canvas.PAGE) -> None:
+def draw(path: Path, panels: Sequence[ResultMatrix], value: str, page: canvas.Page = canvas.PAGE) -> None:
     """Draw a line per method with its 95 % interval, a panel per split.
 
     Later seconds are those of longer clips alone. Raises BenchError where no result has the curve.
@@ -21,7 +21,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     what = values.shown(panels, value, "second")
     headers = values.headers(panels)
     look = canvas.looks(headers, page)
-    sections = [section(panel.narrowed(value)) for panel in panels if value in panel.values]
+    sections = [split_summary(panel.narrowed(value)) for panel in panels if value in panel.values]
     edge = edges.edge(_all(sections, value), headers, what.declared, bands=True)
     found = [replace(edge, far=[]) for _ in sections]
     across = min(len(sections), page.across(1.9))
@@ -48,7 +48,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
         canvas.legend(figure, list(grid.flat))
 
 
-def _all(sections: Sequence[Section], value: str) -> dict[str, list[Mean]]:
+def _all(sections: Sequence[SplitSummary], value: str) -> dict[str, list[Mean]]:
     """Label -> the means of its curves, of all splits, which share an axis."""
     found: dict[str, list[Mean]] = {}
     for each in sections:

@@ -11,15 +11,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from retarget_bench.analysis.breakdown import UNKNOWN, broken_down, structures_of
-from retarget_bench.analysis.summary import Mean, section
+from retarget_bench.analysis.breakdown import UNKNOWN, breakdown, structures_of
+from retarget_bench.analysis.summary import Mean, split_summary
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.plotting import canvas, edges, values
 from retarget_bench.figures.plotting.dots import dots
+from retarget_bench.results.header import ResultHeader
 
 if TYPE_CHECKING:
     from retarget_bench.motion.character import Character
-    from retarget_bench.results.result_matrix import Panel
+    from retarget_bench.results.result_matrix import ResultMatrix
 
 COLOURS = "YlOrRd"
 LEAST, MOST = 6.0, 70.0
@@ -29,7 +30,7 @@ HIGHEST = 0.97
 
 
 @dataclass(frozen=True)
-class Joints:
+class JointFigure:
     """Errors by joint of one structure on one split.
 
     joints: names, in the order of the skeleton where it is known. means: label -> a mean per joint.
@@ -44,7 +45,7 @@ class Joints:
     targets: tuple[str, ...]
 
 
-def found(panel: Panel, value: str, structure: str | None = None) -> Joints:
+def found(panel: ResultMatrix, value: str, structure: str | None = None) -> JointFigure:
     """The errors of one structure: the one asked for, or that of most cases.
 
     Raises BenchError where no case has a target of the structure.
@@ -58,10 +59,10 @@ def found(panel: Panel, value: str, structure: str | None = None) -> Joints:
             f"{panel.split}: no target is of structure {wanted}; there are {', '.join(sorted(counts))}"
         )
     mine = np.array([structure_of[info.id] == wanted for info in panel.cases])
-    parts = [section(part.restricted(mine, part.part)) for part in broken_down(narrow, "joint")]
+    parts = [split_summary(part.restricted(mine, part.part)) for part in breakdown(narrow, "joint")]
     parts = [part for part in parts if any(value in score.means for score in part.scores)]
     labels = [row.label for row in panel.rows]
-    return Joints(
+    return JointFigure(
         panel.split,
         wanted,
         max((part.clips for part in parts), default=0),
@@ -73,7 +74,7 @@ def found(panel: Panel, value: str, structure: str | None = None) -> Joints:
 
 def draw(
     path: Path,
-    panel: Panel,
+    panel: ResultMatrix,
     value: str,
     bodies: Mapping[str, Character] | None = None,
     structure: str | None = None,
@@ -106,9 +107,9 @@ def draw(
 # --------------------------------------------------------------------------------------------------- dots
 def _dots(
     path: Path,
-    errors: Joints,
+    errors: JointFigure,
     what: values.Shown,
-    headers: Mapping[str, Mapping[str, Any]],
+    headers: Mapping[str, ResultHeader],
     title: str,
     page: canvas.Page,
 ) -> None:
@@ -125,7 +126,7 @@ def _dots(
         canvas.legend(figure, [axes])
 
 
-def _worst(errors: Joints, joint: int) -> float:
+def _worst(errors: JointFigure, joint: int) -> float:
     """The median over methods of a joint's error."""
     known = [mean.value for row in errors.means.values() if (mean := row[joint]) is not None]
     return float(np.median(known)) if known else 0.0
@@ -133,7 +134,7 @@ def _worst(errors: Joints, joint: int) -> float:
 
 # ---------------------------------------------------------------------------------------------- skeletons
 def _skeletons(
-    path: Path, errors: Joints, what: values.Shown, body: Character, title: str, page: canvas.Page
+    path: Path, errors: JointFigure, what: values.Shown, body: Character, title: str, page: canvas.Page
 ) -> None:
     shown = {label: row for label, row in errors.means.items() if any(row)}
     across = min(len(shown), page.across(1.25))

@@ -8,18 +8,18 @@ from statistics import median
 
 import numpy as np
 
-from retarget_bench.analysis.breakdown import broken_down
+from retarget_bench.analysis.breakdown import breakdown
 from retarget_bench.analysis.statistics import losses
-from retarget_bench.analysis.summary import Mean, section
+from retarget_bench.analysis.summary import Mean, split_summary
 from retarget_bench.figures.plotting import canvas, edges, values
 from retarget_bench.figures.plotting.dots import dots
-from retarget_bench.results.result_matrix import Panel
+from retarget_bench.results.result_matrix import ResultMatrix
 
 ROW = 0.15
 """Inches."""
 
 
-def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = canvas.PAGE) -> None:
+def draw(path: Path, panels: Sequence[ResultMatrix], value: str, page: canvas.Page = canvas.PAGE) -> None:
     """Draw a row per kind and a mark per method with its 95 % interval; a panel per split.
 
     Kinds stand in the order of the median method's error, the farthest off at the top. Raises BenchError
@@ -50,14 +50,15 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
         canvas.legend(figure, list(grid.flat))
 
 
-def by_kind(panel: Panel, value: str) -> dict[str, dict[str, Mean]]:
+def by_kind(panel: ResultMatrix, value: str) -> dict[str, dict[str, Mean]]:
     """Kind -> label -> mean, of the kinds that any method has; the hardest first."""
-    parts = [section(part) for part in broken_down(panel.narrowed(value), "kind")]
+    parts = [split_summary(part) for part in breakdown(panel.narrowed(value), "kind")]
     found = {
         part.part: {score.label: score.means[value] for score in part.scores if value in score.means}
         for part in parts
     }
     hard = {kind: median(mean.value for mean in each.values()) for kind, each in found.items() if each}
-    worse = losses(np.array(list(hard.values())), panel.values[value]).tolist()
+    declared = panel.values[value]
+    worse = losses(np.array(list(hard.values())), declared.better, declared.goal).tolist()
     order = dict(zip(hard, worse, strict=True))
     return {kind: found[kind] for kind in sorted(hard, key=lambda kind: -order[kind])}

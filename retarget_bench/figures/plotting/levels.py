@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from retarget_bench.figures.plotting import canvas, edges
 
 if TYPE_CHECKING:
-    from retarget_bench.analysis.seen_unseen import Half
-    from retarget_bench.analysis.summary import Mean, Score, Section
+    from retarget_bench.analysis.seen_unseen import SeenPart
+    from retarget_bench.analysis.summary import Mean, MethodSummary, SplitSummary
 
 
 FEW = 2
@@ -18,7 +18,7 @@ FEW = 2
 
 
 @dataclass(frozen=True)
-class Line:
+class LevelLine:
     """One line of a picture.
 
     name:   in the legend. half: the method's label, and whether this is what training had; None: all of it.
@@ -29,7 +29,7 @@ class Line:
     name: str
     half: tuple[str, bool | None]
     look: Mapping[str, Any]
-    scores: tuple[tuple[str, Score], ...]
+    scores: tuple[tuple[str, MethodSummary], ...]
 
     def points(self, value: str, at: Mapping[str, float]) -> list[tuple[float, Mean]]:
         """(place of the level, mean), from left to right. at: level -> its place; others are left out."""
@@ -41,7 +41,9 @@ class Line:
         return sorted(found, key=lambda point: point[0])
 
 
-def lines(sections: Sequence[Section], halves: Sequence[Half], value: str, page: canvas.Page) -> list[Line]:
+def lines(
+    sections: Sequence[SplitSummary], halves: Sequence[SeenPart], value: str, page: canvas.Page
+) -> list[LevelLine]:
     """A line per method that has the value anywhere, in order; two of one colour, full for structures that
     training had and dashed for others, of methods that have halves."""
     headers = {score.label: score.header for section in sections for score in section.scores}
@@ -61,15 +63,15 @@ def lines(sections: Sequence[Section], halves: Sequence[Half], value: str, page:
 
 
 def _line(
-    name: str, half: tuple[str, bool | None], look: Mapping[str, Any], sections: Sequence[Section]
-) -> Line:
+    name: str, half: tuple[str, bool | None], look: Mapping[str, Any], sections: Sequence[SplitSummary]
+) -> LevelLine:
     """A line, whose name says of how many cases it is where the method did not answer all."""
     scores = [
         (section.part, score) for section in sections for score in section.scores if score.label == half[0]
     ]
     ok, asked = (sum(getattr(score, what) for _, score in scores) for what in ("ok", "asked"))
     told = name if ok == asked else f"{name} ({ok} of {asked} cases)"
-    return Line(told, half, look, tuple(scores))
+    return LevelLine(told, half, look, tuple(scores))
 
 
 def banded(
@@ -93,7 +95,7 @@ def banded(
         panel.fill_between(at, low, high, color=look["color"], alpha=0.12, linewidth=0)
 
 
-def told(section: Section) -> str:
+def told(section: SplitSummary) -> str:
     """What a picture of these levels is of."""
     clips = f"{section.clips} clips at every level (mean over clips, bands 95 %)"
     return f"{canvas.told(section.dataset)}\n{clips}"

@@ -12,7 +12,7 @@ from retarget_bench.analysis.breakdown import UNKNOWN
 from retarget_bench.analysis.statistics import per_clip
 from retarget_bench.figures.plotting import canvas, values
 from retarget_bench.results import case_metadata
-from retarget_bench.results.result_matrix import Panel
+from retarget_bench.results.result_matrix import ResultMatrix
 
 COLOURS = "YlOrRd"
 """From light to dark, so that it says the same in grey."""
@@ -24,7 +24,7 @@ HIGHEST = 0.98
 """The share of all squares that the colours are spread over; the few beyond have the darkest."""
 
 
-def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = canvas.PAGE) -> None:
+def draw(path: Path, panels: Sequence[ResultMatrix], value: str, page: canvas.Page = canvas.PAGE) -> None:
     """Draw the mean of every pair, sources down, targets across; all splits in one map, one scale for all.
 
     Bodies are taken together by structure where there are more than ``MOST``. What nobody asked, or the
@@ -57,7 +57,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
 
 
 def means(
-    panels: Sequence[Panel], label: str, value: str, names: Mapping[str, str]
+    panels: Sequence[ResultMatrix], label: str, value: str, names: Mapping[str, str]
 ) -> dict[tuple[str, str], float]:
     """(source, target) -> the mean over clips of the mean over a clip's cases, of one method.
 
@@ -78,7 +78,7 @@ def means(
     return {pair: float(np.concatenate(each).mean()) for pair, each in numbers.items()}
 
 
-def _names(panels: Sequence[Panel]) -> dict[str, str]:
+def _names(panels: Sequence[ResultMatrix]) -> dict[str, str]:
     """Body -> what it is called: itself, or its structure where there are too many bodies."""
     bodies = {name for panel in panels for info in panel.cases for name in (info.source, info.target)}
     if len(bodies) <= MOST:

@@ -11,7 +11,7 @@ from retarget_bench.figures.plotting import canvas
 from retarget_bench.figures.plotting.levels import banded
 
 if TYPE_CHECKING:
-    from retarget_bench.analysis.summary import Mean, Section
+    from retarget_bench.analysis.summary import Mean, SplitSummary
 
 KINDS = {"pan_recall": "recall", "pan_contact_precision": "precision"}
 """Value -> what its row of panels is called. A foot that never moves has recall 1; hence both."""
@@ -21,7 +21,9 @@ AXES = {
 }
 
 
-def draw(path: Path, sections: Sequence[Section], by_height: bool, page: canvas.Page = canvas.PAGE) -> None:
+def draw(
+    path: Path, sections: Sequence[SplitSummary], by_height: bool, page: canvas.Page = canvas.PAGE
+) -> None:
     """Draw recall above precision, a column per split, a line per method with its 95 % interval.
 
     sections: of one data set. by_height: thresholds of speed in heights, not squared ones in centimetres.
@@ -64,11 +66,11 @@ def draw(path: Path, sections: Sequence[Section], by_height: bool, page: canvas.
         canvas.legend(figure, list(panels.flat))
 
 
-def _lines(section: Section, value: str) -> dict[str, Mapping[str, Mean]]:
+def _lines(section: SplitSummary, value: str) -> dict[str, Mapping[str, Mean]]:
     """Label -> its curve, of those that have it."""
     return {score.label: score.curves[value] for score in section.scores if value in score.curves}
 
 
-def _thresholds(sections: Sequence[Section], value: str) -> list[float]:
+def _thresholds(sections: Sequence[SplitSummary], value: str) -> list[float]:
     curves = [curve for section in sections for curve in _lines(section, value).values()]
     return sorted({float(threshold) for curve in curves for threshold in curve})

@@ -10,16 +10,17 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from retarget_bench.analysis import statistics
-from retarget_bench.analysis.summary import section
+from retarget_bench.analysis.summary import split_summary
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.plotting import canvas, edges, values
-from retarget_bench.results.result_matrix import Panel
+from retarget_bench.results.header import DeclaredValue
+from retarget_bench.results.result_matrix import ResultMatrix
 
 if TYPE_CHECKING:
-    from retarget_bench.analysis.summary import Score
+    from retarget_bench.analysis.summary import MethodSummary
 
 
-def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = canvas.PAGE) -> None:
+def draw(path: Path, panels: Sequence[ResultMatrix], value: str, page: canvas.Page = canvas.PAGE) -> None:
     """Draw a mark per method, a panel per split: speed to the right, the value upwards with its interval.
 
     Faint steps join the ranked ones that no other ranked one beats in both. Raises BenchError where no
@@ -29,7 +30,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     what = values.shown(panels, value)
     headers = values.headers(panels)
     look = canvas.looks(headers, page)
-    sections = [section(panel.narrowed(value)) for panel in panels]
+    sections = [split_summary(panel.narrowed(value)) for panel in panels]
     timed = [[score for score in each.scores if score.fps and value in score.means] for each in sections]
     if not any(timed):
         raise BenchError(
@@ -63,7 +64,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
 
 def _marks(
     axes: Any,
-    scores: Iterable[Score],
+    scores: Iterable[MethodSummary],
     value: str,
     look: Mapping[str, Mapping[str, Any]],
     edge: edges.Edge,
@@ -80,16 +81,17 @@ def _marks(
             )
 
 
-def _front(axes: Any, points: Sequence[tuple[float, float]], declared: Mapping[str, Any]) -> None:
+def _front(axes: Any, points: Sequence[tuple[float, float]], declared: DeclaredValue) -> None:
     """Steps along the points that none is both faster and better than."""
     front = best(points, declared)
     if len(front) > 1:
         axes.step(*zip(*front, strict=True), where="pre", color="0.7", linewidth=0.8, zorder=1)
 
 
-def best(points: Sequence[tuple[float, float]], declared: Mapping[str, Any]) -> list[tuple[float, float]]:
+def best(points: Sequence[tuple[float, float]], declared: DeclaredValue) -> list[tuple[float, float]]:
     """Those (speed, number) that no other is faster than and better, slowest first."""
-    worse = statistics.losses(np.array([number for _, number in points]), declared).tolist()
+    numbers = np.array([number for _, number in points])
+    worse = statistics.losses(numbers, declared.better, declared.goal).tolist()
     front: list[tuple[float, float]] = []
     least = math.inf
     for (speed, number), loss in sorted(

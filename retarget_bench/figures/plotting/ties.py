@@ -6,17 +6,17 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from retarget_bench.analysis.summary import Section, section
-from retarget_bench.analysis.tie_groups import cliques, told_apart
+from retarget_bench.analysis.summary import SplitSummary, split_summary
+from retarget_bench.analysis.tie_groups import separated, tie_groups
 from retarget_bench.errors import BenchError
 from retarget_bench.figures.plotting import canvas, edges, values
-from retarget_bench.results.result_matrix import Panel
+from retarget_bench.results.result_matrix import ResultMatrix
 
 STEP = 11.0
 """Points between two bars."""
 
 
-def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = canvas.PAGE) -> None:
+def draw(path: Path, panels: Sequence[ResultMatrix], value: str, page: canvas.Page = canvas.PAGE) -> None:
     """Draw methods from the best at the top to the worst, with 95 % intervals; bars at the right join those
     that no paired test tells apart. Below them, hollow: who is not ranked.
 
@@ -26,7 +26,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
     what = values.shown(panels, value)
     headers = values.headers(panels)
     look = canvas.looks(headers, page)
-    found = [(panel, section(panel.narrowed(value))) for panel in panels]
+    found = [(panel, split_summary(panel.narrowed(value))) for panel in panels]
     found = [(panel, each) for panel, each in found if value in each.rankings]
     if not found:
         raise BenchError(f"nobody is ranked by {value} in these results, so there are no ties to show")
@@ -38,7 +38,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
             means = {s.label: [s.means[value]] for s in each.scores if value in s.means}
             edge = edges.edge(means, headers, what.declared)
             _means(axes, each, value, look, edge)
-            groups = cliques(told_apart(panel, each.rankings[value], value))
+            groups = tie_groups(separated(panel, each.rankings[value], value))
             _bars(axes, groups, edges.beside(axes, edge))
             far.append(edge)
             ranking = each.rankings[value]
@@ -48,7 +48,7 @@ def draw(path: Path, panels: Sequence[Panel], value: str, page: canvas.Page = ca
         canvas.title(figure, page, f"{canvas.told(panels[0].dataset)}: {told}{edges.told(far)})")
 
 
-def _rows(section: Section, value: str) -> list[str]:
+def _rows(section: SplitSummary, value: str) -> list[str]:
     """Labels from top to bottom: the ranked, best first, then all others that have the value."""
     order = section.rankings[value].order
     rest = [s.label for s in section.scores if s.label not in order and value in s.means]
@@ -56,7 +56,7 @@ def _rows(section: Section, value: str) -> list[str]:
 
 
 def _means(
-    axes: Any, section: Section, value: str, look: Mapping[str, Mapping[str, Any]], edge: edges.Edge
+    axes: Any, section: SplitSummary, value: str, look: Mapping[str, Mapping[str, Any]], edge: edges.Edge
 ) -> None:
     labels, ranked = _rows(section, value), set(section.rankings[value].order)
     for at, label in enumerate(labels):

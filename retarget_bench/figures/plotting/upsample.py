@@ -16,9 +16,9 @@ from retarget_bench.figures.plotting.levels import banded, lines, told
 from retarget_bench.results import case_metadata
 
 if TYPE_CHECKING:
-    from retarget_bench.analysis.seen_unseen import Half
-    from retarget_bench.analysis.summary import Mean, Section
-    from retarget_bench.results.store import Place
+    from retarget_bench.analysis.seen_unseen import SeenPart
+    from retarget_bench.analysis.summary import Mean, SplitSummary
+    from retarget_bench.results.store import ResultPaths
 
 PANELS = {"restored_cm": "all joints", "restored_cm.missing": "joints that are not given"}
 
@@ -27,9 +27,9 @@ Points = list[tuple[float, "Mean"]]
 
 def draw(
     path: Path,
-    sections: Sequence[Section],
+    sections: Sequence[SplitSummary],
     major: float | None = None,
-    halves: Sequence[Half] = (),
+    halves: Sequence[SeenPart] = (),
     page: canvas.Page = canvas.PAGE,
 ) -> None:
     """Draw a line per method with its 95 % interval; all joints first, then the missing ones.
@@ -72,11 +72,11 @@ def draw(
         canvas.legend(figure, panels)
 
 
-def _levels(sections: Sequence[Section]) -> list[str]:
+def _levels(sections: Sequence[SplitSummary]) -> list[str]:
     return [section.part for section in sections]
 
 
-def major_share(places: Iterable[Place]) -> float | None:
+def major_share(places: Iterable[ResultPaths]) -> float | None:
     """Per cent of the joints that the major ones are, on average over cases; None where there are none."""
     shares = [
         100.0 * each["joints"] / each["of"]

@@ -27,7 +27,7 @@ _NUMERIC = b"0123456789+-.eE \t\r\n"
 
 
 @dataclass(frozen=True)
-class Entry:
+class CatalogueEntry:
     """What is known of one BVH file.
 
     content:   SHA-256 of its bytes, in hexadecimal.
@@ -44,7 +44,7 @@ class Entry:
     problem: str = ""
 
 
-def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, Entry]:
+def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, CatalogueEntry]:
     """An entry per file, in the order given; ``root`` names the cache.
 
     Files whose size and time of change are those of an earlier call are not opened. A file that cannot
@@ -52,13 +52,13 @@ def catalogue(root: Path, files: Iterable[Path]) -> dict[Path, Entry]:
     """
     place = cache_folder() / "catalogue" / f"{digest(str(root.resolve()), 16)}.json"
     known = _stored(place)
-    found: dict[Path, Entry] = {}
+    found: dict[Path, CatalogueEntry] = {}
     record: dict[str, list] = {}
     for path in files:
         name = str(path.resolve())
         stamp = _stamp(path)
         kept = known.get(name)
-        entry = Entry(**kept[1]) if kept is not None and kept[0] == stamp else inspect(path)
+        entry = CatalogueEntry(**kept[1]) if kept is not None and kept[0] == stamp else inspect(path)
         found[path] = entry
         record[name] = [stamp, asdict(entry)]
     if any(known.get(name) != kept for name, kept in record.items()):
@@ -96,7 +96,7 @@ def _visible(folder: Path) -> list[Path]:
         raise FileError(folder, f"cannot be listed ({error.strerror or error})") from error
 
 
-def inspect(path: Path) -> Entry:
+def inspect(path: Path) -> CatalogueEntry:
     """One file's entry, from its bytes.
 
     The motion block is checked by its outline only: number of lines, numbers in the last line, nothing
@@ -105,7 +105,7 @@ def inspect(path: Path) -> Entry:
     try:
         data = path.read_bytes()
     except OSError as error:
-        return Entry("", "", 0, 0.0, f"cannot be read ({error.strerror or error})")
+        return CatalogueEntry("", "", 0, 0.0, f"cannot be read ({error.strerror or error})")
     content = hashlib.sha256(data).hexdigest()
     match = _HEADER.search(data)
     body = data[match.end() :].strip() if match else b""
@@ -113,11 +113,11 @@ def inspect(path: Path) -> Entry:
     if match and _looks_whole(data[: match.start()], body, int(match[1])):
         with suppress(ValueError):
             if 1e-4 < (seconds := float(match[2])) < 10.0:
-                return Entry(content, hierarchy, int(match[1]), frame_rate(seconds))
+                return CatalogueEntry(content, hierarchy, int(match[1]), frame_rate(seconds))
     return _parsed(path, content, hierarchy)
 
 
-def fingerprint(named: Mapping[str, Entry]) -> str:
+def fingerprint(named: Mapping[str, CatalogueEntry]) -> str:
     """A hash of file names and contents: what identifies a data set of these files in keys."""
     lines = (f"{name}\t{entry.content}" for name, entry in sorted(named.items()))
     return "sha256:" + digest("\n".join(lines), 32)
@@ -138,14 +138,14 @@ def _looks_whole(header: bytes, body: bytes, frames: int) -> bool:
     )
 
 
-def _parsed(path: Path, content: str, hierarchy: str) -> Entry:
+def _parsed(path: Path, content: str, hierarchy: str) -> CatalogueEntry:
     try:
         recording = bvh.read(path)
     except BenchError as error:
         problem = error.problem if isinstance(error, FileError) else str(error)
         line = f"line {error.line}: " if isinstance(error, FileError) and error.line else ""
-        return Entry(content, hierarchy, 0, 0.0, line + problem)
-    return Entry(content, hierarchy, len(recording.root), recording.fps)
+        return CatalogueEntry(content, hierarchy, 0, 0.0, line + problem)
+    return CatalogueEntry(content, hierarchy, len(recording.root), recording.fps)
 
 
 def _stamp(path: Path) -> list[int]:

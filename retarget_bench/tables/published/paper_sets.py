@@ -4,16 +4,16 @@ legs, and what real motion scores in their place."""
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import compatibility, store
-from retarget_bench.results.store import Place
+from retarget_bench.results.header import ResultHeader
+from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables.published.papers import OwnCell, OwnRow, PublishedColumn, PublishedTable, mark_of
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
@@ -23,21 +23,21 @@ FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
 class _Result:
     """One result file: its header, and what its sets say."""
 
-    header: Mapping[str, Any]
-    place: Place
+    header: ResultHeader
+    place: ResultPaths
     values: Sequence[SetValue]
 
     @property
     def dataset(self) -> str:
-        return str(self.header["dataset"]["label"])
+        return self.header.dataset.label
 
     def label(self, several: bool) -> str:
-        name = str(self.header["method"]["label"])
+        name = self.header.method.label
         return f"{name} ({self.place.root})" if several else name
 
     def of(self, column: PublishedColumn) -> list[SetValue]:
         """The values of a column, one per structure of that many legs."""
-        four = set(self.header["four_legged"])
+        four = set(self.header.four_legged or ())
         return [
             each
             for each in self.values
@@ -46,7 +46,7 @@ class _Result:
         ]
 
 
-def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
+def own_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[OwnRow]:
     """Our methods in the columns of a table of sets, and the floor of each data set.
 
     Only results without references count (their headers say which structures have four legs). Of a method
@@ -54,23 +54,23 @@ def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
     Raises FileError where a result cannot be read.
     """
     found = list(_results(dict.fromkeys(places)))
-    names = Counter((each.dataset, each.header["method"]["label"]) for each in found)
+    names = Counter((each.dataset, each.header.method.label) for each in found)
     rows = []
     for each in found:
-        label = each.label(names[each.dataset, each.header["method"]["label"]] > 1)
+        label = each.label(names[each.dataset, each.header.method.label] > 1)
         rows.append(_row(table, each, label))
     datasets = dict.fromkeys(each.dataset for each in found)
     rows += [_floor(table, [each for each in found if each.dataset == name]) for name in datasets]
     return [row for row in rows if row.cells or row.reasons]
 
 
-def _results(places: Iterable[Place]) -> Iterable[_Result]:
+def _results(places: Iterable[ResultPaths]) -> Iterable[_Result]:
     there = [(place, store.read_header(place.header)) for place in places]
     newest = compatibility.newest_by_label(header for _, header in there)
     for place, header in there:
-        if "four_legged" not in header or place.split != "cross" or ".seed-" in place.method:
+        if header.four_legged is None or place.split != "cross" or ".seed-" in place.method:
             continue
-        latest = newest[header["dataset"]["label"]]
+        latest = newest[header.dataset.label]
         values = [each for each in set_metrics.read(place) if not latest.stale_value(header, each.value_id)]
         if values and not latest.stale_data(header):
             yield _Result(header, place, values)
@@ -85,8 +85,8 @@ def _row(table: PublishedTable, result: _Result, label: str) -> OwnRow:
             cells[column.id] = _cell(numbers, [each.value for each in numbers if each.value is not None])
         elif values:
             reasons[column.id] = "; ".join(dict.fromkeys(each.reason for each in values))
-    facts = result.header["dataset"]
-    return OwnRow(label, result.dataset, facts["name"], mark_of(result.header["method"]), cells, reasons)
+    facts = result.header.dataset
+    return OwnRow(label, result.dataset, facts.name, mark_of(result.header.method), cells, reasons)
 
 
 def _floor(table: PublishedTable, results: Sequence[_Result]) -> OwnRow:
@@ -98,8 +98,8 @@ def _floor(table: PublishedTable, results: Sequence[_Result]) -> OwnRow:
             cells[column.id] = _cell(usual, floors)
         elif usual:
             reasons[column.id] = "; ".join(dict.fromkeys(each.reason for each in usual))
-    facts = results[0].header["dataset"]
-    return OwnRow(FLOOR, results[0].dataset, facts["name"], FLOOR_MARK, cells, reasons)
+    facts = results[0].header.dataset
+    return OwnRow(FLOOR, results[0].dataset, facts.name, FLOOR_MARK, cells, reasons)
 
 
 def _usual(values: Sequence[SetValue]) -> list[SetValue]:

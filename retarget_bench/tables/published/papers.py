@@ -14,7 +14,6 @@ from functools import cache
 from importlib.resources import files
 from importlib.resources.abc import Traversable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
@@ -23,7 +22,8 @@ from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.results import case_metadata, columns, compatibility, store
 from retarget_bench.results.columns import Columns
-from retarget_bench.results.store import Place
+from retarget_bench.results.header import MethodInfo
+from retarget_bench.results.store import ResultPaths
 
 DATASET = "mixamo"
 """Where the pairs of the papers' test set come from."""
@@ -137,7 +137,7 @@ def _folder() -> Traversable:
     return files("retarget_bench.tables.published")
 
 
-def with_structures(table: PublishedTable, places: Sequence[Place]) -> PublishedTable:
+def with_structures(table: PublishedTable, places: Sequence[ResultPaths]) -> PublishedTable:
     """A table by structures, with a further block: our own structures, and a note per trained method that
     says which of them it knew. The value is that of the columns by what was seen."""
     value, unit = next((column.value, column.unit) for column in table.columns if column.seen)
@@ -146,11 +146,11 @@ def with_structures(table: PublishedTable, places: Sequence[Place]) -> Published
     for place in places:
         mine = set((case_metadata.read_structures(place) or {}).values())
         found |= mine
-        method = store.read_header(place.header)["method"]
-        if trained := method.get("trained_on"):
+        method = store.read_header(place.header).method
+        if trained := method.trained_on:
             known = mine & set(trained.get("structures", ()))
             told = [", ".join(sorted(each)) or "none" for each in (known, mine - known)]
-            notes[f"{method['label']}: trained on structures {told[0]}; new to it: {told[1]}."] = None
+            notes[f"{method.label}: trained on structures {told[0]}; new to it: {told[1]}."] = None
     ours = tuple(
         PublishedColumn(id=name, label=name, unit=unit, value=value, structure=name, block=OUR_STRUCTURES)
         for name in sorted(found)
@@ -158,7 +158,7 @@ def with_structures(table: PublishedTable, places: Sequence[Place]) -> Published
     return table.model_copy(update={"columns": (*table.columns, *ours), "notes": (*table.notes, *notes)})
 
 
-def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
+def own_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[OwnRow]:
     """Our methods in the columns of a published table: those that have a number in any of them.
 
     Numbers on other data, or of another version of a metric, than the newest are left out, as in every
@@ -168,9 +168,9 @@ def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
     newest = compatibility.newest_by_label(header for _, header in there)
     grouped: dict[tuple[str, str, Path], list[Columns]] = {}
     for place, header in there:
-        dataset = header["dataset"]["label"]
+        dataset = header.dataset.label
         found = columns.read(place, header, newest[dataset])
-        grouped.setdefault((dataset, header["method"]["label"], place.root), []).append(found)
+        grouped.setdefault((dataset, header.method.label, place.root), []).append(found)
     names = Counter((dataset, label) for dataset, label, _ in grouped)
     rows = [
         _own_row(table, dataset, label if names[dataset, label] == 1 else f"{label} ({root})", mine)
@@ -182,9 +182,9 @@ def own_rows(table: PublishedTable, places: Sequence[Place]) -> list[OwnRow]:
 def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Columns]) -> OwnRow:
     header = found[0].header
     numbers = _numbers(found)
-    theirs = header["dataset"]["name"] == DATASET
+    theirs = header.dataset.name == DATASET
     structures = case_metadata.read_structures(found[0].place) or {}
-    trained = header["method"].get("trained_on")
+    trained = header.method.trained_on
     asked = {
         column.id: [
             each
@@ -201,13 +201,13 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
         elif asked.get(column.id):
             cells[column.id] = _mean(asked[column.id])
     reasons = {} if trained else {column.id: UNTRAINED for column in table.columns if column.seen}
-    return OwnRow(label, dataset, header["dataset"]["name"], mark_of(header["method"]), cells, reasons)
+    return OwnRow(label, dataset, header.dataset.name, mark_of(header.method), cells, reasons)
 
 
-def mark_of(method: Mapping[str, Any]) -> str:
+def mark_of(method: MethodInfo) -> str:
     """Why a method of a header stands apart, or ""."""
-    seen = ", ".join(name.replace("_", " ") for name in method["privileged"])
-    return "control" if method["control"] else f"sees {seen}" if seen else ""
+    seen = ", ".join(name.replace("_", " ") for name in method.privileged)
+    return "control" if method.control else f"sees {seen}" if seen else ""
 
 
 def _numbers(found: Sequence[Columns]) -> dict[str, list[tuple[CaseInfo, float]]]:

@@ -8,7 +8,7 @@ import math
 import textwrap
 from collections.abc import Callable, Sequence
 
-from retarget_bench.analysis.pairwise import LEAST_CLIPS, Difference, Versus
+from retarget_bench.analysis.pairwise import LEAST_CLIPS, Difference, PairwiseComparison
 from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, Interval
 
 WIDTH = 108
@@ -24,7 +24,7 @@ LEGEND = (
 ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
 
 
-def text(found: Sequence[Versus]) -> str:
+def text(found: Sequence[PairwiseComparison]) -> str:
     """For a terminal: a block per split, aligned."""
     out = []
     for each in found:
@@ -40,7 +40,7 @@ def text(found: Sequence[Versus]) -> str:
     return "\n".join([*out, *legend]) + "\n"
 
 
-def markdown(found: Sequence[Versus]) -> str:
+def markdown(found: Sequence[PairwiseComparison]) -> str:
     """A table per split, with a legend."""
     out = []
     for each in found:
@@ -52,7 +52,7 @@ def markdown(found: Sequence[Versus]) -> str:
     return "\n".join([*out, *(f"- {_plain(line)}" for line in _legend(found))]) + "\n"
 
 
-def comma_separated(found: Sequence[Versus]) -> str:
+def comma_separated(found: Sequence[PairwiseComparison]) -> str:
     """A line per split and value; full precision; empty where there is no interval."""
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\n")
@@ -68,7 +68,7 @@ def comma_separated(found: Sequence[Versus]) -> str:
     return out.getvalue()
 
 
-def verdict(found: Versus, one: Difference) -> str:
+def verdict(found: PairwiseComparison, one: Difference) -> str:
     """What the numbers say, in words."""
     return {
         "first": f"{found.first} better",
@@ -81,17 +81,17 @@ def verdict(found: Versus, one: Difference) -> str:
     }[one.verdict]
 
 
-def _cells(found: Versus) -> list[list[str]]:
+def _cells(found: PairwiseComparison) -> list[list[str]]:
     """The heading and a row per value, as text."""
     head = [words.format(first=found.first, second=found.second) for words in HEADS]
     return [head, *(_row(found, one) for one in found.differences)]
 
 
-def _row(found: Versus, one: Difference) -> list[str]:
+def _row(found: PairwiseComparison, one: Difference) -> list[str]:
     facts = one.facts
-    goal = f"{facts['goal']:g}" if facts["better"] == "target" else ""
-    unit = f", {facts['unit']}" if facts["unit"] != "1" else ""
-    name = f"{one.value} {ARROWS[facts['better']]}{goal}".rstrip() + unit
+    goal = f"{facts.goal:g}" if facts.better == "target" else ""
+    unit = f", {facts.unit}" if facts.unit != "1" else ""
+    name = f"{one.value} {ARROWS[facts.better]}{goal}".rstrip() + unit
     decimals = _decimals(max(abs(one.first), abs(one.second)))
     fine = _decimals(_size(one)) - 1
     return [
@@ -130,7 +130,7 @@ def _decimals(size: float) -> int:
     return min(9, max(0, 2 - math.floor(math.log10(size)))) if size > 0 else 2
 
 
-def _legend(found: Sequence[Versus]) -> list[str]:
+def _legend(found: Sequence[PairwiseComparison]) -> list[str]:
     names = {(each.first, each.second) for each in found}
     first, second = names.pop() if len(names) == 1 else ("the first", "the second")
     return [line.replace("{first}", first).replace("{second}", second) for line in LEGEND]
@@ -144,7 +144,7 @@ def _plain(words: str) -> str:
     return escaped
 
 
-RENDERERS: dict[str, Callable[[Sequence[Versus]], str]] = {
+RENDERERS: dict[str, Callable[[Sequence[PairwiseComparison]], str]] = {
     "text": text,
     "md": markdown,
     "csv": comma_separated,

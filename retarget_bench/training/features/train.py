@@ -22,7 +22,7 @@ DROPPED = 1e-6
 
 
 @dataclass(frozen=True)
-class Recipe:
+class FeatureTrainingConfig:
     """hop: frames between training windows. least: the smallest deviation that a place (heights) and any
     other channel is divided by. validation: one clip in so many is kept aside."""
 
@@ -64,7 +64,7 @@ def train(
     clips: Mapping[str, np.ndarray],
     facts: Mapping[str, Any],
     folder: Path,
-    recipe: Recipe,
+    config: FeatureTrainingConfig,
     progress: Callable[[int, float], None],
 ) -> Network:
     """Train on clips of channels and write the network to a folder.
@@ -72,9 +72,9 @@ def train(
     facts: more lines for its card. progress is called after every step with the steps done and the loss.
     """
     begun = time.perf_counter()
-    kept, aside = _split(clips, recipe)
-    mean, scale = _statistics(kept, recipe)
-    curve, model = _fit((kept - mean) * scale, (aside - mean) * scale, recipe, progress)
+    kept, aside = _split(clips, config)
+    mean, scale = _statistics(kept, config)
+    curve, model = _fit((kept - mean) * scale, (aside - mean) * scale, config, progress)
     tensors = _tensors(model, mean, scale)
     bare = Network(
         tensors | {"feature_mean": np.zeros(LAYERS[-1]), "feature_scale": np.ones(LAYERS[-1])}, {}
@@ -93,7 +93,7 @@ def train(
         "windows": len(kept),
         "validation_windows": len(aside),
         "features": int((tensors["feature_scale"] > 0).sum()),
-        "recipe": asdict(recipe),
+        "recipe": asdict(config),
         "loss": curve,
         "seconds": round(time.perf_counter() - begun),
         "torch": torch.__version__,
@@ -101,37 +101,40 @@ def train(
     return network.write(folder, tensors, card)
 
 
-def _split(clips: Mapping[str, np.ndarray], recipe: Recipe) -> tuple[np.ndarray, np.ndarray]:
+def _split(clips: Mapping[str, np.ndarray], config: FeatureTrainingConfig) -> tuple[np.ndarray, np.ndarray]:
     """``(windows, FRAMES, channels)`` float32 to train on, and of clips that are kept aside."""
     parts: tuple[list[np.ndarray], list[np.ndarray]] = [], []
     for number, seen in enumerate(clips.values()):
-        parts[number % recipe.validation == recipe.validation - 1].append(windows.windows(seen, recipe.hop))
+        parts[number % config.validation == config.validation - 1].append(windows.windows(seen, config.hop))
     kept, aside = parts
     return np.concatenate(kept), np.concatenate(aside or kept[:1])
 
 
-def _statistics(kept: np.ndarray, recipe: Recipe) -> tuple[np.ndarray, np.ndarray]:
+def _statistics(kept: np.ndarray, config: FeatureTrainingConfig) -> tuple[np.ndarray, np.ndarray]:
     """``(channels,)`` mean, and one over the standard deviation (0 for what never varies)."""
     mean, spread = (each.astype(np.float32) for each in (kept.mean(axis=(0, 1)), kept.std(axis=(0, 1))))
     joints = (kept.shape[2] - 3) // 5
-    least = np.repeat(np.array(recipe.least, np.float32), (3 * joints, 2 * joints + 3))
+    least = np.repeat(np.array(config.least, np.float32), (3 * joints, 2 * joints + 3))
     return mean, np.where(spread > DROPPED, 1.0 / np.maximum(spread, least), 0.0).astype(np.float32)
 
 
 def _fit(
-    kept: np.ndarray, aside: np.ndarray, recipe: Recipe, progress: Callable[[int, float], None]
+    kept: np.ndarray,
+    aside: np.ndarray,
+    config: FeatureTrainingConfig,
+    progress: Callable[[int, float], None],
 ) -> tuple[list[dict[str, float]], Autoencoder]:
     """The loss curve and the trained network."""
     with torch.random.fork_rng(devices=[]):
-        torch.manual_seed(recipe.seed)
+        torch.manual_seed(config.seed)
         model = Autoencoder(kept.shape[2])
-    optimiser = torch.optim.Adam(model.parameters(), lr=recipe.rate)
-    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, recipe.steps)
+    optimiser = torch.optim.Adam(model.parameters(), lr=config.rate)
+    schedule = torch.optim.lr_scheduler.CosineAnnealingLR(optimiser, config.steps)
     here, there = (
         torch.from_numpy(np.ascontiguousarray(each.transpose(0, 2, 1))) for each in (kept, aside)
     )
     curve, recent = [], []
-    for step, batch in enumerate(_batches(len(here), recipe), 1):
+    for step, batch in enumerate(_batches(len(here), config), 1):
         wanted = here[batch]
         loss = nn.functional.mse_loss(model(wanted), wanted)
         optimiser.zero_grad()
@@ -140,7 +143,7 @@ def _fit(
         schedule.step()
         recent.append(loss.item())
         progress(step, recent[-1])
-        if step % max(recipe.steps // recipe.checks, 1) == 0 or step == recipe.steps:
+        if step % max(config.steps // config.checks, 1) == 0 or step == config.steps:
             curve.append(
                 {
                     "step": step,
@@ -156,15 +159,15 @@ def _tensor(cut: np.ndarray) -> Tensor:
     return torch.from_numpy(np.ascontiguousarray(cut.transpose(0, 2, 1)))
 
 
-def _batches(count: int, recipe: Recipe) -> Iterator[Tensor]:
+def _batches(count: int, config: FeatureTrainingConfig) -> Iterator[Tensor]:
     """Indices of the windows of each step: every window once before any comes again."""
-    numbers = torch.Generator().manual_seed(recipe.seed + 1)
+    numbers = torch.Generator().manual_seed(config.seed + 1)
     waiting = torch.randperm(count, generator=numbers)
-    for _ in range(recipe.steps):
-        while len(waiting) < recipe.batch:
+    for _ in range(config.steps):
+        while len(waiting) < config.batch:
             waiting = torch.cat([waiting, torch.randperm(count, generator=numbers)])
-        yield waiting[: recipe.batch]
-        waiting = waiting[recipe.batch :]
+        yield waiting[: config.batch]
+        waiting = waiting[config.batch :]
 
 
 @torch.no_grad()

@@ -54,9 +54,9 @@ def hashes(folder: Path) -> dict[str, str]:
 
 def measure(
     folder: Path, metrics: Sequence[Metric | SetMetric], progress: Callable[[int, int], None]
-) -> Measured:
+) -> FrozenMeasures:
     """Every value of every metric on every frozen motion. Raises FileError."""
-    found = Measured()
+    found = FrozenMeasures()
     paths = sorted((folder / FOLDER).glob("*.npz"))
     for done, path in enumerate(paths, 1):
         held = read(path)
@@ -74,7 +74,7 @@ def measure(
 
 
 @dataclass
-class Measured:
+class FrozenMeasures:
     """table: ``<file>/<prediction>`` -> column -> number. failures: ``<row> <metric>`` -> what went wrong.
 
     networks: set metric -> structure -> hash of what makes its features.

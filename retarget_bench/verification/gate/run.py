@@ -11,11 +11,11 @@ from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.gate import compare, golden, report, smoke, snapshot
 from retarget_bench.verification.gate.compare import Line, Mark
-from retarget_bench.verification.gate.snapshot import Progress, Request, Snapshot
+from retarget_bench.verification.gate.snapshot import GateRequest, Progress, Snapshot
 
 
 @dataclass(frozen=True)
-class Found:
+class GateOutcome:
     """What a check found. verdict: 0 same, 1 moved, 2 could not measure."""
 
     lines: Sequence[Line]
@@ -34,7 +34,7 @@ def check(
     *,
     accept: bool = False,
     forget: Sequence[str] = (),
-) -> Found:
+) -> GateOutcome:
     """Measure, and compare with the golden rows in ``folder``.
 
     methods: labels; none: those of the golden rows and, where these are of everything, the built-in ones
@@ -55,10 +55,10 @@ def check(
     if before is None:
         before = Snapshot(now.complete, now.dataset, now.smoke, {}, {})
     gone = [Line(Mark.MOVED, label, why="forgotten") for label in forget]
-    return Found([*gone, *compare.compare(before, now)], now)
+    return GateOutcome([*gone, *compare.compare(before, now)], now)
 
 
-def accept(folder: Path, found: Found, because: str) -> Path:
+def accept(folder: Path, found: GateOutcome, because: str) -> Path:
     """Make what was measured the golden rows, and log it. Returns the log's path.
 
     Raises BenchError, and then nothing has changed.
@@ -73,7 +73,7 @@ def accept(folder: Path, found: Found, because: str) -> Path:
 
 def _request(
     folder: Path, before: Snapshot | None, methods: Sequence[str], dataset: Spec | None, accept: bool
-) -> Request:
+) -> GateRequest:
     named = tuple(str(Spec.parse(each)) for each in methods)
     complete = before.complete if before is not None else not named
     labels = list(named) if named else []
@@ -83,7 +83,7 @@ def _request(
         labels += smoke.default_methods()
     spec = dataset or Spec.parse(before.dataset["spec"] if before is not None else defaults.DATASET)
     partial = before is not None and not complete and not accept
-    return Request(
+    return GateRequest(
         methods=tuple(dict.fromkeys(labels)),
         metrics=tuple(before.metrics) if partial and before is not None else snapshot.own_metrics(),
         dataset=spec,
@@ -101,5 +101,5 @@ def _wanted(before: Snapshot | None, spec: Spec) -> dict[str, list[str]] | None:
     return before.smoke
 
 
-def nothing_moved(found: Found) -> bool:
+def nothing_moved(found: GateOutcome) -> bool:
     return all(line.mark is Mark.SAME for line in found.lines) and bool(found.lines)

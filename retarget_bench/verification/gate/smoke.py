@@ -15,13 +15,13 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict as stage_one
 from retarget_bench.evaluation.header import header_of
-from retarget_bench.evaluation.plan import Cell, Plan
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.evaluation.score import declared_values, score
 from retarget_bench.files import digest
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import Entry
+from retarget_bench.results.store import CaseResult
 from retarget_bench.verification.gate.table import Table, flat, without_arrays
 
 TASK = "retarget"
@@ -33,7 +33,7 @@ MEAN = "mean"
 
 
 @dataclass(frozen=True)
-class Asked:
+class SmokeCases:
     """The cases of a check: split -> cases, and what is known of the data set."""
 
     spec: Spec
@@ -53,7 +53,7 @@ class Answers:
 
 
 # ---------------------------------------------------------------------------------------------- cases
-def prepare(spec: Spec, wanted: Mapping[str, Sequence[str]] | None, missing: list[str]) -> Asked:
+def prepare(spec: Spec, wanted: Mapping[str, Sequence[str]] | None, missing: list[str]) -> SmokeCases:
     """The wanted cases, or those chosen by rule; wanted ones that the data set lacks are missing."""
     data = plans.dataset(spec)
     listed = {split: data.cases(TASK, split) for split in data.card.splits}
@@ -65,14 +65,14 @@ def prepare(spec: Spec, wanted: Mapping[str, Sequence[str]] | None, missing: lis
         "lists": {split: _list_facts(infos) for split, infos in listed.items()},
     }
     if wanted is None:
-        return Asked(spec, {split: choose(data, infos) for split, infos in listed.items()}, facts)
+        return SmokeCases(spec, {split: choose(data, infos) for split, infos in listed.items()}, facts)
     found = {}
     for split, ids in wanted.items():
         known = {info.id: info for info in listed.get(split, ())}
         if lost := [case for case in ids if case not in known]:
             missing.append(f"{spec} has no longer {len(lost)} of the cases of {split}, {lost[0]} first")
         found[split] = [known[case] for case in ids if case in known]
-    return Asked(spec, found, facts)
+    return SmokeCases(spec, found, facts)
 
 
 def _list_facts(infos: Sequence[CaseInfo]) -> dict[str, Any]:
@@ -143,7 +143,7 @@ def method_facts(spec: Spec) -> dict[str, str]:
 
 
 @dataclass(frozen=True)
-class _Part(Cell):
+class _Part(EvaluationUnit):
     """A cell of a few chosen cases."""
 
     chosen: tuple[CaseInfo, ...] = ()
@@ -154,14 +154,14 @@ class _Part(Cell):
 
 
 def measure(
-    asked: Asked,
+    asked: SmokeCases,
     specs: Mapping[str, Spec],
     metrics: tuple[str, ...],
     missing: list[str],
     progress: Callable[[int, int], None],
 ) -> dict[str, Answers]:
     """Label -> its rows: predicted, scored, written, read back and averaged as in any run."""
-    entries: dict[tuple[str, str], list[Entry]] = {}
+    entries: dict[tuple[str, str], list[CaseResult]] = {}
     total = sum(len(infos) for _, infos in asked)
     for done, (split, info) in enumerate([(s, info) for s, infos in asked for info in infos], 1):
         for label, entry in _ask(asked.spec, info, specs, metrics, missing).items():
@@ -178,7 +178,7 @@ def _ask(
     specs: Mapping[str, Spec],
     metrics: tuple[str, ...],
     missing: list[str],
-) -> dict[str, Entry]:
+) -> dict[str, CaseResult]:
     """Label -> what the method gave for one case; nothing where the case itself cannot be loaded."""
     data = plans.dataset(data_spec)
     try:
@@ -191,23 +191,23 @@ def _ask(
         method: Method = plans.method(spec)
         seed = store.case_seed(0, str(spec), info.id)
         outcome = stage_one.predict(method, case, stage_one.context_for(method, data, case, seed))
-        entry = Entry(info.id, outcome.status, outcome.message)
+        entry = CaseResult(info.id, outcome.status, outcome.message)
         if outcome.prediction is not None:
             try:
                 scored = stage_one.as_scored(outcome.prediction)
                 entry.values = score(plans.metrics(metrics), case, scored)
             except Exception as error:  # as in a run: a metric's fault costs the row
-                entry = Entry(info.id, "failed", f"{type(error).__name__}: {error}")
+                entry = CaseResult(info.id, "failed", f"{type(error).__name__}: {error}")
         found[label] = entry
     return found
 
 
 def _rows(
     plan: Plan,
-    asked: Asked,
+    asked: SmokeCases,
     label: str,
     spec: Spec,
-    entries: Mapping[tuple[str, str], Sequence[Entry]],
+    entries: Mapping[tuple[str, str], Sequence[CaseResult]],
 ) -> Answers:
     """The rows as their files give them back, and the means as a table would show them."""
     places = []
@@ -228,7 +228,7 @@ def _rows(
                 answers.table[name] = flat(without_arrays(entry.values, index))
             else:
                 answers.problems[name] = f"{entry.status}: {entry.message}"
-    for section in summary.sections(places):
+    for section in summary.split_summaries(places):
         (means,) = section.scores
         curves = {
             key: {index: mean.value for index, mean in curve.items()} for key, curve in means.curves.items()

@@ -52,7 +52,7 @@ class Snapshot:
 
 
 @dataclass(frozen=True)
-class Request:
+class GateRequest:
     """What to measure.
 
     methods: labels, in the order of the report. metrics: names. wanted: split -> case ids, or None: those
@@ -66,7 +66,7 @@ class Request:
     folder: Path | None
 
 
-def measure(request: Request, progress: Progress) -> Snapshot:
+def measure(request: GateRequest, progress: Progress) -> Snapshot:
     """Everything asked for. What cannot be measured is named in ``missing``; the rest goes on."""
     missing: list[str] = []
     metrics = _metrics(request.metrics, missing)
@@ -93,7 +93,9 @@ def measure(request: Request, progress: Progress) -> Snapshot:
     return found
 
 
-def _measure_methods(request: Request, names: tuple[str, ...], found: Snapshot, progress: Progress) -> None:
+def _measure_methods(
+    request: GateRequest, names: tuple[str, ...], found: Snapshot, progress: Progress
+) -> None:
     asked = smoke.prepare(request.dataset, request.wanted, found.missing)
     found.dataset, found.smoke = asked.facts, {split: [i.id for i in infos] for split, infos in asked}
     if not any(found.smoke.values()):

@@ -14,7 +14,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.results import store
 from retarget_bench.verification.probe.blindness import FEWEST, dependence
-from retarget_bench.verification.probe.probes import PROBES, Probe, Question, deviation
+from retarget_bench.verification.probe.probes import PROBES, Probe, ProbeCase, deviation
 
 RATE = 30.0
 """Frames per second of the plain questions."""
@@ -28,7 +28,7 @@ class Subject:
     """One plain question and what it is called."""
 
     info: CaseInfo
-    question: Question
+    question: ProbeCase
 
 
 @dataclass
@@ -53,7 +53,7 @@ def subject(info: CaseInfo, source: Prediction, target: Character) -> Subject | 
     """A plain question at 30 frames per second, or why there is none."""
     if not isinstance(source, Motion):
         return "the source is known by joint positions only; probes need rotations"
-    return Subject(info, Question(source if source.fps == RATE else source.resample(RATE), target))
+    return Subject(info, ProbeCase(source if source.fps == RATE else source.resample(RATE), target))
 
 
 def ask(
@@ -99,7 +99,7 @@ class _Asking:
         self.seed = store.case_seed(0, label, about.info.id)
         self._plain: dict[int, np.ndarray] = {}
 
-    def answer(self, question: Question) -> Prediction:
+    def answer(self, question: ProbeCase) -> Prediction:
         """Raises _NoAnswer."""
         case = Case(self.about.info, question.source, question.target)
         outcome = predict(self.method, case, Context(seed=self.seed))
@@ -107,7 +107,7 @@ class _Asking:
             raise _NoAnswer(outcome.status, outcome.message)
         return outcome.prediction
 
-    def plain(self, question: Question) -> np.ndarray:
+    def plain(self, question: ProbeCase) -> np.ndarray:
         """``(frames, joints, 3)`` of a plain question. Raises _NoAnswer."""
         if id(question) not in self._plain:
             self._plain[id(question)] = self.answer(question).positions
@@ -143,7 +143,7 @@ def _dependence(method: Method, label: str, group: Sequence[Subject]) -> Reply:
     """How the answers of one target depend on the sources of a group; noted with its first subject."""
     first = group[0]
     questions = [
-        Subject(each.info, Question(each.question.source, first.question.target)) for each in group
+        Subject(each.info, ProbeCase(each.question.source, first.question.target)) for each in group
     ]
     sources, answers = [], []
     for each in questions:
@@ -174,7 +174,9 @@ def pieces(whole: Subject) -> list[Subject]:
         return []
     length = frames // number
     return [
-        Subject(whole.info, Question(motion.at(slice(k * length, (k + 1) * length)), whole.question.target))
+        Subject(
+            whole.info, ProbeCase(motion.at(slice(k * length, (k + 1) * length)), whole.question.target)
+        )
         for k in range(number)
     ]
 

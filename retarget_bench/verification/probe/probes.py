@@ -30,7 +30,7 @@ Bring = Callable[[Places, Places], tuple[Places, Places]]
 
 
 @dataclass(frozen=True)
-class Question:
+class ProbeCase:
     """A motion, and the body that shall perform it."""
 
     source: Motion
@@ -38,12 +38,12 @@ class Question:
 
 
 @dataclass(frozen=True)
-class Asked:
+class ProbeQuestion:
     """plain: the question whose answer is compared with (mostly the question itself)."""
 
-    question: Question
+    question: ProbeCase
     bring: Bring
-    plain: Question
+    plain: ProbeCase
 
 
 @dataclass(frozen=True)
@@ -62,7 +62,7 @@ class Probe:
     id: str
     label: str
     meaning: str
-    ask: Callable[[Question], Asked | str]
+    ask: Callable[[ProbeCase], ProbeQuestion | str]
     demanded: bool = True
     tolerance: float = 0.01
 
@@ -72,88 +72,92 @@ def _same(new: Places, plain: Places) -> tuple[Places, Places]:
 
 
 # --------------------------------------------------------------------------------------- how it is written
-def _source_names(q: Question) -> Asked:
+def _source_names(q: ProbeCase) -> ProbeQuestion:
     body = rewriting.renamed(q.source.character)
-    return Asked(Question(replace(q.source, character=body), q.target), _same, q)
+    return ProbeQuestion(ProbeCase(replace(q.source, character=body), q.target), _same, q)
 
 
-def _target_names(q: Question) -> Asked:
-    return Asked(Question(q.source, rewriting.renamed(q.target)), _same, q)
+def _target_names(q: ProbeCase) -> ProbeQuestion:
+    return ProbeQuestion(ProbeCase(q.source, rewriting.renamed(q.target)), _same, q)
 
 
-def _source_order(q: Question) -> Asked:
+def _source_order(q: ProbeCase) -> ProbeQuestion:
     order = rewriting.other_order(q.source.character)
     body = rewriting.reordered(q.source.character, order)
     source = Motion(body, q.source.rotations[:, order], q.source.root, q.source.fps)
-    return Asked(Question(source, q.target), _same, q)
+    return ProbeQuestion(ProbeCase(source, q.target), _same, q)
 
 
-def _target_order(q: Question) -> Asked:
+def _target_order(q: ProbeCase) -> ProbeQuestion:
     order = rewriting.other_order(q.target)
-    asked = Question(q.source, rewriting.reordered(q.target, order))
-    return Asked(asked, lambda new, plain: (new, plain[:, order]), q)
+    asked = ProbeCase(q.source, rewriting.reordered(q.target, order))
+    return ProbeQuestion(asked, lambda new, plain: (new, plain[:, order]), q)
 
 
-def _source_axes(q: Question) -> Asked:
+def _source_axes(q: ProbeCase) -> ProbeQuestion:
     turns = rewriting.z_up(q.source.character)
-    return Asked(Question(rewriting.reframed_motion(q.source, turns), q.target), _same, q)
+    return ProbeQuestion(ProbeCase(rewriting.reframed_motion(q.source, turns), q.target), _same, q)
 
 
-def _target_axes(q: Question) -> Asked:
-    return Asked(Question(q.source, rewriting.reframed(q.target, rewriting.z_up(q.target))), _same, q)
+def _target_axes(q: ProbeCase) -> ProbeQuestion:
+    return ProbeQuestion(
+        ProbeCase(q.source, rewriting.reframed(q.target, rewriting.z_up(q.target))), _same, q
+    )
 
 
-def _source_rest(q: Question) -> Asked:
+def _source_rest(q: ProbeCase) -> ProbeQuestion:
     turns = rewriting.one_axis(q.source.character)
-    return Asked(Question(rewriting.reframed_motion(q.source, turns), q.target), _same, q)
+    return ProbeQuestion(ProbeCase(rewriting.reframed_motion(q.source, turns), q.target), _same, q)
 
 
-def _target_rest(q: Question) -> Asked:
-    return Asked(Question(q.source, rewriting.reframed(q.target, rewriting.one_axis(q.target))), _same, q)
+def _target_rest(q: ProbeCase) -> ProbeQuestion:
+    return ProbeQuestion(
+        ProbeCase(q.source, rewriting.reframed(q.target, rewriting.one_axis(q.target))), _same, q
+    )
 
 
-def _source_split(q: Question) -> Asked | str:
+def _source_split(q: ProbeCase) -> ProbeQuestion | str:
     if not (ends := rewriting.splittable(q.source.character)):
         return "the source has no bone that files split"
-    return Asked(Question(rewriting.split_motion(q.source, ends), q.target), _same, q)
+    return ProbeQuestion(ProbeCase(rewriting.split_motion(q.source, ends), q.target), _same, q)
 
 
-def _target_split(q: Question) -> Asked | str:
+def _target_split(q: ProbeCase) -> ProbeQuestion | str:
     if not (ends := rewriting.splittable(q.target)):
         return "the target has no bone that files split"
     body, place = rewriting.split(q.target, ends)
-    return Asked(Question(q.source, body), lambda new, plain: (new[:, place], plain), q)
+    return ProbeQuestion(ProbeCase(q.source, body), lambda new, plain: (new[:, place], plain), q)
 
 
-def _source_merged(q: Question) -> Asked | str:
+def _source_merged(q: ProbeCase) -> ProbeQuestion | str:
     joint = rewriting.mergeable(q.source.character)
     if joint is None:
         return "the source's spine has fewer than three joints"
     stiff = rewriting.stiffened(q.source, joint)
-    plain = Question(stiff, q.target)
-    return Asked(Question(rewriting.merged(stiff, joint), q.target), _same, plain)
+    plain = ProbeCase(stiff, q.target)
+    return ProbeQuestion(ProbeCase(rewriting.merged(stiff, joint), q.target), _same, plain)
 
 
 # --------------------------------------------------------------------------------------- size, place, side
-def _source_scale(q: Question) -> Asked:
-    return Asked(Question(rewriting.scaled_motion(q.source, LARGER), q.target), _same, q)
+def _source_scale(q: ProbeCase) -> ProbeQuestion:
+    return ProbeQuestion(ProbeCase(rewriting.scaled_motion(q.source, LARGER), q.target), _same, q)
 
 
-def _target_scale(q: Question) -> Asked:
+def _target_scale(q: ProbeCase) -> ProbeQuestion:
     body = rewriting.scaled(q.target, LARGER)
-    return Asked(Question(q.source, body), lambda new, plain: (new / LARGER, plain), q)
+    return ProbeQuestion(ProbeCase(q.source, body), lambda new, plain: (new / LARGER, plain), q)
 
 
-def _units(q: Question) -> Asked:
-    asked = Question(
+def _units(q: ProbeCase) -> ProbeQuestion:
+    asked = ProbeCase(
         rewriting.scaled_motion(q.source, CENTIMETRES), rewriting.scaled(q.target, CENTIMETRES)
     )
-    return Asked(asked, lambda new, plain: (new / CENTIMETRES, plain), q)
+    return ProbeQuestion(asked, lambda new, plain: (new / CENTIMETRES, plain), q)
 
 
-def _shifted(q: Question) -> Asked:
-    asked = Question(replace(q.source, root=q.source.root + SHIFT), q.target)
-    return Asked(asked, _moved_by_a_constant, q)
+def _shifted(q: ProbeCase) -> ProbeQuestion:
+    asked = ProbeCase(replace(q.source, root=q.source.root + SHIFT), q.target)
+    return ProbeQuestion(asked, _moved_by_a_constant, q)
 
 
 def _moved_by_a_constant(new: Places, plain: Places) -> tuple[Places, Places]:
@@ -162,32 +166,32 @@ def _moved_by_a_constant(new: Places, plain: Places) -> tuple[Places, Places]:
     return new - moved, plain
 
 
-def _turned(q: Question) -> Asked:
-    asked = Question(rewriting.turned_motion(q.source, TURN), q.target)
+def _turned(q: ProbeCase) -> ProbeQuestion:
+    asked = ProbeCase(rewriting.turned_motion(q.source, TURN), q.target)
 
     def back(new: Places, plain: Places) -> tuple[Places, Places]:
         cos, sin = np.cos(-TURN), np.sin(-TURN)
         x, y, z = new[..., 0], new[..., 1], new[..., 2]
         return np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=-1), plain
 
-    return Asked(asked, back, q)
+    return ProbeQuestion(asked, back, q)
 
 
-def _mirrored(q: Question) -> Asked | str:
+def _mirrored(q: ProbeCase) -> ProbeQuestion | str:
     ours, theirs = rewriting.partners(q.source.character), rewriting.partners(q.target)
     if ours is None or theirs is None:
         return f"the joints of the {'source' if ours is None else 'target'} are not the same on both sides"
-    asked = Question(rewriting.mirrored_motion(q.source, ours), rewriting.mirrored(q.target, theirs))
-    return Asked(asked, lambda new, plain: (new[:, theirs] * rewriting.MIRROR, plain), q)
+    asked = ProbeCase(rewriting.mirrored_motion(q.source, ours), rewriting.mirrored(q.target, theirs))
+    return ProbeQuestion(asked, lambda new, plain: (new[:, theirs] * rewriting.MIRROR, plain), q)
 
 
 # --------------------------------------------------------------------------------------- time
-def _reversed(q: Question) -> Asked:
+def _reversed(q: ProbeCase) -> ProbeQuestion:
     backwards = q.source.at(slice(None, None, -1))
-    return Asked(Question(backwards, q.target), lambda new, plain: (new[::-1], plain), q)
+    return ProbeQuestion(ProbeCase(backwards, q.target), lambda new, plain: (new[::-1], plain), q)
 
 
-def _rate(q: Question, rate: float) -> Asked | str:
+def _rate(q: ProbeCase, rate: float) -> ProbeQuestion | str:
     if q.source.frames < 6:
         return "the clip has fewer than six frames"
     source = q.source.resample(rate)
@@ -196,7 +200,9 @@ def _rate(q: Question, rate: float) -> Asked | str:
     # only moments that both rates show: between them nobody knows the source
     both = (np.abs(frames / rate - times) < 1e-6) & (frames < source.frames)
     ours = np.flatnonzero(both)
-    return Asked(Question(source, q.target), lambda new, plain: (new[frames[ours]], plain[ours]), q)
+    return ProbeQuestion(
+        ProbeCase(source, q.target), lambda new, plain: (new[frames[ours]], plain[ours]), q
+    )
 
 
 def _rate_probe(rate: int) -> Probe:
@@ -288,7 +294,7 @@ PROBES: tuple[Probe, ...] = (
 """All of them; 30 frames per second is the plain question."""
 
 
-def deviation(asked: Asked, new: Places, plain: Places) -> float:
+def deviation(asked: ProbeQuestion, new: Places, plain: Places) -> float:
     """Mean distance in per cent of the plain target's height."""
     a, b = asked.bring(new, plain)
     return float(np.linalg.norm(a - b, axis=-1).mean() * 100.0 / asked.plain.target.height)

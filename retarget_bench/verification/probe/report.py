@@ -3,17 +3,19 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from retarget_bench.api import Value
 from retarget_bench.evaluation.code_hash import code_hash, package_code
 from retarget_bench.evaluation.header import header_of
-from retarget_bench.evaluation.plan import Cell, Plan, value_facts
+from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.files import digest
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
-from retarget_bench.results.store import Entry, Place
+from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.verification import probe as probe_package
 from retarget_bench.verification.probe.asking import Reply
 from retarget_bench.verification.probe.probes import PROBES
@@ -66,9 +68,9 @@ VALUES: tuple[Value, ...] = (
 )
 
 
-def entries(replies: Sequence[Reply]) -> list[Entry]:
+def entries(replies: Sequence[Reply]) -> list[CaseResult]:
     """One per case; a probe that the method failed makes the case a failed one."""
-    found: dict[str, Entry] = {}
+    found: dict[str, CaseResult] = {}
     for reply in replies:
         status, message = reply.status, reply.message
         if reply.failed:
@@ -76,19 +78,19 @@ def entries(replies: Sequence[Reply]) -> list[Entry]:
             status, message = "failed", f"{probe}: {why}"
         values: records.Values = {f"probe.{name}": number for name, number in reply.deviations.items()}
         values |= {f"probe.{name}": number for name, number in reply.dependence.items()}
-        entry = found.setdefault(reply.subject.info.id, Entry(reply.subject.info.id, status, message))
+        entry = found.setdefault(reply.subject.info.id, CaseResult(reply.subject.info.id, status, message))
         if entry.status == "ok":
             entry.values |= values
     return list(found.values())
 
 
-def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> list[Place]:
+def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> list[ResultPaths]:
     """Write the rows of one method, a result per split; gives their places."""
     plan = Plan(methods=(method,), datasets=(dataset,), task=TASK, root=root)
     places = []
     for split in dict.fromkeys(reply.subject.info.split for reply in replies):
         mine = [reply for reply in replies if reply.subject.info.split == split]
-        cell = Cell(plan, dataset, split, method)
+        cell = EvaluationUnit(plan, dataset, split, method)
         listed = entries(mine)
         header = _header(cell, listed, mine)
         cell.place.folder.mkdir(parents=True, exist_ok=True)
@@ -98,19 +100,19 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
     return places
 
 
-def _header(cell: Cell, listed: Sequence[Entry], replies: Sequence[Reply]) -> dict[str, Any]:
+def _header(cell: EvaluationUnit, listed: Sequence[CaseResult], replies: Sequence[Reply]) -> ResultHeader:
     header = header_of(cell, listed)
     code = code_hash(package_code(probe_package))
-    label = header["dataset"]["label"]
-    keys = {"prediction_key": header["keys"]["prediction_key"], "score_key": digest(f"probes {code}", 16)}
-    values = {value.id: {**value_facts(value), "needs": [], "metric": TASK} for value in VALUES}
-    return header | {
-        "not_applicable": {f"probe.{name}": each for name, each in _refused(replies).items()},
-        "keys": keys,
-        "values": values,
-        "metrics": {TASK: f"1+{code}"},
-        "dataset": header["dataset"] | {"label": f"probes on {label}"},
-    }
+    keys = {"prediction_key": header.keys["prediction_key"], "score_key": digest(f"probes {code}", 16)}
+    values = {value.id: replace(DeclaredValue.of(value, TASK), needs=()) for value in VALUES}
+    return replace(
+        header,
+        not_applicable={f"probe.{name}": each for name, each in _refused(replies).items()},
+        keys=keys,
+        values=values,
+        metrics={TASK: f"1+{code}"},
+        dataset=replace(header.dataset, label=f"probes on {header.dataset.label}"),
+    )
 
 
 # ------------------------------------------------------------------------------------- in words

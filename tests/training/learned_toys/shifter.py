@@ -1,10 +1,10 @@
 """A learned method whose weights say by how much the root moves to the left."""
 
 from retarget_bench.api import MethodCard
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.learned_method import LearnedMethod
 
 
-class Shifter(Learned):
+class Shifter(LearnedMethod):
     """Copies rotations and shifts the root."""
 
     card = MethodCard("shifter", "shifts the root", "1", default=False)

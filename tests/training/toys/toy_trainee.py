@@ -19,9 +19,9 @@ from torch import nn
 from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.training import parallel
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Phase
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.learned_method import LearnedMethod
 
 
 class ToyLearner:
@@ -30,8 +30,8 @@ class ToyLearner:
         Phase("critic", ("critic",), rate=0.5, betas=(0.5, 0.999)),
     )
 
-    def __init__(self, trainee, material, recipe):
-        self.trainee, self.material, self.recipe = trainee, material, recipe
+    def __init__(self, trainee, training_data, config):
+        self.trainee, self.training_data, self.config = trainee, training_data, config
         critic = nn.Linear(3, 1)
         critic.register_buffer("history", torch.zeros(8, 3))
         critic.register_buffer("score", torch.zeros(()))
@@ -40,7 +40,7 @@ class ToyLearner:
         self.modules = nn.ModuleDict({"map": nn.Linear(3, 3), "critic": critic, "noise": nn.Dropout(0.1)})
 
     def draw(self, numbers, rows):
-        cut = self.material.draw(numbers, self.material.cast(numbers, rows), self.recipe.window)
+        cut = self.training_data.draw(numbers, self.training_data.cast(numbers, rows), self.config.window)
         return {"root": cut.arrays["root"], "more": {"lengths": cut.lengths}}
 
     def losses(self, phase, batch, memory):
@@ -96,14 +96,14 @@ class ToyLearner:
             raise BenchError(f"these weights do not fit: {error}") from error
 
 
-class ToyTrainee(Learned):
+class ToyTrainee(LearnedMethod):
     card = MethodCard(name="toy_trainee", summary="toy", version="1", default=False)
     presets = {  # noqa: RUF012
-        "default": Recipe(
+        "default": TrainingConfig(
             steps=40, batch=8, window=16, rate=0.05, schedule="cosine", warm_up=5, validate=15, cases=3
         ),
-        "quick": Recipe(steps=10, batch=4, window=8, rate=0.05, validate=5, cases=2),
-        "wild": Recipe(steps=10, batch=3, window=8, rate=0.05),
+        "quick": TrainingConfig(steps=10, batch=4, window=8, rate=0.05, validate=5, cases=2),
+        "wild": TrainingConfig(steps=10, batch=3, window=8, rate=0.05),
     }
 
     def __init__(self, does: str = "", pause: float = 0.0, weights: str = "none") -> None:
@@ -119,10 +119,10 @@ class ToyTrainee(Learned):
     def prepare(self, motion):
         return {"root": motion.root}
 
-    def learner(self, material, recipe):
-        if len(material.clips) < 2:
+    def training_module(self, training_data, config):
+        if len(training_data.clips) < 2:
             raise NotSupported("toy_trainee needs motion of two characters")
-        return ToyLearner(self, material, recipe)
+        return ToyLearner(self, training_data, config)
 
     def supports(self, source, target):
         return "not to myself" if source.name == target.name else None

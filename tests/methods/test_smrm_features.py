@@ -10,12 +10,12 @@ import pytest
 import smrm_material
 import torch
 
-from retarget_bench.methods.smrm.form import JOINTS, Form, unfit
+from retarget_bench.methods.smrm.features import JOINTS, Features, unfit
 from retarget_bench.motion import facing
 from retarget_bench.motion.structures import reduce
 
 FORMS = [
-    Form(*each)
+    Features(*each)
     for each in product(("body", "none"), ("height", "displacement", "position"), ("removed", "kept"))
 ]
 
@@ -36,21 +36,21 @@ def turned_about(motion, degrees: float, shift: np.ndarray):
     )
 
 
-@pytest.mark.parametrize("form", FORMS, ids=str)
-def test_what_is_seen_gives_the_motion_back(form):
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_what_is_seen_gives_the_motion_back(features):
     motion = dance()
-    seen, body = form.see(motion), form.body(motion.character)
-    moves = form.moves(seen["hips"], seen["before"], seen["turn"])
-    again = form.motion(body, seen["rotations"], moves, seen, motion.root[0])
+    seen, body = features.see(motion), features.body(motion.character)
+    moves = features.moves(seen["hips"], seen["before"], seen["turn"])
+    again = features.motion(body, seen["rotations"], moves, seen, motion.root[0])
     np.testing.assert_allclose(again.positions, motion.positions, atol=1e-6)
 
 
-@pytest.mark.parametrize("form", FORMS, ids=str)
-def test_positions_are_those_of_the_22_joints_from_where_it_faces(form):
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_positions_are_those_of_the_22_joints_from_where_it_faces(features):
     motion = dance()
-    seen, joints = form.see(motion), list(reduce(motion.character, "body22").joints)
-    unit = motion.character.measures.hip_height if form.normalisation == "body" else 1.0
-    turn = facing.facing(motion.positions, motion.character) if form.yaw == "removed" else np.ones(25)
+    seen, joints = features.see(motion), list(reduce(motion.character, "body22").joints)
+    unit = motion.character.measures.hip_height if features.normalisation == "body" else 1.0
+    turn = facing.facing(motion.positions, motion.character) if features.yaw == "removed" else np.ones(25)
     wanted = facing.seen(motion.positions[:, joints] - motion.positions[:, :1], turn[:, None]) / unit
     assert wanted.shape == (25, JOINTS, 3)
     np.testing.assert_allclose(seen["positions"], wanted, atol=1e-9)
@@ -58,13 +58,13 @@ def test_positions_are_those_of_the_22_joints_from_where_it_faces(form):
 
 @pytest.mark.parametrize("root", ["height", "displacement", "position"])
 def test_where_one_stands_and_looks_is_not_seen(root):
-    form = Form("body", root, "removed")
+    features = Features("body", root, "removed")
     motion = dance()
     there = turned_about(motion, 77.0, np.array([3.0, 0.0, -2.0]))
-    one, other = form.see(motion), form.see(there)
+    one, other = features.see(motion), features.see(there)
     np.testing.assert_allclose(one["positions"], other["positions"], atol=1e-9)
     np.testing.assert_allclose(np.abs((one["rotations"] * other["rotations"]).sum(-1)), 1.0, atol=1e-9)
-    moves = [form.moves(each["hips"], each["before"], each["turn"]) for each in (one, other)]
+    moves = [features.moves(each["hips"], each["before"], each["turn"]) for each in (one, other)]
     np.testing.assert_allclose(*moves, atol=1e-9)
 
 
@@ -72,31 +72,31 @@ def test_a_larger_copy_looks_the_same_in_its_own_unit_alone():
     small, large = dance("one"), dance("tall")
     wanted = large.character.measures.hip_height / small.character.measures.hip_height
     for normalisation, ratio in (("body", 1.0), ("none", wanted)):
-        form = Form(normalisation, "height", "removed")
+        features = Features(normalisation, "height", "removed")
         np.testing.assert_allclose(
-            form.see(large)["positions"], ratio * form.see(small)["positions"], atol=1e-9
+            features.see(large)["positions"], ratio * features.see(small)["positions"], atol=1e-9
         )
 
 
 @pytest.mark.parametrize("root", ["height", "displacement", "position"])
 def test_velocity_is_the_change_of_place(root):
     """Seen from one direction all along, the three ways to say where the hips are move alike."""
-    form, random = Form("none", root, "kept"), np.random.default_rng(0)
+    features, random = Features("none", root, "kept"), np.random.default_rng(0)
     hips = random.normal(size=(20, 3))
     turn = np.tile([1.0, 0.0], (20, 1))
     before = np.concatenate([hips[:1], hips[:-1]])
-    moves = torch.from_numpy(form.moves(hips, before, turn))
-    np.testing.assert_allclose(form.velocity(moves).numpy(), np.diff(hips, axis=0), atol=1e-12)
-    path = form.path(moves, torch.from_numpy(turn)).numpy()
+    moves = torch.from_numpy(features.moves(hips, before, turn))
+    np.testing.assert_allclose(features.velocity(moves).numpy(), np.diff(hips, axis=0), atol=1e-12)
+    path = features.path(moves, torch.from_numpy(turn)).numpy()
     np.testing.assert_allclose(np.diff(path, axis=0), np.diff(hips, axis=0), atol=1e-12)
 
 
 def test_windows_of_a_clip_have_the_path_of_the_clip():
-    form = Form("body", "height", "removed")
-    seen = form.see(dance(frames=40))
+    features = Features("body", "height", "removed")
+    seen = features.see(dance(frames=40))
     window = {key: array[13:33] for key, array in seen.items()}
-    moves = form.moves(window["hips"], window["before"], window["turn"])
-    path = form.path(torch.from_numpy(moves), torch.from_numpy(window["turn"])).numpy()
+    moves = features.moves(window["hips"], window["before"], window["turn"])
+    path = features.path(torch.from_numpy(moves), torch.from_numpy(window["turn"])).numpy()
     wanted = window["hips"] - window["hips"][0] * [1.0, 0.0, 1.0]
     np.testing.assert_allclose(path, wanted, atol=1e-9)
 

@@ -1,4 +1,4 @@
-"""A decoder that is fed with its own answers, through time and back.
+"""The decoder's loop over time, fed with its own answers, with a hand-written backward pass.
 
 The backward pass goes by hand through the recurrent parts and leaves all gradients of weights to one
 product over time (see ``cells.py``); that of a frame's forward kinematics is recorded as usual.
@@ -21,7 +21,7 @@ from .pose import Bodies
 
 @dataclass(frozen=True)
 class Memory:
-    """What a decoder knows of the frames before.
+    """The state of a decoder after a frame.
 
     lower, upper: ``(rows, hidden)`` states. pose: ``(rows, channels)`` its last answer.
     rise: ``(rows, 1)`` centimetres of the hips above their first place. first: nothing came before.
@@ -109,24 +109,24 @@ class Rollout:
         poses, raw = zip(*found, strict=True)
         return torch.stack(poses), torch.stack(raw)
 
-    def back(self, frame: Frame, number: int, pulls: Pulls, weights: Weights) -> Pulls:
+    def back(self, frame: Frame, number: int, gradients: Gradients, weights: Weights) -> Gradients:
         """Gradients one frame further back."""
         to_raw, to_rise = torch.autograd.grad(
-            (frame.pose, frame.rise), (frame.raw, frame.rise_before), (pulls.pose, pulls.rise)
+            (frame.pose, frame.rise), (frame.raw, frame.rise_before), (gradients.pose, gradients.rise)
         )
-        to_raw = to_raw + pulls.raw
-        upper = torch.addmm(pulls.upper, to_raw, weights.out.T)
+        to_raw = to_raw + gradients.raw
+        upper = torch.addmm(gradients.upper, to_raw, weights.out.T)
         to_upper, upper = self.cell.back(upper, frame.upper, weights.upper)
         raised = to_upper @ weights.kernel.T
-        lower = pulls.lower + (raised * self.drops.upper[number] if self.drops else raised)
+        lower = gradients.lower + (raised * self.drops.upper[number] if self.drops else raised)
         to_lower, lower = self.cell.back(lower, frame.lower, weights.lower)
         pose = to_lower @ weights.fed.T
         if self.drops:
             pose = pose * self.drops.fed[number]
-        return Pulls(lower, upper, pose, to_rise, to_raw, to_lower, to_upper)
+        return Gradients(lower, upper, pose, to_rise, to_raw, to_lower, to_upper)
 
 
-class Pulls(NamedTuple):
+class Gradients(NamedTuple):
     """Gradients on their way back: in states, answer, rise and raw output; in both layers' gates."""
 
     lower: Tensor
@@ -139,7 +139,11 @@ class Pulls(NamedTuple):
 
 
 class Rolled(torch.autograd.Function):
-    """``Rollout.answers`` with a gradient in known inputs and weights; none in the memory."""
+    """``Rollout.answers`` with a gradient in known inputs and weights; none in the memory.
+
+    With the plain loop in its place a whole training step of nkn takes 1.2 to 1.35 times as long (as in
+    ``cells.py``); with ``cell=torch`` 1.1, with hidden 256 as long.
+    """
 
     @staticmethod
     def forward(ctx: Any, rollout: Rollout, known: Tensor, *tensors: Tensor) -> tuple[Tensor, Tensor]:
@@ -159,12 +163,12 @@ class Rolled(torch.autograd.Function):
         ctx.frames = None
         rest = torch.zeros_like(frames[0].state)
         none = torch.zeros_like(frames[0].pose)
-        pulls = Pulls(rest, rest, none, torch.zeros_like(frames[0].rise), none, rest, rest)
-        back: list[Pulls] = []
+        gradients = Gradients(rest, rest, none, torch.zeros_like(frames[0].rise), none, rest, rest)
+        back: list[Gradients] = []
         for number in reversed(range(len(frames))):
-            arriving = pulls._replace(pose=pulls.pose + to_poses[number], raw=to_raw[number])
-            pulls = rollout.back(frames[number], number, arriving, weights)
-            back.append(pulls)
+            arriving = gradients._replace(pose=gradients.pose + to_poses[number], raw=to_raw[number])
+            gradients = rollout.back(frames[number], number, arriving, weights)
+            back.append(gradients)
         back.reverse()
         return (
             None,
@@ -173,7 +177,7 @@ class Rolled(torch.autograd.Function):
         )
 
 
-def _sums(cell: Cell, frames: Sequence[Frame], back: Sequence[Pulls], weights: Weights) -> Weights:
+def _sums(cell: Cell, frames: Sequence[Frame], back: Sequence[Gradients], weights: Weights) -> Weights:
     """Gradients of the weights, over all frames at once."""
     to_lower, to_upper, to_raw = (
         torch.stack([getattr(each, name) for each in back]) for name in ("to_lower", "to_upper", "raw")

@@ -2,7 +2,7 @@
 
 A pose is ``channels = 3 joints + 4`` numbers: the places of the joints relative to the hips in centimetres,
 seen from where the body faces, with the height of the hips above their first place in the row of the hips,
-then left, up, forward (centimetres per frame) and turn (radians per frame); see ``form.py``, also for
+then left, up, forward (centimetres per frame) and turn (radians per frame); see ``features.py``, also for
 centimetres that grow with the body.
 """
 

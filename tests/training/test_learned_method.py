@@ -154,9 +154,9 @@ def test_a_card_is_read_without_torch(tmp_path):
     code = f"""
 import sys
 from retarget_bench.api import MethodCard
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.learned_method import LearnedMethod
 
-class Mine(Learned):
+class Mine(LearnedMethod):
     card = MethodCard("shifter", "mine", "1")
     def __init__(self, weights="none"):
         super().__init__(weights)
@@ -192,9 +192,9 @@ def test_local_weights_are_known_by_what_they_are_and_not_by_where_they_lie(shif
         for results in found
     ]
     assert errors[0] < 1e-3 < 10 < errors[1]  # the references of the toy cases are 1 cm to the left
-    labels = [results.header["method"]["label"] for results in found]
+    labels = [results.header.method.label for results in found]
     assert labels == [f"shifter[weights=local-{bundle.hash[:8]}]" for bundle in (ours, others)]
-    assert found[0].header["method"]["trained_on"] == MANIFEST
+    assert found[0].header.method.trained_on == MANIFEST
     for path in (tmp_path / "runs").rglob("*"):
         assert path.is_dir() or str(tmp_path / "a").encode() not in path.read_bytes(), path
     (tmp_path / "a").rename(tmp_path / "moved")
@@ -216,8 +216,8 @@ def test_other_weights_under_the_same_name_are_computed_anew(shifter, tmp_path):
     write(shifter / "weights", 0.5, "walks")
     plan.method.cache_clear()
     (second,) = carry_out(tmp_path / "runs", "shifter")
-    assert first.header["keys"] != second.header["keys"]
-    assert first.header["method"]["label"] == second.header["method"]["label"] == "shifter"
+    assert first.header.keys != second.header.keys
+    assert first.header.method.label == second.header.method.label == "shifter"
 
 
 def test_without_weights_cases_are_unsupported(shifter, tmp_path):

@@ -17,10 +17,10 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import clips, joint_datasets, request
 from retarget_bench.training.card import manifest
 from retarget_bench.training.data import clips_of, gather
-from retarget_bench.training.joint_datasets import Together, canonical, spec_of
+from retarget_bench.training.joint_datasets import JointDataset, canonical, joint_spec
 
 ONE, TWO = Spec("toy_walks"), Spec("toy_walks", {"content": "two"})
-BOTH = spec_of([ONE, TWO])
+BOTH = joint_spec([ONE, TWO])
 
 
 @pytest.fixture
@@ -46,8 +46,8 @@ def card(folder):
 def test_one_spec_names_them_all_in_their_order(toy_plugins):
     assert str(BOTH) == "toy_walks+toy_walks[content=two]"
     assert Spec.parse(str(BOTH)) == canonical(BOTH) == BOTH
-    assert str(spec_of([BOTH, Spec("puppets")])) == f"{BOTH}+puppets"
-    typed = spec_of([Spec.parse("puppets[size=tiny]"), Spec.parse("toy_walks[content=one]")])
+    assert str(joint_spec([BOTH, Spec("puppets")])) == f"{BOTH}+puppets"
+    typed = joint_spec([Spec.parse("puppets[size=tiny]"), Spec.parse("toy_walks[content=one]")])
     assert str(canonical(typed)) == "puppets+toy_walks"
 
 
@@ -68,7 +68,9 @@ def test_what_cannot_be_together(toy_plugins, given, says):
 
 
 def test_the_same_plug_in_over_two_folders_is_two_data_sets(toy_plugins):
-    assert len(joint_datasets.apart(canonical(Spec.parse("toy_walks[root=/a]+toy_walks[root=/b]")))) == 2
+    assert (
+        len(joint_datasets.split_spec(canonical(Spec.parse("toy_walks[root=/a]+toy_walks[root=/b]")))) == 2
+    )
 
 
 def test_only_training_knows_of_it(toy_plugins):
@@ -98,7 +100,7 @@ names = st.lists(st.sampled_from(("a", "b", "a-2", "a-3", "b-2", "a-2-2")), uniq
 @given(st.lists(names, min_size=1, max_size=4))
 def test_no_two_characters_get_one_name(given):
     card = plan.dataset(Spec("puppets")).card
-    made = Together(
+    made = JointDataset(
         [SimpleNamespace(card=card, characters=lambda own=own: dict.fromkeys(own)) for own in given]
     )
     here = [member.names[name] for member, own in zip(made.members, given, strict=True) for name in own]
@@ -125,13 +127,13 @@ def test_its_cases_are_those_of_all_under_ids_of_their_own(both):
 
 def test_the_validation_part_is_of_those_that_have_one(toy_plugins):
     unwatched = Spec("toy_walks", {"kind": "unwatched"})
-    some = joint_datasets.dataset(spec_of([unwatched, TWO]))
+    some = joint_datasets.dataset(joint_spec([unwatched, TWO]))
     assert len(some.validation().cases("retarget", "intra")) == 8
     assert list(some.training_notes) == [
         "no part of toy_walks validates: other data chose the weights",
     ]
     none = joint_datasets.dataset(
-        spec_of([unwatched, Spec("toy_walks", {"kind": "unwatched", "content": "b"})])
+        joint_spec([unwatched, Spec("toy_walks", {"kind": "unwatched", "content": "b"})])
     )
     assert none.validation() is None
     assert not none.training_notes
@@ -215,8 +217,8 @@ def test_the_manifest_keeps_the_names_that_the_data_sets_give(gathered, both, mo
 
 def test_a_run_on_both_goes_on_to_the_last_bit_and_its_card_names_both(toy_run, tmp_path):
     data = "toy_walks[root=/secret]+toy_walks[content=two]"
-    whole, voice = toy_run("whole", data=data, preset="quick")
-    assert voice.said[-1] == "training on 0 minutes of motion: 12 clips of 4 characters"
+    whole, reporter = toy_run("whole", data=data, preset="quick")
+    assert reporter.said[-1] == "training on 0 minutes of motion: 12 clips of 4 characters"
     toy_run("parts", data=data, preset="quick", stop=7)
     moved = "toy_walks[root=/elsewhere]+toy_walks[content=two]"
     done, _ = toy_run("parts", data=moved, preset="quick", resume=True)

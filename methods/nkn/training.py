@@ -1,4 +1,4 @@
-"""NKN while it is trained: one encoder-decoder and one discriminator per structure."""
+"""Training of NKN: one encoder-decoder and one discriminator per structure."""
 
 from __future__ import annotations
 
@@ -14,18 +14,17 @@ from retarget_bench.api import Method
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import Material, Windows
+from retarget_bench.training.data import TrainingData, WindowBatch
 from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
 from . import losses
-from .cells import Kind
-from .form import begin
-from .generator import Generator
-from .pose import MOVES, Bodies, Scale, quaternions
-from .retargeter import SIGNATURE, Signature
+from .features import SIGNATURE, Signature, begin
+from .network import Generator
+from .network.cells import Kind
+from .network.pose import MOVES, Bodies, Scale, quaternions
 
 Losses = Literal["autoencoder", "cycle", "adversarial"]
 SMALL = 1e-3
@@ -63,25 +62,30 @@ class Fake:
     logits: Tensor
 
 
-class Learner:
+class NknTraining:
     """Rows go in groups of one source and one target structure; NKN itself knows one structure only.
 
-    material: the clips, with ``poses`` as ``form.see`` gives them. casts: structure -> its characters.
+    material: the clips, with ``poses`` as ``features.see`` gives them. casts: structure -> its characters.
     skeletons: of each structure. bones: character -> ``(joints, 3)``. build: a method with the tensors that
     it is given. ``signatures``: structure -> its joints, where exported tensors are to tell.
     """
 
     def __init__(
         self,
-        material: Material,
+        training_data: TrainingData,
         casts: Mapping[str, Sequence[str]],
         skeletons: Mapping[str, Skeleton],
         bones: Mapping[str, np.ndarray],
         choices: Choices,
-        recipe: Recipe,
+        config: TrainingConfig,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        self._material, self._choices, self._window, self._build = material, choices, recipe.window, build
+        self._material, self._choices, self._window, self._build = (
+            training_data,
+            choices,
+            config.window,
+            build,
+        )
         self._names = sorted(casts)
         self._casts = {name: sorted(casts[name]) for name in self._names}
         self._bones = bones
@@ -138,7 +142,7 @@ class Learner:
         others = [other for other in cast if other != name]
         return others[int(numbers.integers(len(others)))] if others else name
 
-    def _windows(self, windows: Windows) -> dict[str, Any]:
+    def _windows(self, windows: WindowBatch) -> dict[str, Any]:
         poses = begin(windows.arrays["poses"]) * windows.mask[..., None]
         return {"poses": poses.astype(np.float32), "lengths": windows.lengths}
 

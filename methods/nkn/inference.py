@@ -1,48 +1,44 @@
-"""What NKN and its cross-structural variant share: a learned method that goes through motions in chunks."""
+"""Retargeting by NKN and its cross-structural variant: any number of frames, chunk by chunk."""
 
 from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from functools import cached_property, lru_cache
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 import numpy as np
+import torch
+from torch import Tensor
 
 from retarget_bench.api import Context, Prediction
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.motion import facing, root_rules, transfer
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
-from retarget_bench.training.learned_method import Learned
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers import of_prefix
+from retarget_bench.training.learned_method import LearnedMethod
 
-from . import form
-
-if TYPE_CHECKING:
-    from torch import Tensor
-
-    from retarget_bench.training.config import Recipe
-    from retarget_bench.training.data import Material
-
-    from .generator import Generator
-    from .learner import Learner
-    from .stream import Stream
+from . import features
+from .features import SIGNATURE
+from .network import Decoder, Encoder, Generator
+from .network.pose import MOVES, Bodies, Scale, quaternions
+from .network.rollout import Memory
+from .training import Choices, Losses, NknTraining
 
 ROOT_RULE = "hip_height"
 """What the first place of the hips is scaled by."""
 CHUNK = 256
 """Frames that go through the networks at a time."""
-SIGNATURE = ".signature"
-"""What follows a structure's name in the tensor that says which joints it has."""
-Signature = list[list[int]]
-"""Per joint its parent and a number for its role."""
 Yaw = Literal["predicted", "source"]
-Terms = Literal["autoencoder", "cycle", "adversarial"]
 
 
-class Retargeter(Learned):
+class Retargeter(LearnedMethod):
     """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
 
     def __init__(
@@ -51,13 +47,13 @@ class Retargeter(Learned):
         *,
         cell: Literal["tf", "torch"],
         hidden: int,
-        losses: Terms,
+        losses: Losses,
         same: float,
         drift: float,
         facing: float,
         yaw: Yaw,
         clean: bool,
-        lengths: form.Lengths,
+        lengths: features.Lengths,
     ) -> None:
         super().__init__(weights)
         if hidden < 1 or not 0.0 <= same <= 1.0 or min(facing, drift) < 0.0:
@@ -109,29 +105,25 @@ class Retargeter(Learned):
         return {}
 
     def _built(self, device: str) -> Mapping[str, Generator]:
-        from .generator import Generator
-        from .pose import MOVES
-
         found: dict[str, Generator] = {}
         for name in sorted({name.partition(".")[0] for name in self.tensors}):
-            mine = {
-                key.removeprefix(f"{name}."): each.float()
-                for key, each in self.tensors.items()
-                if key.startswith(f"{name}.") and not key.endswith(SIGNATURE)
-            }
+            mine = of_prefix(self.tensors, name)
+            mine = {key: each.float() for key, each in mine.items() if f".{key}" != SIGNATURE}
             channels = len(mine["encoder.lower.kernel"])
             found[name] = Generator((channels - MOVES) // 3, self.hidden, self.cell).eval()
             found[name].load_state_dict(mine)
             found[name].to(device)
         return found
 
-    def see(self, source: Prediction) -> form.Sight:
+    def see(self, source: Prediction) -> features.Sight:
         character = source.character
-        return form.see(source, self.body(character), self.facing, form.unit(character, self.lengths))
+        return features.see(
+            source, self.body(character), self.facing, features.unit(character, self.lengths)
+        )
 
     def bones(self, character: Character) -> np.ndarray:
         """``(joints, 3)`` as the networks are told."""
-        return form.bones(self.body(character), form.unit(character, self.lengths))
+        return features.bones(self.body(character), features.unit(character, self.lengths))
 
     # ------------------------------------------------------------------------------------ retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -169,16 +161,9 @@ class Retargeter(Learned):
         device: str = "cpu",
     ) -> Stream:
         """A batch of targets at ``place`` ``(rows, 3)`` metres, facing ``turn`` ``(rows,)``, to be moved on
-        by chunks of what ``form.see`` gives for the sources; all of one pair of structures."""
-        import torch
-
-        from retarget_bench.motion.kinematics_torch import Tree
-
-        from .pose import Bodies
-        from .stream import Stream
-
+        by chunks of what ``features.see`` gives for the sources; all of one pair of structures."""
         source, target = (self.networks(device)[self.structure(mine[0])] for mine in (sources, targets))
-        path = form.Path(place, turn, np.array([form.unit(each, self.lengths) for each in targets]))
+        path = features.Path(place, turn, np.array([features.unit(each, self.lengths) for each in targets]))
         offsets = torch.from_numpy(np.stack([self.bones(each) for each in targets])).to(device)
         bodies = Bodies(Tree.of(self.body(targets[0]).skeleton).to(device), offsets, target.scale)
         return Stream(source.encoder, source.scale, target.decoder, bodies, path)
@@ -204,7 +189,7 @@ class Retargeter(Learned):
         for row, (source, target, sight) in enumerate(zip(sources, targets, seen, strict=True)):
             own = slice(len(sight.poses)), row
             body, frames, fps = self.body(target), len(source.positions), source.fps
-            found.append(form.answer(body, turns[own], faced[own], hips[own], frames, fps))
+            found.append(features.answer(body, turns[own], faced[own], hips[own], frames, fps))
         return found
 
     # --------------------------------------------------------------------------------------- training
@@ -214,24 +199,24 @@ class Retargeter(Learned):
 
     @abstractmethod
     def another(self) -> Retargeter:
-        """This method once more, without weights."""
+        """A copy of this method without weights."""
 
-    def learner(self, material: Material, recipe: Recipe) -> Learner:
-        from .learner import Choices, Learner
-
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NknTraining:
         casts: dict[str, list[str]] = {}
-        for name in sorted(material.clips):
-            casts.setdefault(self.structure(material.characters[name]), []).append(name)
-        if len(material.clips) < 2 and self.losses != "autoencoder":
+        for name in sorted(training_data.clips):
+            casts.setdefault(self.structure(training_data.characters[name]), []).append(name)
+        if len(training_data.clips) < 2 and self.losses != "autoencoder":
             raise NotSupported(f"{self.card.name} needs two characters to train on, and there is one")
-        trees = {name: self.body(material.characters[mine[0]]).skeleton for name, mine in casts.items()}
-        bones = {name: self.bones(material.characters[name]) for name in sorted(material.clips)}
+        trees = {
+            name: self.body(training_data.characters[mine[0]]).skeleton for name, mine in casts.items()
+        }
+        bones = {name: self.bones(training_data.characters[name]) for name in sorted(training_data.clips)}
         choices = Choices(self.cell, self.hidden, self.losses, self.same, self.drift)
 
         def build(tensors: Mapping[str, Tensor]) -> Retargeter:
             return self.another().using(tensors)
 
-        return Learner(material, casts, trees, bones, choices, recipe, build)
+        return NknTraining(training_data, casts, trees, bones, choices, config, build)
 
 
 @lru_cache(maxsize=1024)
@@ -252,3 +237,47 @@ def _padded(arrays: Sequence[np.ndarray]) -> np.ndarray:
     for row, each in enumerate(arrays):
         out[: len(each), row] = each
     return out
+
+
+class Stream:
+    """A batch of motions while they are retargeted: states, last answers, places and directions.
+
+    encoder, scale: of the sources. decoder, bodies: of the targets. path: where the targets begin.
+    """
+
+    def __init__(
+        self, encoder: Encoder, scale: Scale, decoder: Decoder, bodies: Bodies, path: features.Path
+    ) -> None:
+        self._encoder, self._scale, self._decoder, self._bodies = encoder, scale, decoder, bodies
+        self._path = path
+        self._states: Sequence[Tensor] = ()
+        self._memory: Memory | None = None
+
+    def held(self) -> list[Tensor]:
+        """All tensors that are carried on to the next frame."""
+        if self._memory is None:
+            return []
+        memory = self._memory
+        return [*self._states, memory.lower, memory.upper, memory.pose, memory.rise]
+
+    def advance(
+        self, poses: np.ndarray, turn: np.ndarray | None = None, clean: bool = False
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The next frames: quaternions ``(frames, rows, joints, 4)`` seen from where the targets face,
+        these directions ``(frames, rows)`` and the hips ``(frames, rows, 3)`` in metres.
+
+        poses: ``(frames, rows, channels)`` of the sources (``features.see``), at least one frame.
+        turn:  ``(frames, rows)``, where the targets shall face; None: where the decoder turns them.
+        clean: the published clean-up of movements (``features.cleaned``).
+        """
+        with torch.no_grad():
+            lower, codes = self._encoder(
+                self._scale.poses(torch.from_numpy(poses).to(self._bodies.offsets.device)), self._states
+            )
+            self._states = (lower[-1].clone(), codes[-1].clone())
+            answers, raw, self._memory = self._decoder(codes, self._bodies, self._memory)
+            turns = quaternions(raw[..., :-MOVES]).cpu().numpy()
+            moves = self._bodies.scale.plain(answers)[..., -MOVES:].cpu().numpy().astype(np.float64)
+        if clean:
+            moves = features.cleaned(moves, poses[..., -MOVES:])
+        return turns, *self._path.follow(moves, turn)

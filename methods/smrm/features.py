@@ -1,4 +1,4 @@
-"""What SMRM sees of a motion, and how its answer becomes a motion again.
+"""Features of a motion for SMRM, and the motion that an answer means.
 
 A frame is the places of 22 joints relative to the hips and three numbers of the hips themselves, as they
 look from where the character faces in that very frame: nothing is averaged over time, so that frames can
@@ -27,7 +27,7 @@ from retarget_bench.motion.structures import BODY22, reduce
 FPS = 30.0
 JOINTS = len(BODY22)
 PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
-"""Who hangs from whom among the 22."""
+"""Parents of the 22 joints."""
 SKELETON = Skeleton(BODY22, np.array(PARENTS), np.zeros((JOINTS, 3)))
 
 Normalisation = Literal["body", "global", "none"]
@@ -66,7 +66,7 @@ class Body:
 
 
 @dataclass(frozen=True)
-class Form:
+class Features:
     """The choices that the paper leaves open about what a network sees; see ``SMRM``."""
 
     normalisation: Normalisation

@@ -13,7 +13,7 @@ from nkn_toys import CAST, apart
 from scipy.spatial.transform import Rotation
 
 from retarget_bench.methods.nkn import plugin
-from retarget_bench.methods.nkn.form import Path, Sight, answer, begin, cleaned, see
+from retarget_bench.methods.nkn.features import Path, Sight, answer, begin, cleaned, see
 from retarget_bench.motion import facing, rotation
 from retarget_bench.motion.motion import Motion
 

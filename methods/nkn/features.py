@@ -1,4 +1,4 @@
-"""Motions as the numbers that the networks see, and back.
+"""Features of a motion for the networks, and the motion that an answer means.
 
 Sources: Villegas et al., CVPR 2018, and the published code. Joints are seen from where the body faces, so
 that the same walk in another direction is the same walk; where it faces, and the path, are integrated again
@@ -23,6 +23,10 @@ CENTIMETRE = 0.01
 MIDDLING = 90.0
 """Of a body's own centimetres, how many its hips stand above the floor."""
 Lengths = Literal["world", "body"]
+SIGNATURE = ".signature"
+"""Suffix of the tensor that holds a structure's joints, after the structure's name."""
+Signature = list[list[int]]
+"""Per joint its parent and a number for its role."""
 STILL = 0.01
 """Centimetres per frame: below this the published clean-up takes a source not to rise or fall."""
 
@@ -37,8 +41,8 @@ def unit(character: Character, lengths: Lengths) -> float:
 class Sight:
     """A motion as the networks see it, at 30 frames per second.
 
-    poses: ``(frames, 3 joints + 4)`` float32; see ``pose.py``. The movement of a frame is that since the
-           frame before; the first frame is given that of the second.
+    poses: ``(frames, 3 joints + 4)`` float32; see ``network/pose.py``. The movement of a frame is
+           that since the frame before; the first frame is given that of the second.
     turn:  ``(frames,)`` unit complex numbers, where the body faces. hips: ``(frames, 3)`` metres.
     """
 

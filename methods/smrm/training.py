@@ -13,16 +13,16 @@ from torch import Tensor, nn
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, rotation
-from retarget_bench.training.config import Recipe
+from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import Material, Windows
+from retarget_bench.training.data import TrainingData, WindowBatch
 from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
 from retarget_bench.training.layers.masks import frame_mask
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
 from . import losses
-from .form import FPS, JOINTS, Form
+from .features import FPS, JOINTS, Features
 from .network import MOVES, Answer, Generator
 
 Reference = Literal["truth", "self"]
@@ -41,29 +41,34 @@ class Weighting:
     same: float
 
 
-class SMRMLearner:
-    """A ``Learner`` (see ``training/contract.py``)."""
+class SmrmTraining:
+    """A ``TrainingModule`` (see ``training/contract.py``)."""
 
     def __init__(
         self,
-        material: Material,
-        recipe: Recipe,
-        form: Form,
+        training_data: TrainingData,
+        config: TrainingConfig,
+        features: Features,
         weighting: Weighting,
         generator: Generator,
         trained: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
         """trained: makes the method from exported tensors. Raises NotSupported with one character only."""
-        if len(material.clips) < 2:
+        if len(training_data.clips) < 2:
             raise NotSupported("smrm learns from at least two characters, and there is one")
-        self.material, self.form, self.weighting, self._trained = material, form, weighting, trained
-        self._window = recipe.window
-        self._names = sorted(material.clips)
-        bodies = [form.body(material.characters[name]) for name in self._names]
+        self.training_data, self.features, self.weighting, self._trained = (
+            training_data,
+            features,
+            weighting,
+            trained,
+        )
+        self._window = config.window
+        self._names = sorted(training_data.clips)
+        bodies = [features.body(training_data.characters[name]) for name in self._names]
         self._number = {name: number for number, name in enumerate(self._names)}
         self._offsets = np.stack([body.offsets for body in bodies])
         self._resting = np.stack([body.resting for body in bodies])
-        if form.normalisation != "none":
+        if features.normalisation != "none":
             self._fit(generator)
         self.generator, self.rule = generator, UpdateRule()
         self.discriminator = TemporalDiscriminator(3 * JOINTS + MOVES, 3 * (JOINTS - 1))
@@ -77,12 +82,12 @@ class SMRMLearner:
     def _fit(self, generator: Generator) -> None:
         """Means and deviations, of all clips and bodies."""
         moves = [
-            self.form.moves(clip.arrays["hips"], clip.arrays["before"], clip.arrays["turn"])
+            self.features.moves(clip.arrays["hips"], clip.arrays["before"], clip.arrays["turn"])
             for name in self._names
-            for clip in self.material.clips[name]
+            for clip in self.training_data.clips[name]
         ]
         for kind, values, least in (
-            ("positions", self.material.stacked("positions"), LEAST),
+            ("positions", self.training_data.stacked("positions"), LEAST),
             ("moves", np.concatenate(moves), 0.1 * LEAST),
             ("resting", self._resting, LEAST),
         ):
@@ -91,20 +96,20 @@ class SMRMLearner:
     # ---------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
         """A window of a character per row, a body to carry it to, and a window of that body's own."""
-        own = self.material.cast(numbers, rows)
+        own = self.training_data.cast(numbers, rows)
         others = [self._other(numbers, name) for name in own]
         same = numbers.random(rows) < self.weighting.same
         if self._adversarial:
             same[0] &= not same.all()  # there is always a row for the discriminator
         target = [a if keep else b for a, b, keep in zip(own, others, same, strict=True)]
         batch = {
-            "source": self._seen(numbers, self.material.draw(numbers, own, self._window)),
+            "source": self._seen(numbers, self.training_data.draw(numbers, own, self._window)),
             "body": self._bodies(own),
             "target": self._bodies(target),
             "same": same,
         }
         if self._adversarial:
-            batch["real"] = self._seen(numbers, self.material.draw(numbers, target, self._window))
+            batch["real"] = self._seen(numbers, self.training_data.draw(numbers, target, self._window))
         return batch
 
     def _other(self, numbers: np.random.Generator, name: str) -> str:
@@ -115,12 +120,12 @@ class SMRMLearner:
         rows = [self._number[name] for name in names]
         return {"offsets": self._offsets[rows], "resting": self._resting[rows]}
 
-    def _seen(self, numbers: np.random.Generator, windows: Windows) -> dict[str, np.ndarray]:
+    def _seen(self, numbers: np.random.Generator, windows: WindowBatch) -> dict[str, np.ndarray]:
         """Windows as the networks see them; where the direction is kept, turned at random."""
         arrays = dict(windows.arrays)
-        if self.form.yaw == "kept":
+        if self.features.yaw == "kept":
             arrays = _turned(arrays, np.exp(2j * np.pi * numbers.random((len(windows.lengths), 1))))
-        moves = self.form.moves(arrays["hips"], arrays["before"], arrays["turn"])
+        moves = self.features.moves(arrays["hips"], arrays["before"], arrays["turn"])
         kept = {key: arrays[key] for key in ("positions", "rotations", "turn")}
         kept["moves"] = moves * windows.mask[..., None]
         kept = {key: array.astype(np.float32, copy=False) for key, array in kept.items()}
@@ -141,7 +146,7 @@ class SMRMLearner:
             reference = self._decoded(codes, batch["body"]).rotations.detach()
         same = real & batch["same"].unsqueeze(1)
         turning = losses.rotations(back.rotations, reference, real)
-        path = self.form.path(there.moves, source["turn"])
+        path = self.features.path(there.moves, source["turn"])
         terms = {
             "joints": losses.squares(back.positions, source["positions"], real),
             "hips": self._astray(back, source, real),
@@ -159,8 +164,8 @@ class SMRMLearner:
 
     def _astray(self, answer: Answer, source: Mapping[str, Tensor], real: Tensor) -> Tensor:
         """How far the hips get away from the source's, squared, over the window."""
-        path = self.form.path(answer.moves, source["turn"])
-        return losses.squares(path, self.form.path(source["moves"], source["turn"]), real)
+        path = self.features.path(answer.moves, source["turn"])
+        return losses.squares(path, self.features.path(source["moves"], source["turn"]), real)
 
     def _fooling(self, answer: Answer, batch: Batch, memory: dict[str, Any]) -> Tensor:
         """The adversarial term, of the rows that went to another body; what the discriminator's phase needs
@@ -185,7 +190,7 @@ class SMRMLearner:
 
     def _shown(self, positions: Tensor, moves: Tensor) -> Tensor:
         """``(rows, frames - 1, 69)`` what the discriminator sees: units per second of joints and hips."""
-        return FPS * torch.cat([positions.flatten(-2).diff(dim=1), self.form.velocity(moves)], -1)
+        return FPS * torch.cat([positions.flatten(-2).diff(dim=1), self.features.velocity(moves)], -1)
 
     # ---------------------------------------------------------------------------------------- weights
     def method(self) -> Method:

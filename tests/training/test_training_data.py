@@ -5,22 +5,22 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from retarget_bench.training.data import Clip, Material
+from retarget_bench.training.data import ClipArrays, TrainingData
 
 
-def material(**joints):
+def training_data(**joints):
     """A clip of 50 frames and one of 20 for each name; number 100 f + j at joint j of frame f."""
 
     def clip(name, frames, count):
         values = 100.0 * np.arange(frames)[:, None] + np.arange(count)
-        return Clip(name, f"{name}-{frames}", {"values": values[..., None].astype(np.float32)})
+        return ClipArrays(name, f"{name}-{frames}", {"values": values[..., None].astype(np.float32)})
 
     clips = {name: [clip(name, 50, count), clip(name, 20, count)] for name, count in joints.items()}
-    return Material({}, clips)
+    return TrainingData({}, clips)
 
 
 def test_rows_with_fewer_joints_are_followed_by_zeros():
-    found = material(a=3, b=5).draw(np.random.default_rng(0), ["a", "b"], 16)
+    found = training_data(a=3, b=5).draw(np.random.default_rng(0), ["a", "b"], 16)
     values = found.arrays["values"][..., 0]
     assert values.shape == (2, 16, 5)
     assert (values[0, :, 3:] == 0.0).all()
@@ -31,7 +31,7 @@ def test_rows_with_fewer_joints_are_followed_by_zeros():
 
 @pytest.mark.parametrize(("hop", "starts"), [(1, range(35)), (6, range(0, 35, 6))])
 def test_every_start_is_as_likely(hop, starts):
-    mine = material(a=1)
+    mine = training_data(a=1)
     rows = mine.draw(np.random.default_rng(1), ["a"] * 4000, 16, hop).arrays["values"][:, 0, 0, 0] / 100.0
     found, counts = np.unique(rows, return_counts=True)
     assert set(found) <= set(starts)
@@ -43,7 +43,7 @@ def test_every_start_is_as_likely(hop, starts):
 
 
 def test_a_clip_that_is_too_short_is_followed_by_zeros():
-    found = material(a=2).draw(np.random.default_rng(2), ["a"] * 50, 32)
+    found = training_data(a=2).draw(np.random.default_rng(2), ["a"] * 50, 32)
     short = found.lengths == 20
     assert short.any()
     assert (found.lengths[~short] == 32).all()
@@ -62,7 +62,7 @@ def all_windows(mine, name, frames, hop):
 
 @pytest.mark.parametrize("hop", [1, 6])
 def test_a_number_chooses_from_all_windows_in_their_order(hop):
-    mine = material(a=1)
+    mine = training_data(a=1)
     rows = mine.draw(np.random.default_rng(5), ["a"] * 200, 16, hop).arrays["values"][:, 0, 0, 0]
     every, numbers = all_windows(mine, "a", 16, hop), np.random.default_rng(5)
     assert rows.tolist() == [every[numbers.integers(len(every))] for _ in range(200)]
@@ -72,7 +72,7 @@ def test_what_is_left_out_is_never_drawn_and_all_else_is_as_likely():
     def left_out(clip, starts):
         return [start for start in starts if start % 18 == 0] if clip.frames == 50 else ()
 
-    mine = material(a=1)
+    mine = training_data(a=1)
     rows = mine.draw(np.random.default_rng(6), ["a"] * 4000, 16, 6, left_out).arrays["values"]
     found, counts = np.unique(rows[:, 0, 0, 0] / 100.0, return_counts=True)
     assert found.tolist() == [0.0, 6.0, 12.0, 24.0, 30.0]  # 0 of the short clip alone

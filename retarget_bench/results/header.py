@@ -1,0 +1,243 @@
+"""The header of a result file: what ran, on what, with which versions, and what went wrong.
+
+A header is read once, here, and written with its fields in this order. Fields that this version does not
+know are kept as ``extra``.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from dataclasses import MISSING, dataclass, field, fields, replace
+from typing import Any, TypeVar
+
+from retarget_bench.api import Direction, Value
+
+SCHEMA = 1
+STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
+"""``missing``: scoring was asked for and no prediction was there."""
+ELSEWHERE = "predictions made elsewhere"
+"""The origin of a method whose predictions were given as files."""
+
+Parameters = Mapping[str, str | int | float | bool]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Part:
+    extra: Mapping[str, Any] = field(default_factory=dict)
+
+    def plain(self) -> dict[str, Any]:
+        """The part as it is written; optional fields that say nothing are left out."""
+        found = {each.name: getattr(self, each.name) for each in fields(self)}
+        del found["extra"]
+        kept = {key: value for key, value in found.items() if key not in OPTIONAL or value != OPTIONAL[key]}
+        return kept | dict(self.extra)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MethodInfo(_Part):
+    """A method as its results name it.
+
+    posts:      its post-processors, in order, each with ``name`` and ``parameters``.
+    code:       the hash of the code that made the predictions.
+    trained_on: what the weights were trained on (characters, structures, kinds, clips); None: untrained.
+    """
+
+    name: str = ""
+    label: str
+    summary: str = ""
+    parameters: Parameters = field(default_factory=dict)
+    posts: tuple[Mapping[str, Any], ...] = ()
+    origin: str = ""
+    version: str | None = ""
+    code: str | None = ""
+    privileged: tuple[str, ...]
+    control: bool
+    stochastic: bool = False
+    trained_on: Mapping[str, tuple[str, ...]] | None = None
+
+    @property
+    def external(self) -> bool:
+        return self.origin == ELSEWHERE
+
+    def plain(self) -> dict[str, Any]:
+        found = super().plain()
+        if self.external:
+            del found["trained_on"]
+        return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class DatasetInfo(_Part):
+    """A data set as results name it; ``content`` identifies the data."""
+
+    name: str
+    parameters: Parameters = field(default_factory=dict)
+    label: str
+    version: str = ""
+    content: str
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DeclaredValue(_Part):
+    """A value as its metric declared it when the results were scored: see ``api.Value``.
+
+    metric: the metric's name; "" in headers of earlier versions, which did not say it.
+    """
+
+    label: str
+    meaning: str
+    unit: str
+    better: Direction
+    goal: float
+    tolerance: float
+    index: str
+    with_self: bool
+    formula: str = ""
+    protocol: Mapping[str, str] = field(default_factory=dict)
+    needs: tuple[str, ...] = ()
+    metric: str = ""
+
+    @classmethod
+    def of(cls, value: Value, metric: str) -> DeclaredValue:
+        shared = {each.name for each in fields(cls)} & {each.name for each in fields(value)}
+        return cls(**{name: getattr(value, name) for name in shared}, metric=metric)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Counts(_Part):
+    """How many cases were asked for, and how each ended."""
+
+    asked: int
+    ok: int
+    unsupported: int = 0
+    invalid: int = 0
+    failed: int = 0
+    missing: int = 0
+
+    @classmethod
+    def of(cls, statuses: Iterable[str]) -> Counts:
+        """The counts of cases that ended like this."""
+        found = Counter(statuses)
+        ended: dict[str, Any] = {name: found[name] for name in STATUSES}
+        return cls(asked=found.total(), **ended)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Problem(_Part):
+    """Cases without values, for one reason."""
+
+    status: str
+    message: str
+    cases: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResultHeader(_Part):
+    """The header of the results of one method on one split.
+
+    set_values:     value id -> declaration, of values of whole sets.
+    networks:       set metric -> target structure -> hash of what makes its features.
+    four_legged:    four-legged structures among the characters, where cases have no references.
+    keys:           ``prediction_key`` and ``score_key``: what results are recognised by.
+    metrics:        metric -> ``version+code``.
+    values:         value id -> declaration.
+    date:           when the results were made, in a form that sorts.
+    not_applicable: value id -> ``cases`` and ``reason``, where a method refused rewritten questions.
+    """
+
+    set_values: Mapping[str, DeclaredValue] = field(default_factory=dict)
+    networks: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
+    four_legged: tuple[str, ...] | None = None
+    schema: int = SCHEMA
+    keys: Mapping[str, str]
+    task: str = ""
+    split: str = ""
+    method: MethodInfo
+    dataset: DatasetInfo
+    metrics: Mapping[str, str]
+    values: Mapping[str, DeclaredValue]
+    counts: Counts
+    problems: tuple[Problem, ...]
+    seeds: tuple[int, ...] = ()
+    device: str = ""
+    threads: int = 1
+    versions: Mapping[str, str] = field(default_factory=dict)
+    revision: str = ""
+    date: str = ""
+    not_applicable: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+
+    @property
+    def declared(self) -> dict[str, DeclaredValue]:
+        """Every value id -> declaration."""
+        return {**self.values, **self.set_values}
+
+    def counted(self, ids: set[str]) -> ResultHeader:
+        """The header with the counts and problems of these cases only."""
+        kept = [replace(each, cases=tuple(sorted(ids & set(each.cases)))) for each in self.problems]
+        problems = tuple(each for each in kept if each.cases)
+        status = {case: each.status for each in problems for case in each.cases}
+        counts = Counts.of(status.get(case, "ok") for case in ids)
+        return replace(self, counts=counts, problems=problems)
+
+    def plain(self) -> dict[str, Any]:
+        found = super().plain()
+        found |= {name: getattr(self, name).plain() for name in ("method", "dataset", "counts")}
+        found["problems"] = [each.plain() for each in self.problems]
+        for name in found.keys() & {"values", "set_values"}:
+            found[name] = {key: value.plain() for key, value in found[name].items()}
+        return found
+
+
+OPTIONAL: dict[str, Any] = {
+    "posts": (),
+    "protocol": {},
+    "set_values": {},
+    "networks": {},
+    "four_legged": None,
+    "not_applicable": {},
+}
+"""Fields that are not written while they hold this."""
+
+PartOf = TypeVar("PartOf", bound=_Part)
+
+
+def parsed(facts: object) -> ResultHeader:
+    """A header from its JSON object. Raises ValueError naming what it lacks."""
+    whole = _object(facts, "it")
+    header: dict[str, Any] = {**whole}
+    if "method" in whole:
+        header["method"] = _part(MethodInfo, whole["method"], "method")
+    if "dataset" in whole:
+        header["dataset"] = _part(DatasetInfo, whole["dataset"], "dataset")
+    if "counts" in whole:
+        header["counts"] = _part(Counts, whole["counts"], "counts")
+    if "problems" in whole:
+        header["problems"] = [_part(Problem, each, "problems") for each in _array(whole["problems"])]
+    for name in whole.keys() & {"values", "set_values"}:
+        values = _object(whole[name], name).items()
+        header[name] = {key: _part(DeclaredValue, value, f"{name}.{key}") for key, value in values}
+    return _part(ResultHeader, header, "it")
+
+
+def _part(kind: type[PartOf], facts: object, where: str) -> PartOf:
+    given = _object(facts, where)
+    known = {each.name: each for each in fields(kind) if each.name != "extra"}
+    required = [n for n, each in known.items() if each.default is each.default_factory is MISSING]
+    if lacking := [name for name in required if name not in given]:
+        raise ValueError(f"{where} lacks {', '.join(lacking)}")
+    said = {name: tuple(v) if isinstance(v, list) else v for name, v in given.items() if name in known}
+    return kind(**said, extra={name: value for name, value in given.items() if name not in known})
+
+
+def _object(facts: object, where: str) -> Mapping[str, Any]:
+    if not isinstance(facts, Mapping):
+        raise ValueError(f"{where} is no JSON object")
+    return facts
+
+
+def _array(facts: object) -> list[Any]:
+    if not isinstance(facts, list | tuple):
+        raise ValueError("problems is no list")
+    return list(facts)
