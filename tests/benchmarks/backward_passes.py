@@ -22,6 +22,7 @@ Two shared cores, one thread if not said otherwise, processor time:
 | plain instead | humot | humot[variant=paper_count], paper | decision |
 |---|---:|---:|---|
 | feed-forward layers | 1.01 | 1.15 | stays |
+| ... plain, all tokens at once | 1.07 | 1.02 | borderline: kept on the row above alone |
 | sums over tokens | 1.03 | 1.18 | stays |
 | mixing of channels | 1.00 | 1.22 | stays |
 | local interaction and its norm | 0.96 | 1.06 | dropped |
@@ -32,7 +33,10 @@ Two shared cores, one thread if not said otherwise, processor time:
 | ... convolutions without frequencies | 1.24 | 1.06 | frequencies stay, recorded |
 | all | 1.16 | 1.49 | |
 
-There is no figure of a GPU: none was at hand.
+HuMoT's columns are of a busy machine (5 to 9 rounds, wall time up to 0.1 apart from processor time); its
+runs on two threads scattered too much to be used. Dropped passes were measured before they were dropped,
+against plain forms that are not in all details those that took their place. There is no figure of a GPU:
+none was at hand.
 """
 
 from __future__ import annotations
