@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 from retarget_bench.errors import BenchError
-from retarget_bench.plugins import registry
+from retarget_bench.plugins import parameters, registry
 
 METHOD = '''"""Turns nothing into nothing."""
 from __future__ import annotations
@@ -118,6 +118,67 @@ def test_wrong_parameters_are_answered_with_the_known_ones(idle, spec, texts):
         registry.create("methods", spec)
     for text in texts:
         assert text in str(caught.value)
+
+
+PRESET = '''"""Parameters in a typed dictionary."""
+from __future__ import annotations
+from typing import Annotated, Literal, TypedDict, Unpack
+from retarget_bench.plugins.parameters import completed
+
+
+class Overrides(TypedDict, total=False):
+    rule: Annotated[Literal["", "left", "right"], ""]
+    speed: Annotated[float, -1.0]
+    loud: Annotated[bool, False]
+
+
+class Preset:
+    class card:
+        parameters = {"speed": "how fast"}
+
+    def __init__(self, variant: Literal["own", "paper"] = "own", **overrides: Unpack[Overrides]):
+        self.got = {"variant": variant, **completed(Overrides, overrides)}
+
+    def retarget(self, source, target, *, context):
+        return None
+
+
+plugin = Preset
+'''
+
+
+def test_overrides_in_a_typed_dictionary_are_parameters_like_any_other(tmp_path):
+    registry.add_file(write(tmp_path, "preset", PRESET))
+    found = registry.create("methods", "preset[rule=left,speed=2]")
+    assert found.got == {"variant": "own", "rule": "left", "speed": 2.0, "loud": False}
+    spec = registry.canonical("methods", "preset[rule='',speed=-1,loud=true]")
+    assert str(spec) == "preset[loud=true]", "defaults are left out"
+    shown = parameters.describe(registry.load("methods", "preset"))
+    assert shown == [
+        "variant=own|paper (default own)",
+        'rule=""|left|right (default "")',
+        "speed=float (default -1.0): how fast",
+        "loud=bool (default false)",
+    ]
+    for wrong, texts in {
+        "preset[rule=lef]": ("did you mean left", 'rule=""|left|right'),
+        "preset[speed=fast]": ("speed=fast", "speed=float"),
+        "preset[sped=1]": ("no parameter", "did you mean speed"),
+    }.items():
+        with pytest.raises(BenchError) as caught:
+            registry.create("methods", wrong)
+        assert all(text in str(caught.value) for text in texts)
+    with pytest.raises(TypeError, match="sped"):
+        registry.load("methods", "preset")(sped=1)
+
+
+def test_an_override_without_a_default_is_asked_for(tmp_path):
+    text = PRESET.replace("Annotated[bool, False]", "bool")
+    registry.add_file(write(tmp_path, "preset", text))
+    with pytest.raises(BenchError, match="preset needs loud"):
+        registry.create("methods", "preset")
+    with pytest.raises(TypeError, match="loud"):
+        registry.load("methods", "preset")()
 
 
 def test_a_required_parameter_is_asked_for(tmp_path):

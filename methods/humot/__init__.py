@@ -3,29 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import asdict
 from functools import cached_property
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, Unpack
 
 import numpy as np
 
 from retarget_bench.api import Context, Method, MethodCard, Prediction
-from retarget_bench.errors import BenchError, SkeletonError
+from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .ablations import ABLATIONS
-from .body import body, unfit
 from .design import PAPER_COUNT, SMALL, TEXT, Design
+from .features import body, unfit
+from .settings import PARAMETERS, Overrides, Settings
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from .learner import Autoencoder, Learner
+    from .network import Autoencoder
+    from .training import Learner
 
 
 Variant = Literal["small", "text", "paper_count"]
@@ -35,8 +39,8 @@ DESIGNS: Mapping[Variant, Design] = {"small": SMALL, "text": TEXT, "paper_count"
 class HuMoT(LearnedMethod):
     """Topology-agnostic transformer (Mourot, Hoyet, Le Clerc, Hellier, 2023).
 
-    An encoder reads places of joints, each beside its place in the skeleton's template (a neutral pose),
-    and tells the motion frame by frame; a decoder says where the joints of any other template are. It is
+    An encoder reads joint positions, each beside its position in the skeleton's template (a neutral pose),
+    and codes the motion frame by frame; a decoder gives joint positions for any other template. It is
     trained to reconstruct some joints of a window from others, on any skeletons at once, and takes
     skeletons that it was never trained on. Answers are positions.
 
@@ -47,7 +51,7 @@ class HuMoT(LearnedMethod):
     facing, sized: windows go through the networks turned ahead, and bodies in the usual size; answers come
         back from both. Not in the paper.
     varied: training bodies have other proportions than the data's, drawn apart for what is given and
-        what is asked for, and limbs are held otherwise (``variety.py``). Not in the paper.
+        what is asked for, and limbs are held otherwise (``augmentation.py``). Not in the paper.
     turned, mirrored: training windows are turned about the vertical axis at random, and mirrored.
     split: with ``chunk`` a tenth of the windows of every training clip is never drawn, as in the paper's
         split, whose validation they are; ``clip`` trains on all of them.
@@ -76,32 +80,13 @@ class HuMoT(LearnedMethod):
     }
 
     def __init__(
-        self,
-        variant: Variant = "small",
-        subsampling: bool = True,
-        consistency: float = 0.5,
-        facing: bool = True,
-        sized: bool = True,
-        varied: bool = True,
-        turned: bool = False,
-        mirrored: bool = True,
-        hop: int = 6,
-        split: Literal["clip", "chunk"] = "clip",
-        root_rule: root_rules.ScalingRule = "hip_height",
-        windows: Literal["overlapping", "whole"] = "overlapping",
-        weights: str = "puppets",
+        self, variant: Variant = "small", weights: str = "puppets", **overrides: Unpack[Overrides]
     ) -> None:
         super().__init__(weights)
-        if not 0.0 <= consistency < np.inf:
-            raise BenchError("humot: consistency is a weight, zero or more")
-        if hop < 1:
-            raise BenchError("humot: hop is a number of frames, one or more")
-        self.variant, self.windows = variant, windows
-        self.root_rule = root_rules.check(root_rule, root_rules.SCALING_RULES)
-        self.subsampling, self.consistency = subsampling, consistency
-        self.facing, self.sized, self.varied = facing, sized, varied
-        self.turned, self.mirrored = turned, mirrored
-        self.hop, self.split = hop, split
+        given = completed(Overrides, overrides)
+        self.variant, self.windows = variant, given.pop("windows")
+        self.root_rule = root_rules.check(given.pop("root_rule"), root_rules.SCALING_RULES)
+        self.settings = Settings(**given)
         self.card = MethodCard(
             name="humot",
             summary="One autoencoder for all skeletons, also for those never trained on: positions",
@@ -109,37 +94,12 @@ class HuMoT(LearnedMethod):
             paper="Mourot, Hoyet, Le Clerc, Hellier: HuMoT: Human Motion Representation using "
             "Topology-Agnostic Transformers for Character Animation Retargeting, 2023",
             accepts=("motion", "positions"),
-            parameters={
-                "variant": "small, text (the appendix by the letter) or paper_count (2,475,511 parameters)",
-                "subsampling": "false: without stochastic joint subsampling (no SJS)",
-                "consistency": "weight of the consistency of bone lengths (0: no BLC)",
-                "facing": "windows go through the networks turned ahead (false: as the paper)",
-                "sized": "bodies go through the networks in one size (false: as the paper)",
-                "varied": "training has bodies of other proportions, too, and limbs held otherwise",
-                "turned": "training windows are turned about the vertical axis at random",
-                "mirrored": "every other training window is mirrored",
-                "hop": "frames between the starts of training windows",
-                "split": "chunk: a tenth of every training clip's windows is kept aside, as in the paper",
-                "root_rule": "length whose ratio scales the path of the hips",
-                "windows": "overlapping windows of 30 frames, or whole clips",
-                "weights": "name of shipped weights, or a path to others",
-            },
+            parameters=PARAMETERS,
         )
 
     # ---------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
-        return {
-            "variant": self.variant,
-            "subsampling": self.subsampling,
-            "consistency": self.consistency,
-            "facing": self.facing,
-            "sized": self.sized,
-            "varied": self.varied,
-            "turned": self.turned,
-            "mirrored": self.mirrored,
-            "hop": self.hop,
-            "split": self.split,
-        }
+        return {"variant": self.variant, **asdict(self.settings)}
 
     def unfit(self, character: Character, read: bool = False) -> str:
         try:
@@ -151,26 +111,14 @@ class HuMoT(LearnedMethod):
         return {"places": body(motion.character).see(motion)}
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Learner:
-        from .learner import Choices, Learner
+        from .training import Learner
 
         def trained(tensors: Mapping[str, Tensor]) -> Method:
             options = {"windows": self.windows, "root_rule": self.root_rule, **self.facts()}
-            return type(self)(**options).using(tensors)  # type: ignore[arg-type]
+            return type(self)(**options).using(tensors)
 
         bodies = {name: body(training_data.characters[name]) for name in training_data.clips}
-        aside = self.split == "chunk"
-        choices = Choices(
-            subsampled=self.subsampling,
-            consistency=self.consistency,
-            facing=self.facing,
-            sized=self.sized,
-            varied=self.varied,
-            turned=self.turned,
-            mirrored=self.mirrored,
-            hop=self.hop,
-            held_out=aside,
-        )
-        return Learner(training_data, config, bodies, DESIGNS[self.variant], choices, trained)
+        return Learner(training_data, config, bodies, DESIGNS[self.variant], self.settings, trained)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -191,15 +139,17 @@ class HuMoT(LearnedMethod):
         if not sources:
             return []
         pairs = zip(sources, targets, strict=True)
-        questions = [Question.of(*pair, self.root_rule, self.sized) for pair in pairs]
-        return retargeted(self._network.to(contexts[0].device), questions, self.windows, self.facing)
+        questions = [Question.of(*pair, self.root_rule, self.settings.sized) for pair in pairs]
+        return retargeted(
+            self._network.to(contexts[0].device), questions, self.windows, self.settings.facing
+        )
 
     @cached_property
     def _network(self) -> Autoencoder:
-        from .learner import Autoencoder, take
+        from .network import Autoencoder
 
         network = Autoencoder(DESIGNS[self.variant])
-        take(network, self.tensors)
+        network.load(self.tensors)
         return network.eval()
 
 

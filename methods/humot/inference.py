@@ -13,9 +13,8 @@ from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 
-from .body import Body, body, sized
-from .heading import headings, turned
-from .learner import Autoencoder
+from .features import Body, body, headings, sized, turned
+from .network import Autoencoder
 
 WINDOW, HOP = 30, 15
 TOKENS = 1 << 16

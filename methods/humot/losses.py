@@ -6,6 +6,7 @@ import torch
 from torch import Tensor
 
 from retarget_bench.training.contract import Batch
+from retarget_bench.training.layers.masks import masked_mean
 
 SHORT = 1e-4
 """Metres: a bone this short has no length to be a multiple of."""
@@ -19,7 +20,7 @@ def reconstruction(answer: Tensor, wanted: Tensor, joints: Tensor, frames: Tenso
     """
     real = frames.unsqueeze(2) & joints.unsqueeze(1)
     apart = (answer - wanted).square().sum(-1)
-    return _mean(apart, real, (1, 2)).mean()
+    return masked_mean(apart, real, (1, 2)).mean()
 
 
 def bones(answer: Tensor, wanted: Tensor, parents: Tensor, frames: Tensor) -> Tensor:
@@ -35,9 +36,9 @@ def bones(answer: Tensor, wanted: Tensor, parents: Tensor, frames: Tensor) -> Te
         min=SHORT
     )
     real = frames.unsqueeze(2).expand_as(ratio)
-    mean = _mean(ratio, real, (1,)).unsqueeze(1)
-    varied = _mean((ratio - mean).square(), real, (1,))
-    return _mean(varied, long, (1,)).mean()
+    mean = masked_mean(ratio, real, (1,)).unsqueeze(1)
+    varied = masked_mean((ratio - mean).square(), real, (1,))
+    return masked_mean(varied, long, (1,)).mean()
 
 
 def losses(answer: Tensor, asked: Batch, frames: Tensor, consistency: float) -> dict[str, Tensor]:
@@ -47,9 +48,3 @@ def losses(answer: Tensor, asked: Batch, frames: Tensor, consistency: float) -> 
     if consistency:
         found["bones"] = consistency * bones(answer, wanted, asked["parents"], frames)
     return found
-
-
-def _mean(values: Tensor, real: Tensor, over: tuple[int, ...]) -> Tensor:
-    """The mean of what is real; 0 where nothing is."""
-    count = real.sum(over).clamp(min=1)
-    return torch.where(real, values, 0.0).sum(over) / count

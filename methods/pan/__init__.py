@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 
@@ -12,24 +12,23 @@ from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import BenchError, NotSupported, SkeletonError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins.parameters import completed
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
 from .ablations import ABLATIONS
-from .body import Body, own
-from .card import PARAMETERS, described
-from .form import unfit
+from .body import FOUR, Assignment, Body, aligned, assign, structure_key
+from .features import unfit
 from .layout import Layout, parts_of
-from .seats import FOUR, Seat, key_of, seated
-from .settings import AS, BETWEEN_LEGS, SETTINGS, VARIANT, Settings, Variant
+from .settings import BETWEEN_LEGS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
 
 if TYPE_CHECKING:
     from torch import Tensor
 
-    from .learner import Learner
     from .structure import Structure
+    from .training import Learner
 
 
 OWN, BETWEEN = "puppets", "puppets_three"
@@ -39,27 +38,28 @@ OWN, BETWEEN = "puppets", "puppets_three"
 class Pan(LearnedMethod):
     """Pose-aware attention network (Hu, Zhang, Zhong, Jiang, Xia: TVCG 2023).
 
-    Every structure has a motion encoder, a skeleton encoder and a decoder. The encoder pools slots (see
-    ``layout.py``) into tokens of body parts by attention and shortens time by convolutions; a code goes to
-    the decoder of any structure, added to the code of the target's bones. Trained without pairs: motions
-    are reconstructed, carried to the other structure and back, and judged there.
+    Every structure has a motion encoder, a skeleton encoder and a decoder. The encoder pools edges of the
+    skeleton (see ``layout.py``) into tokens of body parts by attention and shortens time by convolutions; a
+    code goes to the decoder of any structure, added to the code of the target's bones. Training needs no
+    pairs: motions are reconstructed, carried to the other structure, where a discriminator sees them, and
+    back.
 
     variant: ``paper`` is sections 3 to 5 as written; ``released`` what the authors' code does, with which
     their numbers were made; ``own`` the released networks without dropout, on bodies in hip heights that
-    face ahead, with more weight on places of joints. Where a parameter is empty or negative, the variant
+    face ahead, with more weight on joint positions. Where a parameter is empty or negative, the variant
     decides:
 
-    root, lengths, facing, path: what is seen of a motion and of an answer; see ``Form``.
+    root, lengths, facing, path: the features of motions; see ``Features``.
     statistics: eq. 15 by ``structure`` or, as released, by ``character``. target_stats: by character, the
         deviations that an answer gets: ``transferred`` those of training; ``own`` those of the target's
         reference motions, which is the leak of the published numbers (rows are marked privileged).
-    conv_mask, decoder: see ``Design``. kinematic: weight of the joints' places in reconstruction and cycle
+    conv_mask, decoder: see ``Design``. kinematic: weight of joint positions in reconstruction and cycle
         (eq. 13). ends: of end effectors. adversarial: of eq. 12. velocity: of eq. 20. cycle: of the codes.
     attention, by_part: False for rows of Table 5.
     parts: ``six``; ``three`` (legs, spine, head: for two legs and four; arms and tails are decoded and not
         encoded); or a TOML file of part = [body parts].
     yaw: ``source`` faces where the source faces, ``predicted`` sums up the decoder's turns.
-    tips: ends of chains, which no slot turns: ``copied`` relative to their parents, or ``rest``.
+    tips: ends of chains, which no edge turns: ``copied`` relative to their parents, or ``rest``.
     weights: with ``parts=three``, ``puppets`` means ``puppets_three``.
 
     A body of another structure goes through the known one that shares most roles with it; joints that it
@@ -79,79 +79,34 @@ class Pan(LearnedMethod):
         self,
         variant: Variant = "own",
         parts: str = "six",
-        root: Literal["", "velocity", "position", "height"] = AS,
-        lengths: Literal["", "world", "body"] = AS,
-        facing: float = VARIANT,
-        yaw: Literal["", "predicted", "source"] = AS,
-        path: Literal["", "decoded", "carried"] = AS,
-        statistics: Literal["", "structure", "character"] = AS,
-        target_stats: Literal["transferred", "own"] = "transferred",
-        conv_mask: Literal["", "paper", "released"] = AS,
-        decoder: Literal["", "full", "parts"] = AS,
-        dropout: float = VARIANT,
-        attention: bool = True,
-        by_part: bool = True,
-        kinematic: float = VARIANT,
-        cycle: float = VARIANT,
-        ends: float = VARIANT,
-        adversarial: float = VARIANT,
-        velocity: float = VARIANT,
-        tips: Literal["copied", "rest"] = "copied",
         weights: str = OWN,
+        **overrides: Unpack[Overrides],
     ) -> None:
         super().__init__(BETWEEN if weights == OWN and parts == "three" else weights)
-        self.variant, self.target_stats, self.tips = variant, target_stats, tips
+        given = completed(Overrides, overrides)
+        self.variant, self.target_stats, self.tips = variant, given["target_stats"], given["tips"]
         self._asked = parts
         self.parts, self._part_map = parts_of(parts)
-        chosen = BETWEEN_LEGS if self.parts == "three" else SETTINGS
-        self.settings: Settings = chosen[variant].but(
-            form={"root": root, "lengths": lengths, "smoothing": facing, "path": path},
-            design={
-                "conv_mask": conv_mask,
-                "decoder": decoder,
-                "dropout": dropout,
-                "attention": attention,
-                "by_part": by_part,
-            },
-            weights={
-                "places": kinematic,
-                "latent": cycle,
-                "ends": ends,
-                "adversarial": adversarial,
-                "velocity": velocity,
-            },
-            others={"statistics": statistics, "yaw": yaw},
-        )
-        privileged = target_stats == "own"
+        variants = BETWEEN_LEGS if self.parts == "three" else SETTINGS
+        self.settings: Settings = variants[variant].overridden(given)
+        privileged = self.target_stats == "own"
         if privileged and self.settings.statistics != "character":
             raise BenchError(
                 "target_stats=own needs statistics=character: of a structure there is nothing to leak"
             )
-        self.card: MethodCard = described(("target_motions",) if privileged else ())
+        self.card = MethodCard(
+            name="pan",
+            summary="Attention by body part: codes that any structure with these parts can decode",
+            version="1",
+            paper="Hu, Zhang, Zhong, Jiang, Xia: Pose-aware Attention Network for Flexible Motion "
+            "Retargeting by Body Part, TVCG 2023",
+            needs=("target_motions",) if privileged else (),
+            parameters=PARAMETERS,
+        )
 
     # ---------------------------------------------------------------------------------------- training
     def facts(self) -> Mapping[str, Scalar]:
-        chosen = self.settings
-        return {
-            "variant": self.variant,
-            "parts": self.parts,
-            "root": chosen.form.root,
-            "lengths": chosen.form.lengths,
-            "facing": chosen.form.smoothing,
-            "yaw": chosen.yaw,
-            "path": chosen.form.path,
-            "statistics": chosen.statistics,
-            "conv_mask": chosen.design.conv_mask,
-            "decoder": chosen.design.decoder,
-            "dropout": chosen.design.dropout,
-            "attention": chosen.design.attention,
-            "by_part": chosen.design.by_part,
-            "kinematic": chosen.weights.places,
-            "cycle": chosen.weights.latent,
-            "ends": chosen.weights.ends,
-            "adversarial": chosen.weights.adversarial,
-            "velocity": chosen.weights.velocity,
-        }
+        return {"variant": self.variant, "parts": self.parts, **self.settings.values()}
 
     def unfit(self, character: Character) -> str:
         if character.four_legged and self.parts == "six":
@@ -164,14 +119,14 @@ class Pan(LearnedMethod):
             return str(error)
         except BenchError as error:
             return f"{character.name}: {error}"
-        return unfit(character, self.settings.form)
+        return unfit(character, self.settings.features)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return self.settings.form.see(motion, self._own(motion.character))
+        return self.settings.features.see(motion, self._own(motion.character))
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Learner:
         """Raises NotSupported where bodies of one structure differ in joints, or there is one body only."""
-        from .learner import Learner
+        from .training import Learner
 
         if config.window % 4 or config.window < 16:
             raise NotSupported(
@@ -180,7 +135,7 @@ class Pan(LearnedMethod):
         bodies: dict[str, dict[str, Body]] = {}
         for name in sorted(training_data.clips):
             body = self._own(training_data.characters[name])
-            mine = bodies.setdefault(key_of(body.character), {})
+            mine = bodies.setdefault(structure_key(body.character), {})
             mine[name] = body
             first = next(iter(mine.values()))
             if first.layout != body.layout:
@@ -190,21 +145,14 @@ class Pan(LearnedMethod):
                 )
 
         def trained(tensors: Mapping[str, Tensor]) -> Method:
-            return self._again().using(tensors)
+            same = {"parts": self._asked, "tips": self.tips, "target_stats": self.target_stats}
+            return Pan(**{**self.facts(), **same}).using(tensors)
 
-        return Learner(training_data, config, bodies, self.settings.design, self.settings.choices, trained)
-
-    def _again(self) -> Pan:
-        facts = dict(self.facts()) | {
-            "parts": self._asked,
-            "tips": self.tips,
-            "target_stats": self.target_stats,
-        }
-        return Pan(**facts)  # type: ignore[arg-type]
+        return Learner(training_data, config, bodies, self.settings, trained)
 
     def _own(self, character: Character) -> Body:
         """The character in its own structure's layout."""
-        mine = own(character)
+        mine = aligned(character)
         layout = Layout.of(
             mine.skeleton.parents.tolist(), mine.roles, self._part_map, character.four_legged
         )
@@ -215,18 +163,18 @@ class Pan(LearnedMethod):
         if self.untrained:
             return self.untrained
         for each in (source, target):
-            if why := unfit(each, self.settings.form) or self.seat(each).refusal:
+            if why := unfit(each, self.settings.features) or self.assignment(each).refusal:
                 return why
         return None
 
-    def seat(self, character: Character) -> Seat:
+    def assignment(self, character: Character) -> Assignment:
         """The structure that a character goes through. Raises BenchError where there are no weights."""
-        if character not in self._seats:
-            self._seats[character] = seated(character, self.structures)
-        return self._seats[character]
+        if character not in self._assignments:
+            self._assignments[character] = assign(character, self.structures)
+        return self._assignments[character]
 
     @cached_property
-    def _seats(self) -> dict[Character, Seat]:
+    def _assignments(self) -> dict[Character, Assignment]:
         return {}
 
     @cached_property
@@ -246,7 +194,7 @@ class Pan(LearnedMethod):
         self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
     ) -> list[Motion]:
         """The motions of the targets; those of one length and one pair of structures together."""
-        from .answers import Answers
+        from .inference import Answers
 
         answers = Answers(self)
         for source, target, context in zip(sources, targets, contexts, strict=True):
@@ -258,8 +206,8 @@ class Pan(LearnedMethod):
         return answers.given()
 
     def attention(self, source: Motion) -> Mapping[str, Any]:
-        """What parts of the body heed (``retarget_bench/evaluation/attention.py``)."""
-        from .attention import attended
+        """Attention of body parts to joints (``retarget_bench/evaluation/attention.py``)."""
+        from .inference import attended
 
         return attended(self, source)
 

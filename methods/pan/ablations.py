@@ -33,7 +33,7 @@ ABLATIONS = {
             "The paper calls the number a mean position error in heights; what its code prints is the mean "
             "square of coordinates in heights, and so are ours. Pairs of a body with itself are no part of "
             "our intra-structural mean.",
-            "Without L_kine the joints' places count in no loss of reconstruction or cycle; variants that "
+            "Without L_kine joint positions count in no loss of reconstruction or cycle; variants that "
             "compare how end effectors move keep doing so, as the authors' code does.",
         ),
     )

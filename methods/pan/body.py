@@ -1,13 +1,16 @@
-"""A character as a trained structure sees it, whether or not it is of that structure."""
+"""Characters in the layout of a structure, and their assignment to a trained structure."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import TYPE_CHECKING, Final
 
 import numpy as np
 
 from retarget_bench.api.comparison import body_joints
+from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import alignment, kinematics, rotation
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
@@ -16,17 +19,21 @@ from retarget_bench.motion.skeleton import Skeleton
 
 from .layout import Layout
 
+if TYPE_CHECKING:
+    from .structure import Structure
+
 
 @lru_cache(maxsize=1024)
-def own(character: Character) -> Aligned:
-    """The joints that position errors count, those at and below the hips. Raises SkeletonError where the
-    character has no hips or nothing below them."""
+def aligned(character: Character) -> Aligned:
+    """The character with the joints at and below the hips, those that position errors count.
+
+    Raises SkeletonError where it has no hips or nothing below them."""
     return Aligned(character, body_joints(character))
 
 
 @dataclass(frozen=True, eq=False)
 class Body:
-    """A character's joints in the places of a layout's.
+    """A character's joints in the order of a layout's.
 
     joints: ``(joints of the layout,)`` the character's, -1 where it has none: there the layout has a bone
             of no length that does not turn (section 6.2.3).
@@ -37,7 +44,7 @@ class Body:
     joints: tuple[int, ...]
 
     @cached_property
-    def places(self) -> np.ndarray:
+    def positions(self) -> np.ndarray:
         """``(joints, 3)`` metres, in the reference pose, relative to the hips."""
         skeleton, pose = self.character.skeleton, self.character.reference_pose
         known = kinematics.forward(skeleton, pose, np.zeros(3))[0]
@@ -48,8 +55,8 @@ class Body:
 
     @cached_property
     def bones(self) -> np.ndarray:
-        """``(slots, 3)`` metres: the bone that each slot turns, in the reference pose."""
-        return self.places[1:] - self.places[self.layout.turned]
+        """``(edges, 3)`` metres: the bone that each edge turns, in the reference pose."""
+        return self.positions[1:] - self.positions[self.layout.turned]
 
     @cached_property
     def skeleton(self) -> Skeleton:
@@ -60,10 +67,10 @@ class Body:
 
     @cached_property
     def chains(self) -> Skeleton:
-        """The tree that turns slot by slot, every slot on its own: the hips, then per slot the joint that
-        it leaves, then the ends of the slots from whose child no slot leaves.
+        """The tree that turns edge by edge, every edge on its own: the hips, then per edge the joint that
+        it leaves, then the ends of the edges from whose child no edge leaves.
 
-        Joint 0 does not turn, joint s + 1 is turned by slot s, the ends do not turn."""
+        Joint 0 does not turn, joint s + 1 is turned by edge s, the ends do not turn."""
         above, ends = self.layout.above, self.layout.ends
         parents = np.concatenate([[-1], above + 1, ends + 1])
         bones = np.concatenate([self.bones, np.zeros((1, 3))])  # row -1: of the hips
@@ -71,7 +78,7 @@ class Body:
         return Skeleton(tuple(str(n) for n in range(len(parents))), parents, offsets)
 
     def see(self, motion: Motion, turn: np.ndarray | None) -> np.ndarray:
-        """``(frames, slots, 4)`` rotations that slots carry, seen from ``turn`` ``(frames, 4)`` (a rotation
+        """``(frames, edges, 4)`` rotations that edges carry, seen from ``turn`` ``(frames, 4)`` (a rotation
         about the vertical axis), signs continuous along time."""
         known = alignment.relative(motion)
         turned = np.empty((len(known), len(self.joints), 4))
@@ -85,7 +92,7 @@ class Body:
 
     def motion(
         self,
-        slots: np.ndarray,
+        edges: np.ndarray,
         turn: np.ndarray | None,
         hips: np.ndarray,
         fps: float,
@@ -93,26 +100,26 @@ class Body:
     ) -> Motion:
         """The whole body's motion: the inverse of ``see``.
 
-        A joint that several slots leave is turned by their mean; what hangs below keeps its orientation.
-        slots: ``(frames, slots, 4)``. hips: ``(frames, 3)`` metres.
-        ends:  ``(frames, joints, 4)`` local rotations of joints that no slot leaves; None: at rest.
+        A joint that several edges leave is turned by their mean; what hangs below keeps its orientation.
+        edges: ``(frames, edges, 4)``. hips: ``(frames, 3)`` metres.
+        ends:  ``(frames, joints, 4)`` local rotations of joints that no edge leaves; None: at rest.
         """
-        turned = self._orientations(rotation.normalise(slots), ends)
+        turned = self._orientations(rotation.normalise(edges), ends)
         if turn is not None:
             turned = rotation.multiply(turn[:, None], turned)
         ranks = [rank for rank, joint in enumerate(self.joints) if joint >= 0]
-        aligned = Aligned(self.character, tuple(self.joints[rank] for rank in ranks))
-        local = kinematics.local_from_global(aligned.skeleton, turned[:, ranks])
-        return aligned.motion(rotation.normalise(local), hips, fps)
+        known = Aligned(self.character, tuple(self.joints[rank] for rank in ranks))
+        local = kinematics.local_from_global(known.skeleton, turned[:, ranks])
+        return known.motion(rotation.normalise(local), hips, fps)
 
-    def _orientations(self, slots: np.ndarray, ends: np.ndarray | None) -> np.ndarray:
+    def _orientations(self, edges: np.ndarray, ends: np.ndarray | None) -> np.ndarray:
         """``(frames, joints, 4)`` of the layout's joints, relative to the reference pose."""
-        frames, layout = len(slots), self.layout
+        frames, layout = len(edges), self.layout
         still = np.zeros((frames, 1, 4))
         still[..., 0] = 1.0
         rest = np.repeat(still, len(layout.ends), axis=1)
-        local = np.concatenate([still, slots, rest], axis=1)
-        chain = kinematics.forward(self.chains, local, np.zeros((frames, 3)))[1][:, 1 : layout.slots + 1]
+        local = np.concatenate([still, edges, rest], axis=1)
+        chain = kinematics.forward(self.chains, local, np.zeros((frames, 3)))[1][:, 1 : layout.edges + 1]
         found = np.zeros((frames, len(self.joints), 4))
         for rank in range(len(self.joints)):
             leaving = np.flatnonzero(layout.turned == rank)
@@ -144,10 +151,11 @@ def _mean(turned: np.ndarray) -> np.ndarray:
     return np.asarray(rotation.normalise(total))
 
 
-def cast(character: Character, layout: Layout) -> Body:
-    """The character in this layout: joint for joint where it is of that structure, else by roles; joints
-    without a role by where they lie between joints with one."""
-    mine = own(character)
+def in_layout(character: Character, layout: Layout) -> Body:
+    """The character in this layout: joint for joint where it is of that structure, else by roles.
+
+    Joints without a role are matched by their order between joints with one."""
+    mine = aligned(character)
     if tuple(mine.skeleton.parents.tolist()) == layout.parents and mine.roles == layout.roles:
         return Body(character, layout, mine.joints)
     found = [character.joint_of.get(role, -1) if role else -1 for role in layout.roles]
@@ -159,7 +167,7 @@ def cast(character: Character, layout: Layout) -> Body:
 
 
 def _between(character: Character, layout: Layout, rank: int, found: list[int]) -> None:
-    """Finds the joints without a role above a joint that is found, up to the next that is."""
+    """Match the joints without a role above a matched joint, up to the next matched one."""
     ranks, above = [], layout.parents[rank]
     while above > 0 and found[above] < 0:
         ranks.append(above)
@@ -177,8 +185,80 @@ def _between(character: Character, layout: Layout, rank: int, found: list[int]) 
 
 
 def missing(body: Body) -> str:
-    """Why a character cannot be seen in a layout: it has a joint of none of its parts; "" where it can."""
-    if any(body.joints[slot + 1] >= 0 for part in body.layout.parts for slot in part):
+    """Why a layout does not fit a character: no joint of any of its parts; "" where it fits."""
+    if any(body.joints[edge + 1] >= 0 for part in body.layout.parts for edge in part):
         return ""
     names = ", ".join(name.replace("_", " ") for name in body.layout.names)
     return f"{body.character.name} has no joint of any part that these weights know ({names})"
+
+
+FOUR: Final = "four_legged"
+"""Suffix of the key of a structure on four legs."""
+
+
+@dataclass(frozen=True, eq=False)
+class Assignment:
+    """A skeleton assignment: a character in a trained structure.
+
+    structure: its key; "": there is none. body: the character in its layout; None: there is none.
+    refusal:   why the character cannot be seen there, as a sentence, or "".
+    """
+
+    structure: str
+    body: Body | None
+    refusal: str
+
+    @property
+    def taken(self) -> Body:
+        """The body, of an assignment without a refusal."""
+        assert self.body is not None
+        return self.body
+
+    @property
+    def note(self) -> str:
+        """A sentence on the trained structure that the body goes through; "" where it is its own."""
+        mine = self.taken.character
+        unseen, absent = _misfit(self.taken)
+        if not absent and not unseen and structure_key(mine) == self.structure:
+            return ""
+        more = [f"{absent} joints there that it lacks are bones of no length"] if absent else []
+        more += [f"{unseen} of its own are not seen"] if unseen else []
+        differs = "; ".join(("", *more))
+        known = self.structure.removesuffix(f"_{FOUR}")
+        return f"{mine.name} ({mine.structure}) goes through the networks of {known}{differs}"
+
+
+def assign(character: Character, structures: Mapping[str, Structure]) -> Assignment:
+    """Choose the structure on as many legs that has most of the character's joints.
+
+    Of several, the one of whose joints the character lacks fewest, then its own."""
+    try:
+        aligned(character)
+    except SkeletonError as error:
+        return Assignment("", None, str(error))
+    fitting = [name for name in structures if name.endswith(FOUR) == character.four_legged]
+    if not fitting:
+        legs = "four legs" if character.four_legged else "two legs"
+        return Assignment(
+            "", None, f"{character.name} stands on {legs}, and these weights know no such body"
+        )
+    bodies = {name: in_layout(character, structures[name].layout) for name in fitting}
+    mine = structure_key(character)
+    best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name != mine, name))
+    return Assignment(best, bodies[best], missing(bodies[best]))
+
+
+def _misfit(body: Body) -> tuple[int, int]:
+    """How many of the body's joints the layout lacks, and of the layout's the body."""
+    known = {joint for joint in body.joints if joint >= 0}
+    return len(set(aligned(body.character).joints) - known), sum(joint < 0 for joint in body.joints)
+
+
+def structure_key(character: Character) -> str:
+    """The prefix of a structure's tensors: a name without a dot that torch takes for a module."""
+    from torch import nn
+
+    name = character.structure.replace(".", "_")
+    if character.four_legged:
+        return f"{name}_{FOUR}"
+    return f"{name}_" if name.endswith(FOUR) or hasattr(nn.ModuleDict(), name) else name

@@ -15,26 +15,26 @@ ConvMask = Literal["paper", "released"]
 
 @dataclass(frozen=True)
 class Design:
-    """Sizes and forms of the networks.
+    """Sizes and features of the networks.
 
-    embedding:   hidden widths of the MLP on the four numbers of a slot (eq. 1).
-    scaled:      its result is multiplied by the root of ``width`` before the code of the slot's index
+    embedding:   hidden widths of the MLP on the four numbers of an edge (eq. 1).
+    scaled:      its result is multiplied by the root of ``width`` before the code of the edge's index
                  (eq. 2, 3) is added.
-    width:       numbers of a slot, a part's token and a part's code.
+    width:       numbers of an edge, a part's token and a part's code.
     layers:      layers of attention. heads: of each. feedforward: hidden width of the block behind each
                  attention, with residuals and layer norms behind both (0: eq. 4 and 5 and nothing else).
     dropout:     share, of embeddings, attention weights and both blocks.
-    mutual:      slots attend to the tokens of their parts too (the symmetric mask of eq. 5); else nobody
+    mutual:      edges attend to the tokens of their parts too (the symmetric mask of eq. 5); else nobody
                  attends to a token but itself.
     interleaved: the second layer of attention follows the first convolution, which halves the frames; the
-                 slots are halved with it, two frames averaged. Else all layers come first.
+                 edges are halved with it, two frames averaged. Else all layers come first.
     leak:        slope of the rectifiers below zero.
-    raw:         the first convolution has a second one beside it, from the slots themselves.
+    raw:         the first convolution has a second one beside it, from the edges themselves.
     kernel:      taps of all convolutions in time.
     skeleton:    hidden width per part of the MLP on bones (eq. 7). skeleton_bent: its last layer is
                  rectified too. skeleton_share: what its code is multiplied by before it is added.
-    decoder:     ``full`` reads all parts for every slot (eq. 8); ``parts``: those that the slot is of.
-    conv_mask:   ``released`` shifts the parts of all convolutions by one slot, as the code does by mistake.
+    decoder:     ``full`` reads all parts for every edge (eq. 8); ``parts``: those that the edge is of.
+    conv_mask:   ``released`` shifts the parts of all convolutions by one edge, as the code does by mistake.
     attention:   False: an MLP in its place (Table 5). by_part: False: one token for the whole body, nothing
                  masked, ordinary convolutions (Table 5).
     judging:     width of the discriminator's first layer. squashed: it ends in a sigmoid (eq. 9).

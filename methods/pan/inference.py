@@ -1,41 +1,139 @@
-"""Retargeting by PAN: whole clips, or long ones in pieces that overlap by what the networks see."""
+"""Retargeting by PAN, many cases together, long clips in pieces; and the attention of the first layer."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
+from retarget_bench.api import Context
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import rates
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+
+from .body import Body
+from .network.groups import body_parts
 from .structure import Structure, arranged
+from .training_data import statistics_of
+
+if TYPE_CHECKING:
+    from . import Pan
 
 PIECE = 2048
 """Frames that go through the networks at once: memory does not grow with a clip's length."""
 MARGIN = 64
-"""Frames on both sides of a piece that are seen with it: more than four convolutions reach."""
+"""Context frames on both sides of a piece: more than four convolutions reach."""
 STEP = 4
 """What a number of frames has to be a multiple of."""
 LEAST = 16
 """Frames: shorter clips are lengthened, since convolutions mirror what is beyond the ends."""
 
 
+@dataclass(frozen=True, eq=False)
+class _Question:
+    """statistics: of source and target, each ``(2, edges + 1, 4)``: mean and deviation."""
+
+    source: Motion
+    seen: dict[str, Any]
+    body: Body
+    actor: Body
+    statistics: tuple[Tensor, Tensor]
+
+
+class Answers:
+    """Collects cases with ``ask``; ``given`` answers them in the same order.
+
+    Cases of one length and one pair of structures go through the networks together.
+    """
+
+    def __init__(self, method: Pan) -> None:
+        self._method = method
+        self._questions: list[_Question] = []
+        self._groups: dict[tuple[str, str, int, str], list[int]] = {}
+
+    def ask(self, source: Motion, target: Character, context: Context) -> None:
+        """Add a case that the method supports."""
+        here, there = self._method.assignment(source.character), self._method.assignment(target)
+        actor, body = here.taken, there.taken
+        shown = rates.at_thirty(source)
+        assert isinstance(shown, Motion)
+        seen = dict(self._method.settings.features.see(shown, actor))
+        if self._method.tips == "copied":
+            seen["tips"] = _tips(shown, actor, body)
+        key = (here.structure, there.structure, shown.frames, context.device)
+        self._groups.setdefault(key, []).append(len(self._questions))
+        statistics = (
+            self._statistics(here.structure, source.character),
+            self._target_statistics(there.structure, body, context),
+        )
+        self._questions.append(_Question(source, seen, body, actor, statistics))
+
+    def given(self) -> list[Motion]:
+        found: dict[int, Motion] = {}
+        features, structures = self._method.settings.features, self._method.structures
+        for (here, there, _, device), rows in self._groups.items():
+            asked = [self._questions[row] for row in rows]
+            edges = answered(
+                structures[here].to(device),
+                structures[there].to(device),
+                np.stack([each.seen["edges"] for each in asked]),
+                np.stack([features.bones(each.body) for each in asked]),
+                (
+                    torch.stack([each.statistics[0] for each in asked]),
+                    torch.stack([each.statistics[1] for each in asked]),
+                ),
+                features.path == "carried",
+            )
+            for row, each, answer in zip(rows, asked, edges, strict=True):
+                found[row] = self._motion(each, answer)
+        return [found[number] for number in range(len(self._questions))]
+
+    def _motion(self, asked: _Question, edges: np.ndarray) -> Motion:
+        settings, actor, body = self._method.settings, asked.actor.character, asked.body
+        ratio = settings.features.ratio(actor, body.character)
+        tips = asked.seen.get("tips")
+        motion = settings.features.motion(body, edges, asked.seen, ratio, settings.yaw, tips)
+        return rates.back(motion, asked.source)
+
+    def _statistics(self, name: str, character: Character) -> Tensor:
+        """``(2, edges + 1, 4)``: of a character that was trained on, else of all of the structure."""
+        structure = self._method.structures[name]
+        (row,) = structure.which([character.name])
+        return torch.stack([structure.mean[row], structure.deviation[row]])
+
+    def _target_statistics(self, name: str, body: Body, context: Context) -> Tensor:
+        """Those of the target's reference motions with ``target_stats=own`` (the published leak)."""
+        method = self._method
+        if method.target_stats != "own":
+            return self._statistics(name, body.character)
+        features = method.settings.features
+        shown = map(rates.at_thirty, context.target_motions or ())
+        seen = [features.see(each, body)["edges"] for each in shown if isinstance(each, Motion)]
+        if not seen:
+            raise NotSupported(f"there is no motion of {body.character.name} to take statistics of")
+        return torch.stack(statistics_of(np.concatenate(seen), method.settings.still))
+
+
 def answered(
     source: Structure,
     target: Structure,
-    slots: np.ndarray,
+    edges: np.ndarray,
     bones: np.ndarray,
-    statistics: Statistic,
+    statistics: tuple[Tensor, Tensor],
     carried: bool,
 ) -> np.ndarray:
-    """``(rows, frames, slots + 1, 4)`` of the targets.
+    """Edge channels ``(rows, frames, edges + 1, 4)`` of the targets.
 
-    slots: ``(rows, frames, slots + 1, 4)`` of the sources. bones: ``(rows, slots + 1, 3)``.
-    statistics: mean and deviation of each source and of each target. carried: see ``Form.path``.
+    edges: those of the sources. bones: ``(rows, edges + 1, 3)``. statistics: of each source and of each
+    target ``(rows, 2, edges + 1, 4)``, mean and deviation. carried: see ``Features.path``.
     """
-    frames = slots.shape[1]
+    frames = edges.shape[1]
     device = target.mean.device
-    whole = torch.from_numpy(_lengthened(slots)).to(device)
+    whole = torch.from_numpy(_lengthened(edges)).to(device)
     given, wanted = (each.to(device) for each in statistics)
     seen = (whole - given[:, :1]) / given[:, 1:]
     body = torch.from_numpy(bones).to(device)
@@ -52,18 +150,61 @@ def answered(
     return np.asarray(plain.cpu().numpy())
 
 
-Statistic = tuple[Tensor, Tensor]
-"""Each ``(rows, 2, slots + 1, 4)``: mean, deviation."""
-
-
-def _lengthened(slots: np.ndarray) -> np.ndarray:
+def _lengthened(edges: np.ndarray) -> np.ndarray:
     """With the last frame repeated up to a number of frames that the networks take."""
-    frames = slots.shape[1]
+    frames = edges.shape[1]
     wanted = max(-(-frames // STEP) * STEP, LEAST)
-    return np.pad(slots, ((0, 0), (0, wanted - frames), (0, 0), (0, 0)), mode="edge").astype(np.float32)
+    return np.pad(edges, ((0, 0), (0, wanted - frames), (0, 0), (0, 0)), mode="edge").astype(np.float32)
 
 
-def rows_of(structures: Mapping[str, Structure], name: str, which: Sequence[int]) -> Tensor:
-    """``(rows, 2, slots + 1, 4)`` a structure's statistics."""
-    chosen = structures[name]
-    return torch.stack([chosen.mean[list(which)], chosen.deviation[list(which)]], 1)
+def _tips(source: Motion, actor: Body, body: Body) -> np.ndarray:
+    """Local rotations of ends of chains ``(frames, joints of the target's layout, 4)``, copied by role.
+
+    At rest where the source has no such joint, or where it belongs to no part.
+    """
+    turned, place = actor.ends_of(source), {role: n for n, role in enumerate(actor.layout.roles) if role}
+    found = np.zeros((len(turned), len(body.joints), 4))
+    found[..., 0] = 1.0
+    for joint, role in enumerate(body.layout.roles):
+        there = place.get(role or "", 0)
+        known = there > 0 and joint > 0 and actor.joints[there] >= 0
+        if known and actor.layout.encoded[there - 1] and body.layout.encoded[joint - 1]:
+            found[:, joint] = turned[:, there]
+    return found
+
+
+def attended(method: Pan, source: Motion) -> dict[str, Any]:
+    """Attention weights of the first layer by joint of the source (section 6.2.2).
+
+    The entries of ``retarget_bench.evaluation.attention.Attention``, for a source that the method supports.
+    The weight of an edge is shown at the joint that it leads to, that of the root's channels at the hips.
+    Edges that lead to no joint of this body are left out.
+    Raises NotSupported where the networks have no attention.
+    """
+    assignment, settings = method.assignment(source.character), method.settings
+    structure, body = method.structures[assignment.structure], assignment.taken
+    if not settings.design.attention:
+        raise NotSupported("pan[attention=false] has an MLP in the place of attention, and no weights")
+    shown = rates.at_thirty(source)
+    assert isinstance(shown, Motion)
+    seen = torch.from_numpy(settings.features.see(shown, body)["edges"].astype(np.float32))
+    (row,) = structure.which([source.character.name])
+    normalised = structure.normalised(seen.unsqueeze(0), torch.tensor([row]))
+    with torch.inference_mode():
+        pieces = torch.split(normalised, PIECE, 1)
+        found = [structure.encoder.attention(piece)[0].numpy() for piece in pieces]
+    led = [edge for edge in range(body.layout.edges) if body.joints[edge + 1] >= 0]
+    order = [body.layout.edges, *led]
+    joints = [body.joints[0], *(body.joints[edge + 1] for edge in led)]
+    parts = body_parts(body.layout, settings.design)
+    sees = np.array([[edge in part for edge in order] for part in parts])
+    kept = sees.any(axis=0)
+    low, share = rates.between(source.frames, source.fps, rates.FPS, shown.frames)
+    weights = rates.straight(np.concatenate(found)[:, :, order], low, share)
+    return {
+        "parts": body.layout.names if settings.design.by_part else ("whole body",),
+        "joints": np.array(joints)[kept],
+        "sees": sees[:, kept],
+        "weights": weights[:, :, kept],
+        "note": assignment.note,
+    }

@@ -1,4 +1,4 @@
-"""Forward kinematics of slots, differentiable, and the world as a window sees it."""
+"""Differentiable forward kinematics of edges, and the path of a window through the world."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ from torch.nn import functional
 from retarget_bench.motion.kinematics_torch import Tree, forward
 
 from .body import Body
-from .form import Root
+from .features import Root
 from .layout import Layout
 
 
 class Kinematics:
-    """FK of one structure (eq. 13): slots to places of its joints."""
+    """Forward kinematics of one structure (eq. 13): rotations of edges to joint positions."""
 
     def __init__(self, body: Body) -> None:
         """body: any of the structure."""
@@ -23,15 +23,15 @@ class Kinematics:
         self._above, self._ends = torch.from_numpy(layout.above), torch.from_numpy(layout.ends)
         self._node, self._parents = torch.tensor(_nodes(layout)), torch.tensor(layout.parents[1:])
 
-    def __call__(self, slots: Tensor, bones: Tensor) -> Tensor:
+    def __call__(self, edges: Tensor, bones: Tensor) -> Tensor:
         """``(rows, frames, joints, 3)`` relative to the hips, in the unit of the bones.
 
-        slots: ``(rows, frames, slots + 1, 4)``, need not be unit; the last is not read.
-        bones: ``(rows, slots + 1, 3)``, the last zero.
+        edges: ``(rows, frames, edges + 1, 4)``, need not be unit; the last is not read.
+        bones: ``(rows, edges + 1, 3)``, the last zero.
         """
-        if self._tree.mask.device != slots.device:
-            self._move(slots.device)
-        turns = functional.normalize(slots[..., :-1, :].float(), dim=-1, eps=1e-6)
+        if self._tree.mask.device != edges.device:
+            self._move(edges.device)
+        turns = functional.normalize(edges[..., :-1, :].float(), dim=-1, eps=1e-6)
         still = turns.new_tensor([1.0, 0.0, 0.0, 0.0])
         first = still.expand(*turns.shape[:2], 1, 4)
         last = still.expand(*turns.shape[:2], len(self._ends), 4)
@@ -46,30 +46,30 @@ class Kinematics:
         for name in ("_above", "_ends", "_node", "_parents"):
             setattr(self, name, getattr(self, name).to(device))
 
-    def vectors(self, places: Tensor) -> Tensor:
-        """``(rows, frames, slots, 3)`` from each joint to the one that hangs from it."""
-        return places[:, :, 1:] - places[:, :, self._parents]
+    def vectors(self, positions: Tensor) -> Tensor:
+        """``(rows, frames, edges, 3)`` from each joint to the one that hangs from it."""
+        return positions[:, :, 1:] - positions[:, :, self._parents]
 
 
 def _nodes(layout: Layout) -> list[int]:
-    """Which joint of ``Body.chains`` is where each joint of the layout is."""
+    """The joint of ``Body.chains`` at each joint of the layout."""
     found = [0]
     ends = layout.ends.tolist()
     for joint in range(1, len(layout.parents)):
-        leaving = [slot for slot, parent in enumerate(layout.parents[1:]) if parent == joint]
-        found.append(leaving[0] + 1 if leaving else 1 + layout.slots + ends.index(joint - 1))
+        leaving = [edge for edge, parent in enumerate(layout.parents[1:]) if parent == joint]
+        found.append(leaving[0] + 1 if leaving else 1 + layout.edges + ends.index(joint - 1))
     return found
 
 
-def world(places: Tensor, root: Tensor, kind: Root, turn: Tensor | None = None) -> Tensor:
+def world(positions: Tensor, root: Tensor, kind: Root, turn: Tensor | None = None) -> Tensor:
     """Places ``(rows, frames, joints, 3)`` in the world, level from where the window's first frame is.
 
-    places: relative to the hips, seen from where the body faces unless ``kind`` is ``position``.
-    root:   ``(rows, frames, 4)``, the root's slot; see ``Form``.
+    positions: relative to the hips, seen from where the body faces unless ``kind`` is ``position``.
+    root:   ``(rows, frames, 4)``, the root's edge; see ``Features``.
     turn:   ``(rows, frames)`` complex, where the body faces; None: the root's turns tell.
     """
     if kind == "position":
-        return places + root[..., None, :3]
+        return positions + root[..., None, :3]
     if turn is None:
         angles = torch.cat([torch.zeros_like(root[:, :1, 3]), root[:, 1:, 3].cumsum(1)], 1)
         turn = torch.polar(torch.ones_like(angles), angles)
@@ -77,6 +77,6 @@ def world(places: Tensor, root: Tensor, kind: Root, turn: Tensor | None = None) 
     level = steps.cumsum(1) - steps[:, :1]
     rise = root[..., 1]
     up = rise if kind == "height" else rise.cumsum(1) - rise[:, :1]
-    seen = turn[..., None] * torch.complex(places[..., 2].contiguous(), places[..., 0].contiguous())
+    seen = turn[..., None] * torch.complex(positions[..., 2].contiguous(), positions[..., 0].contiguous())
     moved = seen + level[..., None]
-    return torch.stack([moved.imag, places[..., 1] + up[..., None], moved.real], -1)
+    return torch.stack([moved.imag, positions[..., 1] + up[..., None], moved.real], -1)

@@ -1,8 +1,8 @@
-"""What of a structure the networks see: slots, and the body parts that slots belong to.
+"""What of a structure the networks see: edges, and the body parts that edges belong to.
 
-A slot is an edge of the tree, from a joint to one that hangs from it, and carries the rotation of the
-joint that it leaves; several slots that leave one joint each carry that joint's. The slot of the child c
-is c - 1. One slot more, the last, is that of the root's movement; it belongs to every part.
+A edge is an edge of the tree, from a joint to one that hangs from it, and carries the rotation of the
+joint that it leaves; several edges that leave one joint each carry that joint's. The edge of the child c
+is c - 1. One edge more, the last, is that of the root's movement; it belongs to every part.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ THREE: Parts = {"legs": ("left_leg", "right_leg"), "spine": ("trunk",), "head": 
 HIND, FORE = {"left_leg", "right_leg"}, {"left_arm", "right_arm"}
 """On four legs: a part that has the hind legs has the fore legs too, unless these are a part's by name."""
 BRANCHES = {"head", "left_arm", "right_arm"}
-"""What leaves the trunk at the chest: the slot that leads to the chest is theirs as well."""
+"""What leaves the trunk at the chest: the edge that leads to the chest is theirs as well."""
 KNOWN = {"six": SIX, "three": THREE}
 
 
@@ -73,10 +73,10 @@ def _read(name: str) -> Parts:
 
 @dataclass(frozen=True)
 class Layout:
-    """A structure as slots and parts.
+    """A structure as edges and parts.
 
     parents: ``(joints,)`` whose child each joint is, the hips (-1) first. roles: of the joints.
-    names:   the parts that this structure has. parts: the slots of each, without the root's.
+    names:   the parts that this structure has. parts: the edges of each, without the root's.
     """
 
     parents: tuple[int, ...]
@@ -104,30 +104,30 @@ class Layout:
         return cls(tuple(parents), tuple(roles), tuple(found), tuple(found.values()))
 
     @property
-    def slots(self) -> int:
+    def edges(self) -> int:
         """Without the root's."""
         return len(self.parents) - 1
 
     @cached_property
     def turned(self) -> np.ndarray:
-        """``(slots,)`` which joint's rotation each slot carries."""
+        """``(edges,)`` which joint's rotation each edge carries."""
         return np.array(self.parents[1:])
 
     @cached_property
     def above(self) -> np.ndarray:
-        """``(slots,)`` the slot that leads to the joint that each slot leaves; -1 at the hips."""
+        """``(edges,)`` the edge that leads to the joint that each edge leaves; -1 at the hips."""
         return self.turned - 1
 
     @cached_property
     def ends(self) -> np.ndarray:
-        """The slots from whose child no slot leaves."""
-        return np.setdiff1d(np.arange(self.slots), self.above)
+        """The edges from whose child no edge leaves."""
+        return np.setdiff1d(np.arange(self.edges), self.above)
 
     @cached_property
     def encoded(self) -> np.ndarray:
-        """``(slots,)`` bool: belongs to a part."""
-        mask = np.zeros(self.slots, dtype=bool)
-        mask[[slot for part in self.parts for slot in part]] = True
+        """``(edges,)`` bool: belongs to a part."""
+        mask = np.zeros(self.edges, dtype=bool)
+        mask[[edge for part in self.parts for edge in part]] = True
         return mask
 
 
@@ -145,7 +145,7 @@ def _body_parts(parents: Sequence[int], roles: Sequence[str | None]) -> list[fro
 
 
 def _chest(parents: Sequence[int], where: Sequence[frozenset[str]], wanted: set[str]) -> set[int]:
-    """The slots that lead to where a part that branches from the chest begins."""
+    """The edges that lead to where a part that branches from the chest begins."""
     begins = (
         parents[joint]
         for joint in range(1, len(parents))

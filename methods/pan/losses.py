@@ -1,96 +1,238 @@
-"""The terms of PAN's objective (section 5.6; as released: weights and forms of the authors' code)."""
+"""PAN's losses: the terms of section 5.6, in the form that a variant gives them, and the discriminators."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Literal
 
 import torch
-from torch import Tensor
-from torch.nn import functional
+from torch import Tensor, nn
+from torch.nn.functional import mse_loss
 
-Latent = Literal["l1", "l2"]
-Judge = Literal["motion", "bones", "places"]
-Measure = Literal["heights", "units"]
+from retarget_bench.training.contract import Terms
+from retarget_bench.training.layers.adversarial import ReplayBuffer, least_squares
+
+from .design import Design
+from .layout import Layout
+from .network import Discriminator
+from .settings import Settings, Weights
+from .structure import arranged, shared
+
 NEAR = 0.008
 """Ten heights per frame times this: an end effector that is slower is taken to rest (released code)."""
 FASTER, RESTING = 10.0, 100.0
-"""What displacements are multiplied by, and what resting ends count more (released code)."""
+"""Factors of displacements, and of the error where an end effector rests (released code)."""
+REPLAYED = 50
+"""Answers in a replay buffer (released code)."""
+FOOT = ("toe_end", "toe", "foot")
+END_EFFECTORS = (
+    ("head_top", "head"),
+    ("left_hand",),
+    ("right_hand",),
+    *(tuple(f"{side}_{part}" for part in FOOT) for side in ("left", "right")),
+)
+"""Roles of the end effectors; of several the first that a structure has."""
 
 
-@dataclass(frozen=True)
-class Weights:
-    """Of the terms, all of them means over everything.
+def code_distance(a: Tensor, b: Tensor, measure: Literal["l1", "l2"]) -> Tensor:
+    """The first term of eq. 11."""
+    return (a - b).abs().mean() if measure == "l1" else mse_loss(a, b)
 
-    slots:    squared error of the reconstruction in normalised slots (eq. 10). moves: once more of the
-              root's slot.
-    places:   of the reconstruction's joints (eq. 13), in heights or in the ``Form``'s units (``lengths``):
-              in the world, or, where ``local``, relative to the hips, and the hips in the world. root:
-              once more of the hips.
-    latent:   distance of the codes of source and answer (eq. 11), ``measure`` l1 or squared.
-    again:    squared error of the cycle in normalised slots (eq. 11); again_places: of its joints (eq. 13).
-    ends:     squared difference of how end effectors move in source and answer.
-    adversarial: least squares (eq. 12). judge: what discriminators see: slots, bones as vectors and the
-              root's slot, or places of joints. pool: they see older answers too.
-    velocity: squared difference of rescaled velocities of the hips (eq. 20); turns: and of how fast bodies
-              turn.
+
+def end_effectors(source: Tensor, answer: Tensor) -> Tensor:
+    """Difference of how end effectors ``(rows, frames, ends, 3)`` move, in heights, and of where they rest.
+
+    As released, the answer decides which of them rest, not the source.
     """
-
-    slots: float = 1.0
-    moves: float = 0.0
-    places: float = 100.0
-    lengths: Measure = "heights"
-    local: bool = False
-    root: float = 0.0
-    latent: float = 2.5
-    measure: Latent = "l2"
-    again: float = 2.5
-    again_places: float = 100.0
-    ends: float = 0.0
-    adversarial: float = 1.0
-    judge: Judge = "motion"
-    pool: bool = False
-    velocity: float = 0.0
-    turns: bool = True
-
-    def kinematic(self, places: float) -> Weights:
-        """With this weight of ``places``, and what else eq. 13 is about in proportion."""
-        share = places / self.places
-        return replace(self, places=places, root=share * self.root, again_places=share * self.again_places)
-
-
-def squares(a: Tensor, b: Tensor) -> Tensor:
-    return functional.mse_loss(a, b)
-
-
-def apart(a: Tensor, b: Tensor, measure: Latent) -> Tensor:
-    """How far codes lie apart (first term of eq. 11)."""
-    return (a - b).abs().mean() if measure == "l1" else squares(a, b)
-
-
-def ends(source: Tensor, answer: Tensor) -> Tensor:
-    """End effectors ``(rows, frames, ends, 3)`` in heights: how they move, and that they rest together.
-
-    As released, it is the answer that decides which of them rest, not the source.
-    """
-    wanted, shown = FASTER * source.diff(dim=1), FASTER * answer.diff(dim=1)
-    rests = (shown.detach().square().sum(-1, keepdim=True) < NEAR**2).to(shown.dtype)
-    return squares(shown, wanted) + RESTING * squares(shown * rests, wanted * rests)
-
-
-def fooled(scores: Tensor) -> Tensor:
-    """The generator's part of eq. 12."""
-    return squares(scores, torch.ones_like(scores))
-
-
-def told_apart(real: Tensor, shown: Tensor) -> Tensor:
-    """The discriminator's part of eq. 12, in the direction of LSGAN: real is 1, an answer is 0."""
-    return 0.5 * (squares(real, torch.ones_like(real)) + squares(shown, torch.zeros_like(shown)))
+    wanted, found = FASTER * source.diff(dim=1), FASTER * answer.diff(dim=1)
+    rests = (found.detach().square().sum(-1, keepdim=True) < NEAR**2).to(found.dtype)
+    return mse_loss(found, wanted) + RESTING * mse_loss(found * rests, wanted * rests)
 
 
 def rescaled(velocity: Tensor, range_: Tensor) -> Tensor:
-    """Eq. 20: velocities ``(..., n)`` whose speeds are those between the slowest and the fastest of a
-    structure's training motion, ``range_`` ``(2,)``, as 0 to 1."""
+    """Velocities ``(..., n)`` with speeds between 0 and 1 (eq. 20).
+
+    range_: ``(2,)`` the slowest and the fastest speed in the structure's training motion.
+    """
     speed = velocity.norm(dim=-1, keepdim=True)
     slowest, fastest = range_.unbind()
     return velocity / speed.clamp_min(1e-6) * ((speed - slowest) / (fastest - slowest).clamp_min(1e-6))
+
+
+def discriminator_loss(real: Tensor, answers: Tensor) -> Tensor:
+    """The discriminator's part of eq. 12, in the direction of LSGAN: real is 1, an answer is 0."""
+    return 0.5 * (least_squares(real, True) + least_squares(answers, False))
+
+
+@dataclass
+class Answer:
+    """A motion as the losses compare it.
+
+    edges: normalised channels ``(rows, frames, edges + 1, 4)``. plain: with mean and deviation. local:
+    joints relative to the hips ``(rows, frames, joints, 3)``. positions: in the world; see
+    ``Weights.lengths``.
+    """
+
+    edges: Tensor
+    plain: Tensor
+    local: Tensor
+    positions: Tensor
+
+
+class Objective:
+    """The generator's terms of one step; each is the mean over the structures and pairs that have it.
+
+    layouts: by structure. ranges: ``(2,)`` the slowest and the fastest movement of the hips (eq. 20).
+    Terms keep the names that logs and cards have: ``slots`` (edge channels), ``places`` and
+    ``again_places`` (joint positions).
+    """
+
+    def __init__(
+        self, settings: Settings, layouts: Mapping[str, Layout], ranges: Mapping[str, Tensor]
+    ) -> None:
+        self.weights, self.height = settings.weights, settings.features.root == "height"
+        self._layouts, self._ranges = layouts, dict(ranges)
+        self._ends = {name: ends_of(layout) for name, layout in layouts.items()}
+        self._counted = {name: _counted(layout) for name, layout in layouts.items()}
+        self._terms: dict[str, list[Tensor]] = {}
+
+    def begin(self) -> None:
+        self._terms = {}
+
+    def total(self) -> Terms:
+        """The same names in every step, whichever structures it has."""
+        return {name: torch.stack(found).mean() for name, found in self._terms.items()}
+
+    def add(self, name: str, weight: float, term: Tensor) -> None:
+        if weight:
+            self._terms.setdefault(name, []).append(weight * term)
+
+    # ------------------------------------------------------------------------------------------ terms
+    def reconstruction(self, name: str, answer: Answer, real: Answer) -> None:
+        """Eq. 10, and the second term of eq. 13."""
+        weights, (edges, joints) = self.weights, self._compared(name, answer.edges)
+        found, wanted = answer.edges, real.edges
+        self.add("slots", weights.edges, mse_loss(found[:, :, edges], wanted[:, :, edges]))
+        self.add("moves", weights.moves, mse_loss(found[:, :, -1], wanted[:, :, -1]))
+        positions, truth = self._positions(answer), self._positions(real)
+        self.add("places", weights.positions, mse_loss(positions[:, :, joints], truth[:, :, joints]))
+        self.add("root", weights.root, mse_loss(positions[:, :, 0], truth[:, :, 0]))
+
+    def cycle(self, name: str, answer: Answer, real: Answer, times: int) -> None:
+        """The second term of eq. 11 and the first of eq. 13, over ``times`` motions that came back."""
+        weights, (edges, joints) = self.weights, self._compared(name, answer.edges)
+        wanted = real.edges[:, :, edges].repeat(times, 1, 1, 1)
+        self.add("again", weights.again, mse_loss(answer.edges[:, :, edges], wanted))
+        positions = self._positions(real)[:, :, joints].repeat(times, 1, 1, 1)
+        found = self._positions(answer)[:, :, joints]
+        self.add("again_places", weights.again_positions, mse_loss(found, positions))
+
+    def compare(self, pair: tuple[str, str], code: Tensor, again: Tensor) -> None:
+        """The first term of eq. 11, over the parts that both structures have.
+
+        pair: source and target structure. code: of the source. again: of its answer."""
+        here, there = (self._layouts[name] for name in pair)
+        common = shared(here, there)
+        carried = arranged(code, here, there)[:, :, common]
+        distance = code_distance(carried, again[:, :, common], self.weights.measure)
+        self.add("latent", self.weights.latent, distance)
+
+    def follow(self, pair: tuple[str, str], real: Answer, shown: Answer) -> None:
+        """Movement of the end effectors that both structures have, and of the hips (eq. 20)."""
+        weights, (here, there) = self.weights, pair
+        both = sorted(self._ends[here].keys() & self._ends[there].keys())
+        if weights.ends and both:
+            source = real.positions[:, :, [self._ends[here][end] for end in both]]
+            answer = shown.positions[:, :, [self._ends[there][end] for end in both]]
+            self.add("ends", weights.ends, end_effectors(source, answer))
+        elif weights.ends:  # none in common; processes must agree on the names of terms
+            self.add("ends", weights.ends, shown.positions.new_zeros(()))
+        if weights.velocity:
+            source, answer = real.plain[:, :, -1], shown.plain[:, :, -1]
+            level = [0, 2] if self.height else [0, 1, 2]
+            wanted = rescaled(source[..., level], self._range(here, source))
+            found = rescaled(answer[..., level], self._range(there, answer))
+            wrong = mse_loss(found, wanted)
+            if weights.turns:
+                wrong = wrong + mse_loss(answer[..., 3], source[..., 3])
+            self.add("velocity", weights.velocity, wrong)
+
+    def _positions(self, answer: Answer) -> Tensor:
+        """``(rows, frames, joints, 3)``, the hips first: in the world, or ``local`` (see ``Weights``)."""
+        if not self.weights.local:
+            return answer.positions
+        return torch.cat([answer.positions[:, :, :1], answer.local[:, :, 1:]], 2)
+
+    def _compared(self, name: str, like: Tensor) -> tuple[Tensor, Tensor]:
+        edges, joints = self._counted[name]
+        if edges.device != like.device:
+            self._counted[name] = edges, joints = edges.to(like.device), joints.to(like.device)
+        return edges, joints
+
+    def _range(self, name: str, like: Tensor) -> Tensor:
+        self._ranges[name] = self._ranges[name].to(like)
+        return self._ranges[name]
+
+
+def _counted(layout: Layout) -> tuple[Tensor, Tensor]:
+    """The edges and joints that losses compare: those of parts (section 7.1), and the root."""
+    encoded = torch.from_numpy(layout.encoded).nonzero()[:, 0]
+    return (
+        torch.cat([encoded, torch.tensor([layout.edges])]),
+        torch.cat([torch.tensor([0]), encoded + 1]),
+    )
+
+
+def ends_of(layout: Layout) -> dict[int, int]:
+    """Number of an end effector -> its joint, if that belongs to a part: others are not encoded."""
+    found: dict[int, int] = {}
+    for number, wanted in enumerate(END_EFFECTORS):
+        known: Sequence[str] = [role for role in wanted if role in layout.roles]
+        joints = [layout.roles.index(role) for role in known]
+        if joints and layout.encoded[joints[0] - 1]:
+            found[number] = joints[0]
+    return found
+
+
+class Discriminators(nn.Module):
+    """One discriminator for each structure, with its replay buffer.
+
+    edges: structure -> how many it has. frames: of a window.
+    """
+
+    def __init__(self, edges: Mapping[str, int], frames: int, design: Design, weights: Weights) -> None:
+        super().__init__()
+        sizes = {"motion": (4, 4), "bones": (3, 4), "positions": (3, 3)}
+        per_edge, root = sizes[weights.discriminator_input]
+        channels = {name: per_edge * count + root for name, count in edges.items()}
+        self.discriminators = nn.ModuleDict(
+            {name: Discriminator(count, design) for name, count in channels.items()}
+        )
+        replayed = channels if weights.replay else {}
+        self.pools = nn.ModuleDict(
+            {name: ReplayBuffer(REPLAYED, frames, count) for name, count in replayed.items()}
+        )
+
+    def adversarial_loss(self, name: str, answers: Tensor) -> Tensor:
+        """The generator's part of eq. 12, for answers ``(rows, frames, channels)``."""
+        return least_squares(self.discriminators[name](answers), True)
+
+    def loss(self, shown: Sequence[tuple[str, Tensor, Tensor]]) -> Terms:
+        """The mean of ``discriminator_loss`` over structures.
+
+        shown: structure, real motion, answers. The term has the name that logs and cards have.
+        """
+        found = []
+        for name, real, answers in shown:
+            if name in self.pools:
+                answers = self.pools[name](answers)
+            discriminator = self.discriminators[name]
+            found.append(discriminator_loss(discriminator(real), discriminator(answers)))
+        if not found:
+            return {}
+        names = {name for name, _, _ in shown}
+        unused = [each for name, each in self.discriminators.items() if name not in names]
+        # processes that train together need a gradient of every parameter
+        idle = [0.0 * parameter.sum() for each in unused for parameter in each.parameters()]
+        return {"told_apart": torch.stack(found).mean() + (torch.stack(idle).sum() if idle else 0.0)}

@@ -1,131 +1,243 @@
-"""Everything in which the variants of PAN differ beside their networks, with the values of each."""
+"""The variants of PAN beside their networks: features, losses, and the parameters that override them."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Final, Literal
+from typing import Annotated, Any, Final, Literal, TypedDict
 
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins.spec import Scalar
 
-from .design import PAPER, RELEASED, RELEASED_THREE, Design
-from .form import Form, Yaw
-from .losses import Weights
-from .objective import Choices
-from .windows import Statistics
+from .design import PAPER, RELEASED, RELEASED_THREE, ConvMask, DecoderKind, Design
+from .features import Features, Lengths, Path, Root, Yaw
 
 Variant = Literal["own", "released", "paper"]
-AS: Final = ""
+Statistics = Literal["structure", "character"]
+UNSET: Final = ""
 """A choice that the variant makes."""
-VARIANT: Final = -1.0
+NEGATIVE: Final = -1.0
 """A number that the variant sets."""
+
+
+class Overrides(TypedDict, total=False):
+    """Parameters of PAN that take the place of its variant's; defaults stand behind the types."""
+
+    root: Annotated[Literal["", Root], UNSET]
+    lengths: Annotated[Literal["", Lengths], UNSET]
+    facing: Annotated[float, NEGATIVE]
+    yaw: Annotated[Literal["", Yaw], UNSET]
+    path: Annotated[Literal["", Path], UNSET]
+    statistics: Annotated[Literal["", Statistics], UNSET]
+    target_stats: Annotated[Literal["transferred", "own"], "transferred"]
+    conv_mask: Annotated[Literal["", ConvMask], UNSET]
+    decoder: Annotated[Literal["", DecoderKind], UNSET]
+    dropout: Annotated[float, NEGATIVE]
+    attention: Annotated[bool, True]
+    by_part: Annotated[bool, True]
+    kinematic: Annotated[float, NEGATIVE]
+    cycle: Annotated[float, NEGATIVE]
+    ends: Annotated[float, NEGATIVE]
+    adversarial: Annotated[float, NEGATIVE]
+    velocity: Annotated[float, NEGATIVE]
+    tips: Annotated[Literal["copied", "rest"], "copied"]
+
+
+PARAMETERS = {
+    "variant": "own, released (as the authors' code), paper (as written)",
+    "parts": "six, three (legs, spine, head), or a .toml file of part = [body parts]",
+    "root": "the root's channels: velocity, height (velocity, but height), position; empty: as the variant",
+    "lengths": "world (centimetres) or body (hip heights); empty: as the variant",
+    "facing": "frames over which the direction faced is averaged; negative: as the variant",
+    "yaw": "source (faces where it does) or predicted; empty: as the variant",
+    "path": "of the root: decoded, or carried (the source's plus what is decoded); empty: as the variant",
+    "statistics": "mean and deviation by structure or by character; empty: as the variant",
+    "target_stats": "by character: transferred, or own (of the target's reference motions: privileged)",
+    "conv_mask": "paper, or released (shifted by one edge); empty: as the variant",
+    "decoder": "full, or parts (each edge from its own parts); empty: as the variant",
+    "dropout": "share; negative: as the variant",
+    "attention": "false: an MLP in its place (Table 5)",
+    "by_part": "false: one token for the whole body (Table 5)",
+    "kinematic": "weight of joint positions, eq. 13; negative: as the variant",
+    "cycle": "weight of the distance of codes, eq. 11; negative: as the variant",
+    "ends": "weight of end effectors' movement; negative: as the variant",
+    "adversarial": "weight of eq. 12; negative: as the variant",
+    "velocity": "weight of eq. 20; negative: as the variant",
+    "tips": "ends of chains: copied or rest",
+    "weights": "name of shipped weights, or a path to others",
+}
+"""A line on each parameter, for the method's card."""
+
+FIELDS: Mapping[str, tuple[str, str]] = {
+    "root": ("features", "root"),
+    "lengths": ("features", "lengths"),
+    "facing": ("features", "smoothing"),
+    "yaw": ("", "yaw"),
+    "path": ("features", "path"),
+    "statistics": ("", "statistics"),
+    "conv_mask": ("design", "conv_mask"),
+    "decoder": ("design", "decoder"),
+    "dropout": ("design", "dropout"),
+    "attention": ("design", "attention"),
+    "by_part": ("design", "by_part"),
+    "kinematic": ("weights", "positions"),
+    "cycle": ("weights", "latent"),
+    "ends": ("weights", "ends"),
+    "adversarial": ("weights", "adversarial"),
+    "velocity": ("weights", "velocity"),
+}
+"""Parameter -> the part of ``Settings`` that it overrides ("": none, the settings), and its field."""
+
+
+@dataclass(frozen=True)
+class Weights:
+    """Weights of the loss terms, all of them means over everything, and their forms.
+
+    edges:    squared error of the reconstruction in normalised edge channels (eq. 10). moves: once more of
+              the root's.
+    positions: of the reconstruction's joints (eq. 13), in heights or in the unit of ``Features``
+              (``lengths``): in the world, or, where ``local``, relative to the hips, and the hips in the
+              world. root: once more of the hips.
+    latent:   distance of the codes of source and answer (eq. 11), ``measure`` l1 or squared.
+    again:    squared error of the cycle in normalised edge channels (eq. 11). again_positions: of its
+              joints (eq. 13).
+    ends:     squared difference of how end effectors move in source and answer.
+    adversarial: least squares (eq. 12). discriminator_input: edge channels, bones as vectors and the
+              root's channels, or joint positions. replay: discriminators see older answers too.
+    velocity: squared difference of rescaled velocities of the hips (eq. 20); turns: and of how fast bodies
+              turn.
+    """
+
+    edges: float = 1.0
+    moves: float = 0.0
+    positions: float = 100.0
+    lengths: Literal["heights", "units"] = "heights"
+    local: bool = False
+    root: float = 0.0
+    latent: float = 2.5
+    measure: Literal["l1", "l2"] = "l2"
+    again: float = 2.5
+    again_positions: float = 100.0
+    ends: float = 0.0
+    adversarial: float = 1.0
+    discriminator_input: Literal["motion", "bones", "positions"] = "motion"
+    replay: bool = False
+    velocity: float = 0.0
+    turns: bool = True
+
+    def kinematic(self, positions: float) -> Weights:
+        """With this weight of ``positions``, and the others of eq. 13 in proportion."""
+        share = positions / self.positions
+        return replace(
+            self,
+            positions=positions,
+            root=share * self.root,
+            again_positions=share * self.again_positions,
+        )
 
 
 @dataclass(frozen=True)
 class Settings:
-    """See ``Design``, ``Form``, ``Weights`` and ``Choices``."""
+    """Everything that a variant chooses.
+
+    statistics: whether eq. 15 takes mean and deviation by structure or by character. still: the least
+    deviation. reversed_: training windows run backwards half of the time. shared: structures have the same
+    initial weights for what they have in common.
+    """
 
     design: Design
-    form: Form
+    features: Features
     weights: Weights
     statistics: Statistics
     yaw: Yaw
     still: float = 0.0
     reversed_: bool = False
-    alike: bool = False
+    shared: bool = False
 
-    @property
-    def choices(self) -> Choices:
-        return Choices(
-            self.form, self.yaw, self.weights, self.statistics, self.still, self.reversed_, self.alike
-        )
+    def overridden(self, given: Mapping[str, Any]) -> Settings:
+        """With the parameters given; an empty word or a negative number leaves the variant's choice.
 
-    def but(
-        self,
-        *,
-        form: Mapping[str, Any],
-        design: Mapping[str, Any],
-        weights: Mapping[str, float],
-        others: Mapping[str, Any],
-    ) -> Settings:
-        """With what is given, by names of fields; an empty word or a negative number leaves a field as it
-        is. Raises BenchError where a number is not one, or fields do not go together."""
-        if not all(math.isfinite(number) for number in (*weights.values(), form["smoothing"])):
-            raise BenchError("weights and facing of pan are finite numbers")
-        numbers = _given(weights)
-        places = numbers.pop("places", None)
-        weighed = self.weights if places is None else self.weights.kinematic(places)
+        Raises BenchError where a number is not finite, or fields do not go together.
+        """
+        groups: dict[str, dict[str, Any]] = {"": {}, "features": {}, "design": {}, "weights": {}}
+        for name, (group, field) in FIELDS.items():
+            value = given[name]
+            if group in ("features", "weights") and isinstance(value, float) and not math.isfinite(value):
+                raise BenchError("weights and facing of pan are finite numbers")
+            if value != UNSET and not (isinstance(value, float | int) and value < 0.0):
+                groups[group][field] = value
+        positions = groups["weights"].pop("positions", None)
+        weights = self.weights if positions is None else self.weights.kinematic(positions)
         found = replace(
             self,
-            form=replace(self.form, **_given(form)),
-            design=replace(self.design, **_given(design)),
-            weights=replace(weighed, **numbers),
-            **_given(others),
+            features=replace(self.features, **groups["features"]),
+            design=replace(self.design, **groups["design"]),
+            weights=replace(weights, **groups["weights"]),
+            **groups[""],
         )
-        found.check()
-        return found
-
-    def check(self) -> None:
-        """Raises BenchError where fields do not go together."""
-        if not self.design.dropout < 1.0:
+        if not found.design.dropout < 1.0:
             raise BenchError("dropout of pan is a share below 1")
-        if self.weights.velocity and self.form.root == "position":
+        if found.weights.velocity and found.features.root == "position":
             raise BenchError(
                 "eq. 20 (velocity) is about how hips move, and root=position does not say it; "
                 "use root=velocity or root=height"
             )
+        return found
 
-
-def _given(values: Mapping[str, Any]) -> dict[str, Any]:
-    """Without what the variant decides."""
-    return {
-        name: value
-        for name, value in values.items()
-        if value != AS and not (isinstance(value, float | int) and value < 0.0)
-    }
+    def values(self) -> dict[str, Scalar]:
+        """The parameters that weights depend on, by their names."""
+        return {
+            name: getattr(getattr(self, group) if group else self, field)
+            for name, (group, field) in FIELDS.items()
+        }
 
 
 RELEASED_WEIGHTS = Weights(
-    places=100.0,
+    positions=100.0,
     local=True,
     root=100.0,
     latent=2.5,
     measure="l1",
     again=0.0,
-    again_places=2.5,
+    again_positions=2.5,
     ends=50.0,
-    judge="bones",
-    pool=True,
+    discriminator_input="bones",
+    replay=True,
 )
 SETTINGS: Mapping[Variant, Settings] = {
-    "paper": Settings(PAPER, Form("velocity", "world", 0.0), Weights(), "structure", "predicted"),
+    "paper": Settings(PAPER, Features("velocity", "world", 0.0), Weights(), "structure", "predicted"),
     "released": Settings(
-        RELEASED, Form("position", "world", 0.0), RELEASED_WEIGHTS, "character", "predicted", reversed_=True
+        RELEASED,
+        Features("position", "world", 0.0),
+        RELEASED_WEIGHTS,
+        "character",
+        "predicted",
+        reversed_=True,
     ),
     "own": Settings(
         replace(RELEASED, dropout=0.0),
-        Form("height", "body", 0.0, "carried"),
-        replace(RELEASED_WEIGHTS, places=1000.0, root=300.0, again_places=100.0, adversarial=0.25),
+        Features("height", "body", 0.0, "carried"),
+        replace(RELEASED_WEIGHTS, positions=1000.0, root=300.0, again_positions=100.0, adversarial=0.25),
         "structure",
         "source",
         still=0.02,
-        alike=True,
+        shared=True,
     ),
 }
 BETWEEN_LEGS: Mapping[Variant, Settings] = {
     "paper": replace(SETTINGS["paper"], weights=Weights(velocity=1000.0, turns=False)),
     "released": Settings(
         RELEASED_THREE,
-        Form("velocity", "world", 8.0),
+        Features("velocity", "world", 8.0),
         Weights(
             moves=100.0,
-            places=0.01,
+            positions=0.01,
             lengths="units",
             latent=1e-3,
             again=0.0,
-            again_places=1e-3,
-            judge="places",
+            again_positions=1e-3,
+            discriminator_input="positions",
             velocity=1000.0,
         ),
         "structure",
@@ -134,7 +246,7 @@ BETWEEN_LEGS: Mapping[Variant, Settings] = {
     "own": replace(
         SETTINGS["own"],
         design=RELEASED_THREE,
-        form=replace(SETTINGS["own"].form, path="decoded"),
+        features=replace(SETTINGS["own"].features, path="decoded"),
         weights=replace(SETTINGS["own"].weights, ends=0.0, adversarial=1.0, velocity=1000.0),
     ),
 }

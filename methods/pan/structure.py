@@ -1,8 +1,8 @@
-"""What is trained of one structure: networks, statistics, and what tells the structure again."""
+"""The trained networks and statistics of one structure, their tensors, and their initialisation."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 
 import torch
 from torch import Tensor, nn
@@ -12,18 +12,18 @@ from retarget_bench.errors import BenchError
 from .design import Design
 from .layout import Layout, Parts
 from .network import Decoder, Encoder, SkeletonEncoder
+from .network.groups import body_parts, convolved_parts, written
 
 ROLES, PARENTS, CAST = "roles", "parents", "cast"
-"""Names of the tensors that say what the structure is."""
+"""Names of the tensors that identify a structure."""
 MARKS = (ROLES, PARENTS, CAST)
 ROWS = "\n"
 
 
 class Structure(nn.Module):
-    """Encoder, skeleton encoder and decoder of a structure (G of section 5.5), with what eq. 15 subtracts
-    and divides by.
+    """Encoder, skeleton encoder, decoder and statistics (eq. 15) of a structure (G of section 5.5).
 
-    mean, deviation: ``(1 + characters, slots + 1, 4)``: of all its training motion, then of each character
+    mean, deviation: ``(1 + characters, edges + 1, 4)``: of all its training motion, then of each character
     of ``cast`` where statistics are by character.
     """
 
@@ -36,7 +36,7 @@ class Structure(nn.Module):
         self.encoder = Encoder(layout, design)
         self.skeleton = SkeletonEncoder(layout, design)
         self.decoder = Decoder(layout, design)
-        shape = (1 + len(self.cast), layout.slots + 1, 4)
+        shape = (1 + len(self.cast), layout.edges + 1, 4)
         self.register_buffer("mean", torch.zeros(shape))
         self.register_buffer("deviation", torch.ones(shape))
 
@@ -44,30 +44,30 @@ class Structure(nn.Module):
         """Rows of the statistics: a character's own, or 0, that of all."""
         return [1 + self.cast.index(name) if name in self.cast else 0 for name in names]
 
-    def normalised(self, slots: Tensor, which: Tensor) -> Tensor:
-        """Eq. 15. slots: ``(rows, frames, slots + 1, 4)``; which: ``(rows,)``, see ``which``."""
-        return (slots - self.mean[which].unsqueeze(1)) / self.deviation[which].unsqueeze(1)
+    def normalised(self, edges: Tensor, which: Tensor) -> Tensor:
+        """Eq. 15. edges: ``(rows, frames, edges + 1, 4)``; which: ``(rows,)``, see ``which``."""
+        return (edges - self.mean[which].unsqueeze(1)) / self.deviation[which].unsqueeze(1)
 
-    def plain(self, slots: Tensor, which: Tensor) -> Tensor:
+    def plain(self, edges: Tensor, which: Tensor) -> Tensor:
         """The inverse of ``normalised``."""
-        return slots * self.deviation[which].unsqueeze(1) + self.mean[which].unsqueeze(1)
+        return edges * self.deviation[which].unsqueeze(1) + self.mean[which].unsqueeze(1)
 
     def answer(self, code: Tensor, bones: Tensor) -> Tensor:
-        """``(rows, frames, slots + 1, 4)`` normalised slots of bodies with these bones.
+        """``(rows, frames, edges + 1, 4)`` normalised edges of bodies with these bones.
 
-        code: ``(rows, frames / 4, parts, width)``. bones: ``(rows, slots + 1, 3)``."""
+        code: ``(rows, frames / 4, parts, width)``. bones: ``(rows, edges + 1, 3)``."""
         answer: Tensor = self.decoder(code + self.skeleton(bones).unsqueeze(1))
         return answer
 
-    def with_path(self, slots: Tensor, root: Tensor, which: Tensor) -> Tensor:
-        """Normalised slots ``(rows, frames, slots + 1, 4)`` with a root's plain slot ``(rows, frames, 4)``
+    def with_path(self, edges: Tensor, root: Tensor, which: Tensor) -> Tensor:
+        """Normalised edges ``(rows, frames, edges + 1, 4)`` with a root's plain edge ``(rows, frames, 4)``
         added to the last."""
         path = (root - self.mean[which, -1].unsqueeze(1)) / self.deviation[which, -1].unsqueeze(1)
-        return torch.cat([slots[:, :, :-1], slots[:, :, -1:] + path.unsqueeze(2)], 2)
+        return torch.cat([edges[:, :, :-1], edges[:, :, -1:] + path.unsqueeze(2)], 2)
 
     # -------------------------------------------------------------------------------------- as tensors
-    def take(self, tensors: Mapping[str, Tensor]) -> None:
-        """The networks and statistics of the same structure. Raises BenchError where they do not fit."""
+    def load(self, tensors: Mapping[str, Tensor]) -> None:
+        """Take over the tensors of the same structure. Raises BenchError where they do not fit."""
         state = {name: each.float() for name, each in tensors.items() if name not in MARKS}
         try:
             self.load_state_dict(state)
@@ -75,7 +75,7 @@ class Structure(nn.Module):
             raise BenchError(f"the weights do not fit this network: {error}") from None
 
     def marks(self) -> dict[str, Tensor]:
-        """What tells the structure again, as tensors."""
+        """Tensors that identify the structure."""
         roles = ROWS.join(role or "" for role in self.layout.roles)
         return {
             PARENTS: torch.tensor(self.layout.parents, dtype=torch.int16),
@@ -93,10 +93,10 @@ def by_structure(tensors: Mapping[str, Tensor]) -> Mapping[str, Mapping[str, Ten
     return found
 
 
-def like(
+def matching(
     structure: Structure, name: str, known: Mapping[str, Mapping[str, Tensor]]
 ) -> Mapping[str, Tensor]:
-    """What is known of the structure with these joints and characters; of several, of the one of this name.
+    """The tensors of the structure with these joints and characters; of several, those of this name.
 
     Raises BenchError where there is none.
     """
@@ -119,7 +119,7 @@ def rebuilt(tensors: Mapping[str, Tensor], parts: Parts, four_legged: bool, desi
     roles = [role or None for role in _text(tensors[ROLES]).split(ROWS)]
     cast = [name for name in _text(tensors[CAST]).split(ROWS) if name]
     structure = Structure(Layout.of(parents, roles, parts, four_legged), design, cast)
-    structure.take(tensors)
+    structure.load(tensors)
     return structure.eval()
 
 
@@ -145,3 +145,54 @@ def arranged(code: Tensor, source: Layout, target: Layout) -> Tensor:
 def shared(source: Layout, target: Layout) -> list[int]:
     """The parts of the target that the source has too, by their numbers."""
     return [number for number, name in enumerate(target.names) if name in source.names]
+
+
+def share_initialisation(structures: Sequence[Structure], design: Design) -> None:
+    """Copy the initial weights of the first structure to all others where they have the same meaning.
+
+    Layers of one shape are shared as they are; of layers whose weights belong to edges, those of edges
+    that lead to a joint of the same role in the same part. So all encoders give a motion nearly the same
+    code before training.
+    """
+    with torch.no_grad():
+        known: dict[Hashable, Tensor] = {}
+        for structure in structures:
+            edgewise = dict(_edgewise(structure.layout, design))
+            for name, weights in structure.named_parameters():
+                if name in edgewise:
+                    _share(known, name, edgewise[name], weights)
+                else:
+                    key = (name, tuple(weights.shape))
+                    weights.copy_(known.setdefault(key, weights.detach().clone()))
+
+
+def _share(known: dict[Hashable, Tensor], name: str, keys: Sequence[Hashable], weights: Tensor) -> None:
+    """Share weights whose rows belong to edges, equally many rows for each key."""
+    each = len(weights) // len(keys)
+    for number, key in enumerate(keys):
+        rows = weights[number * each : (number + 1) * each]
+        rows.copy_(known.setdefault((name, key), rows.detach().clone()))
+
+
+def _edgewise(layout: Layout, design: Design) -> Iterator[tuple[str, list[Hashable]]]:
+    """Names of parameters whose rows belong to edges, and the meaning of each edge in their order."""
+    bones = tuple(part[:-1] for part in body_parts(layout, design))
+    yield "skeleton.layers.0.weight", _keys(layout, bones)
+    if design.raw:
+        yield "encoder.raw.weight", _keys(layout, convolved_parts(layout, design))
+    if design.decoder == "parts" and design.by_part:
+        yield "decoder.outer.weight", _keys(layout, written(layout, design))
+    edges = range(layout.edges + 1)
+    yield "decoder.outer.bias", [_meaning(layout, edge, 0) for edge in edges]
+
+
+def _keys(layout: Layout, parts: Iterable[Sequence[int]]) -> list[Hashable]:
+    names = layout.names
+    return [(names[n], _meaning(layout, edge, n)) for n, part in enumerate(parts) for edge in part]
+
+
+def _meaning(layout: Layout, edge: int, part: int) -> Hashable:
+    """The role of the joint that an edge leads to; unique where it has none."""
+    if edge == layout.edges:
+        return "root"
+    return layout.roles[edge + 1] or (id(layout), edge, part)

@@ -4,15 +4,13 @@ Inside, joints come first and quaternion components second, ``(rows, 4, sequence
 contiguous runs. The joints of a mixed batch are the rows of one forest, so that one level of all its trees
 is one array operation.
 
-The gradient is written in closed form instead of being recorded. A small turn d of joint i about world
-axes moves each bone b below it by d x b, so the gradient is a torque: the sum of b x (pull on b's far end)
-below i, where the pull is itself the sum of the position gradients from there on. Both sums are one
-product with the matrix of ancestors. Nothing is divided by, so gradients are finite everywhere.
+Autograd records the gradient. A hand-written backward pass made whole training steps at most 1.05 times as
+fast (``tests/benchmarks/backward_passes.py``).
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -161,57 +159,24 @@ def _mixed(tree: Tree, offsets: Tensor, rotations: Tensor, root: Tensor) -> tupl
     return torch.where(real, places, zero), torch.where(real, turned, unturned)
 
 
-class _Kinematics(torch.autograd.Function):
-    """Local rotations ``(rows, 4, s, f)`` and offsets ``(rows, 3, 1 or s, 1)`` to places relative to the
-    root ``(rows, 3, s, f)`` and orientations ``(rows, 4, s, f)``."""
+def _kinematics(local: Tensor, offsets: Tensor, tree: Tree) -> tuple[Tensor, Tensor]:
+    """Positions relative to the root ``(rows, 3, s, f)`` and orientations ``(rows, 4, s, f)``.
 
-    @staticmethod
-    def forward(ctx: Any, local: Tensor, offsets: Tensor, tree: Tree) -> tuple[Tensor, Tensor]:
+    local: rotations ``(rows, 4, s, f)``. offsets: ``(rows, 3, 1 or s, 1)``.
+    """
+    if local.requires_grad and torch.is_grad_enabled():
+        chain = _recorded_chain(tree, torch.nn.functional.normalize(local, dim=1))
+    else:
         chain = _chain(tree, local)
-        bones = _turn(chain.index_select(0, tree.above).unbind(1), (offsets * tree.inner).unbind(1))
-        places = _along(tree.ancestors, torch.stack(bones, 1))
-        ctx.tree, ctx.shape = tree, offsets.shape
-        ctx.save_for_backward(local, places, chain)
-        ctx.set_materialize_grads(False)
-        return places, chain
-
-    @staticmethod
-    def backward(ctx: Any, to_places: Tensor | None, to_chain: Tensor | None) -> tuple[Tensor | None, ...]:
-        local, places, chain = ctx.saved_tensors
-        tree: Tree = ctx.tree
-        below = tree.ancestors.mT
-        w, *axis = chain.unbind(1)
-        inverse = (-w, *axis)
-        twice_lever = twice_spin = to_offsets = None
-        if to_places is not None:
-            pull = _along(below, to_places)
-            bones = places - places.index_select(0, tree.above)
-            twice_lever = torch.stack(_cross((bones + bones).unbind(1), pull.unbind(1)), 1)
-            if ctx.needs_input_grad[1]:
-                force = _turn(local.unbind(1), _turn(inverse, pull.unbind(1)))
-                to_offsets = (torch.stack(force, 1) * tree.inner).sum_to_size(ctx.shape)
-        if to_chain is not None:
-            twice_spin = torch.stack(_spin((w, *axis), to_chain.unbind(1)), 1)
-        if not ctx.needs_input_grad[0]:
-            return None, to_offsets, None
-        torque = _torque(below, twice_lever, twice_spin)
-        if torque is None:
-            return None, to_offsets, None
-        return _along_sphere(local.unbind(1), _turn(inverse, torque.unbind(1))), to_offsets, None
-
-
-_kinematics: Callable[[Tensor, Tensor, Tree], tuple[Tensor, Tensor]] = _Kinematics.apply
+    bones = _turn(chain.index_select(0, tree.above).unbind(1), (offsets * tree.inner).unbind(1))
+    return _along(tree.ancestors, torch.stack(bones, 1)), chain
 
 
 # ------------------------------------------------------------------------------------------ the chain
 def _chain(tree: Tree, local: Tensor) -> Tensor:
     """Global from local orientations, by the way that is fastest for this size and device."""
     if local.device.type != "cpu" or local.numel() < 4 * _MANY:
-        chain = local
-        for rows, above in tree.doublings:
-            product = _product(tree, chain.index_select(0, above), chain.index_select(0, rows))
-            chain = chain.index_copy(0, rows, product)
-        return chain if tree.doublings else local.clone()
+        return _recorded_chain(tree, local)
     chain = local.clone()
     if tree.mask.ndim == 1:
         places, turns = chain.unbind(0), local.unbind(0)
@@ -223,6 +188,15 @@ def _chain(tree: Tree, local: Tensor) -> Tensor:
             left, right = chain.index_select(0, above), local.index_select(0, rows)
             chain.index_copy_(0, rows, _product_into(torch.empty_like(right), left, right, 1))
     return chain
+
+
+def _recorded_chain(tree: Tree, local: Tensor) -> Tensor:
+    """The same in few calls, none of them in place."""
+    chain = local
+    for rows, above in tree.doublings:
+        product = _product(tree, chain.index_select(0, above), chain.index_select(0, rows))
+        chain = chain.index_copy(0, rows, product)
+    return chain if tree.doublings else local.clone()
 
 
 def _product(tree: Tree, a: Tensor, b: Tensor) -> Tensor:
@@ -255,20 +229,9 @@ def _along(matrix: Tensor, values: Tensor) -> Tensor:
     return (matrix.to(exact.dtype) @ batched).view(values.shape).to(kind)
 
 
-def _torque(below: Tensor, lever: Tensor | None, spin: Tensor | None) -> Tensor | None:
-    """What turns every joint: its own spin, and lever and spin of everything below it."""
-    if lever is None:
-        return None if spin is None else _along(below, spin)
-    return _along(below, lever if spin is None else lever + spin) - lever
-
-
 # ------------------------------------------------------------------------------------------ components
 Parts = Sequence[Tensor]
 _CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-
-
-def _cross(a: Parts, b: Parts) -> list[Tensor]:
-    return [torch.addcmul(a[j] * b[k], a[k], b[j], value=-1) for _, j, k in _CYCLES]
 
 
 def _turn(q: Parts, v: Parts) -> list[Tensor]:
@@ -284,25 +247,6 @@ def _turn(q: Parts, v: Parts) -> list[Tensor]:
         torch.addcmul(torch.addcmul(v[i], u[j], inner[k], value=2), u[k], inner[j], value=-2)
         for i, j, k in _CYCLES
     ]
-
-
-def _spin(q: Parts, gradient: Parts) -> list[Tensor]:
-    """The vector part of gradient q*: twice the torque that a gradient in an orientation q means."""
-    (w, *u), (a, *v) = q, gradient
-    return [
-        torch.addcmul(torch.addcmul(w * v[i], a, u[i], value=-1), u[j], v[k]).addcmul(u[k], v[j], value=-1)
-        for i, j, k in _CYCLES
-    ]
-
-
-def _along_sphere(q: Parts, twice_torque: Parts) -> Tensor:
-    """The gradient q (0, 2 torque) ``(rows, 4, s, f)`` of a torque in the joint's own frame."""
-    (w, *u), t = q, twice_torque
-    real = -torch.addcmul(torch.addcmul(u[0] * t[0], u[1], t[1]), u[2], t[2])
-    vector = [
-        torch.addcmul(torch.addcmul(w * t[i], u[j], t[k]), u[k], t[j], value=-1) for i, j, k in _CYCLES
-    ]
-    return torch.stack([real, *vector], 1)
 
 
 # -------------------------------------------------------------------------------------------- building

@@ -19,10 +19,11 @@ from torch import nn
 from tqdm import tqdm
 
 from retarget_bench.methods.humot import HuMoT
-from retarget_bench.methods.humot.body import body
 from retarget_bench.methods.humot.design import PAPER_COUNT, SMALL, Design
-from retarget_bench.methods.humot.learner import Choices, Learner
-from retarget_bench.methods.humot.network.temporal import TemporalConvolution
+from retarget_bench.methods.humot.features import body
+from retarget_bench.methods.humot.network.layers import TemporalConvolution
+from retarget_bench.methods.humot.settings import Settings
+from retarget_bench.methods.humot.training import Learner
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData, gather
@@ -57,8 +58,8 @@ def losses(
     training_data: TrainingData, design: Design, facing: bool, plain: bool, config: TrainingConfig
 ) -> Iterator[float]:
     """Eq. 1 of every step."""
-    choices = Choices(
-        subsampled=True,
+    settings = Settings(
+        subsampling=True,
         consistency=0.5,
         facing=facing,
         sized=False,
@@ -66,11 +67,11 @@ def losses(
         turned=not facing,
         mirrored=True,
         hop=6,
-        held_out=False,
+        split="clip",
     )
     torch.manual_seed(0)
     bodies = {name: body(training_data.characters[name]) for name in training_data.clips}
-    module = Learner(training_data, config, bodies, design, choices, lambda _: HuMoT())
+    module = Learner(training_data, config, bodies, design, settings, lambda _: HuMoT())
     if plain:
         as_torch_begins(module.modules)
     (turn,) = optimiser_phases(module, config, torch.device("cpu"))

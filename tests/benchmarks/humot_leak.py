@@ -31,8 +31,8 @@ from retarget_bench.analysis.statistics import LEVEL, mean_intervals
 from retarget_bench.api import SPLITS, Context, Dataset
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
-from retarget_bench.methods.humot.body import body
-from retarget_bench.methods.humot.split import held_out
+from retarget_bench.methods.humot.features import body
+from retarget_bench.methods.humot.training import held_out
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights

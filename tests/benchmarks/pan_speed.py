@@ -9,7 +9,7 @@ The plain networks are ``tests/methods/pan_reference.py``: dense layers times ma
 around the networks.
 ``--together`` times as many processes as threads, each with its share of the rows and one thread, which add
 up their gradients, as ``torchrun ... bench train`` has them; peak memory is then that of each.
-``--products`` times bare products of matrices of the sizes that slots are embedded with, and nothing else.
+``--products`` times bare products of matrices of the sizes that edges are embedded with, and nothing else.
 Processor time is given beside wall time, because other processes on the machine move it less. Peak memory
 is that of the whole process; the lean networks go first.
 """
@@ -71,7 +71,7 @@ class Structure(nn.Module):
     def answer(self, code: Tensor, bones: Tensor) -> Tensor:
         return self.decoder(code + self.skeleton(bones).unsqueeze(1))
 
-    def places(self, motion: Tensor, bones: Tensor) -> Tensor:
+    def positions(self, motion: Tensor, bones: Tensor) -> Tensor:
         """Joints ``(rows, frames, joints, 3)``."""
         still = motion.new_tensor([1.0, 0.0, 0.0, 0.0])
         turns = torch.where(self.turned, motion.index_select(2, self.carriers.clamp(min=0)), still)
@@ -79,10 +79,10 @@ class Structure(nn.Module):
         turns = functional.normalize(turns, dim=-1)
         return kinematics(self.tree, offsets, turns, motion[:, :, -1, :3].contiguous())[0]
 
-    def shown(self, places: Tensor) -> Tensor:
+    def shown(self, positions: Tensor) -> Tensor:
         """What a discriminator sees."""
-        vectors = places - places.index_select(2, self.above)
-        return torch.cat([places[:, :, :1], vectors[:, :, 1:]], 2).flatten(2)
+        vectors = positions - positions.index_select(2, self.above)
+        return torch.cat([positions[:, :, :1], vectors[:, :, 1:]], 2).flatten(2)
 
 
 class Iteration:
@@ -92,21 +92,23 @@ class Iteration:
         torch.manual_seed(0)
         self.rows = rows
         self.structures = nn.ModuleList(Structure(layout, plain) for layout in LAYOUTS)
-        self.judges = nn.ModuleList(Discriminator(3 * (each.slots + 1), RELEASED) for each in LAYOUTS)
+        self.discriminators = nn.ModuleList(
+            Discriminator(3 * (each.edges + 1), RELEASED) for each in LAYOUTS
+        )
         self.optimisers = [
-            torch.optim.Adam(each.parameters(), 1e-3) for each in (self.structures, self.judges)
+            torch.optim.Adam(each.parameters(), 1e-3) for each in (self.structures, self.discriminators)
         ]
-        self.motions = [torch.randn(rows, FRAMES, each.slots + 1, 4) for each in LAYOUTS]
+        self.motions = [torch.randn(rows, FRAMES, each.edges + 1, 4) for each in LAYOUTS]
         self.bones = [
-            torch.cat([torch.randn(rows, each.slots, 3), torch.zeros(rows, 1, 3)], 1) for each in LAYOUTS
+            torch.cat([torch.randn(rows, each.edges, 3), torch.zeros(rows, 1, 3)], 1) for each in LAYOUTS
         ]
 
     def __call__(self) -> None:
         loss, judged = self.generate()
         self._update(0, loss)
         real_and_fake = []
-        for judge, (real, fake) in zip(self.judges, judged, strict=True):
-            scores = judge(torch.cat([real, fake.detach()]))
+        for discriminator, (real, fake) in zip(self.discriminators, judged, strict=True):
+            scores = discriminator(torch.cat([real, fake.detach()]))
             real_and_fake.append(
                 (scores[: self.rows] - 1).square().mean() + scores[self.rows :].square().mean()
             )
@@ -128,28 +130,28 @@ class Iteration:
         """The generator's loss; of each structure what is real and what is not, for the discriminator."""
         sides = range(len(LAYOUTS))
         codes = [each.encoder(motion) for each, motion in zip(self.structures, self.motions, strict=True)]
-        real = [self.structures[k].places(self.motions[k], self.bones[k]) for k in sides]
+        real = [self.structures[k].positions(self.motions[k], self.bones[k]) for k in sides]
         terms, judged, again = [], [], []
         for k, structure in enumerate(self.structures):
             rows = torch.cat([*codes, codes[k]])
             bones = torch.cat([self.bones[k].flip(0), self.bones[k].roll(1, 0), self.bones[k]])
             answers = structure.answer(rows, bones)
-            places = structure.places(answers, bones)
+            positions = structure.positions(answers, bones)
             terms.append(functional.mse_loss(answers[-self.rows :], self.motions[k]))
-            terms.append(100.0 * functional.mse_loss(places[-self.rows :], real[k]))
+            terms.append(100.0 * functional.mse_loss(positions[-self.rows :], real[k]))
             again.append(structure.encoder(answers[: -self.rows]).chunk(len(sides)))
-            for j, own in zip(sides, places.split(self.rows), strict=False):
+            for j, own in zip(sides, positions.split(self.rows), strict=False):
                 terms.append(
                     50.0 * self._follow(own[:, :, structure.ends], real[j][:, :, self.structures[j].ends])
                 )
                 if j != k:
                     seen = structure.shown(own)
-                    terms.append((self.judges[k](seen) - 1).square().mean())
+                    terms.append((self.discriminators[k](seen) - 1).square().mean())
                     judged.append((structure.shown(real[k]), seen))
         for k, structure in enumerate(self.structures):
             back = [again[j][k] for j in sides]
             bones = torch.cat([self.bones[k]] * len(back))
-            returned = structure.places(structure.answer(torch.cat(back), bones), bones)
+            returned = structure.positions(structure.answer(torch.cat(back), bones), bones)
             terms.append(2.5 * functional.mse_loss(returned, torch.cat([real[k]] * len(back))))
             terms.append(2.5 * sum((code - codes[k]).abs().mean() for code in back))
         return torch.stack(terms).sum(), judged
@@ -165,8 +167,8 @@ class Iteration:
 
 def inference(structures: nn.ModuleList, rows: int) -> Callable[[], None]:
     """From 27 edges to 22, networks alone."""
-    motion = torch.randn(rows, LONG, S28.slots + 1, 4)
-    bones = torch.cat([torch.randn(rows, S23.slots, 3), torch.zeros(rows, 1, 3)], 1)
+    motion = torch.randn(rows, LONG, S28.edges + 1, 4)
+    bones = torch.cat([torch.randn(rows, S23.edges, 3), torch.zeros(rows, 1, 3)], 1)
 
     def run() -> None:
         with torch.inference_mode():
@@ -185,19 +187,19 @@ def seconds(call: Callable[[], object]) -> tuple[float, float]:
 def products(rows: int = 512) -> None:
     """What the processor can do: the best time of products of the embedding, and what else they can be.
 
-    rows: slots that are gone through at a time.
+    rows: edges that are gone through at a time.
     """
     wide, narrow = RELEASED.embedding[0], RELEASED.width
-    given, slots, result = (torch.randn(rows, size) for size in (wide, 5, narrow))
+    given, edges, result = (torch.randn(rows, size) for size in (wide, 5, narrow))
     last, first = torch.randn(narrow, wide), torch.randn(wide, 4)
     across, along, side = last.T.contiguous(), torch.zeros(wide, 5), torch.zeros(5, wide)
     inward = first.T.contiguous()
     calls: dict[str, tuple[int, Callable[[], object]]] = {
-        "hidden to slots": (narrow, lambda: torch.mm(given, last.T, out=result)),
+        "hidden to edges": (narrow, lambda: torch.mm(given, last.T, out=result)),
         "the same, weights laid out": (narrow, lambda: torch.mm(given, across, out=result)),
         "to last weights": (narrow, lambda: torch.mm(result.T, given)),
-        "to first weights, upright": (5, lambda: along.addmm_(given.T, slots, alpha=1e-9)),
-        "to first weights, on their side": (5, lambda: side.addmm_(slots.T, given, alpha=1e-9)),
+        "to first weights, upright": (5, lambda: along.addmm_(given.T, edges, alpha=1e-9)),
+        "to first weights, on their side": (5, lambda: side.addmm_(edges.T, given, alpha=1e-9)),
         "to inputs": (4, lambda: torch.mm(given, first)),
         "to inputs, on their side": (4, lambda: torch.mm(inward, given.T)),
     }

@@ -12,7 +12,7 @@ import pan_material
 import torch
 
 from retarget_bench.methods.humot import DESIGNS, HuMoT
-from retarget_bench.methods.humot.learner import Learner
+from retarget_bench.methods.humot.training import Learner
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.phases import to_device

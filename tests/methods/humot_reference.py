@@ -15,8 +15,7 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from retarget_bench.methods.humot.network import Decoder, Encoder
-from retarget_bench.methods.humot.network.block import Block
-from retarget_bench.methods.humot.network.norms import BatchNorm
+from retarget_bench.methods.humot.network.block import BatchNorm, Block
 
 
 class PlainEncoder(nn.Module):

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.learner import Learner
+from retarget_bench.methods.pan.training import Learner
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton

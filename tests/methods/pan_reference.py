@@ -93,18 +93,18 @@ def copied(ours: nn.Module, theirs: nn.Module, names: dict[str, str]) -> Pairs:
 
 # --------------------------------------------------------------------------------------------- masks
 def parts_with_root(layout: Layout) -> list[list[int]]:
-    return [[*part, layout.slots] for part in layout.parts]
+    return [[*part, layout.edges] for part in layout.parts]
 
 
 def convolved(layout: Layout, design: Design) -> list[list[int]]:
     shift = 1 if design.conv_mask == "released" else 0
-    return [[*(s - shift for s in part if s >= shift), layout.slots] for part in layout.parts]
+    return [[*(s - shift for s in part if s >= shift), layout.edges] for part in layout.parts]
 
 
 def reading(layout: Layout, design: Design) -> list[list[int]]:
-    """The parts that write each slot."""
+    """The parts that write each edge."""
     parts = convolved(layout, design)
-    found = [[p for p, part in enumerate(parts) if s in part] for s in range(layout.slots + 1)]
+    found = [[p for p, part in enumerate(parts) if s in part] for s in range(layout.edges + 1)]
     return [own or list(range(len(parts))) for own in found]
 
 
@@ -116,11 +116,11 @@ def blocks(count: int, rows: int, columns: int) -> Tensor:
 def attention_mask(layout: Layout, design: Design) -> Tensor:
     """``(rows, rows)``: 0 where a row sees another, else hidden."""
     parts, count = parts_with_root(layout), len(layout.parts)
-    size = count + layout.slots + 1
+    size = count + layout.edges + 1
     sees = torch.eye(size, dtype=torch.bool)
     sees[count:, count:] = False
     for token, part in enumerate(parts):
-        rows = [count + slot for slot in part]
+        rows = [count + edge for edge in part]
         sees[token, rows] = True
         for row in rows:
             sees[row, rows] = True
@@ -130,11 +130,11 @@ def attention_mask(layout: Layout, design: Design) -> Tensor:
 
 # ------------------------------------------------------------------------------------------- encoder
 class PlainEncoder(nn.Module):
-    """Takes all rows through all layers, and drops slots at the end."""
+    """Takes all rows through all layers, and drops edges at the end."""
 
     def __init__(self, ours: Encoder, layout: Layout, design: Design) -> None:
         super().__init__()
-        count, slots = len(layout.parts), layout.slots + 1
+        count, edges = len(layout.parts), layout.edges + 1
         width, kernel = design.width, design.kernel
         self.design, self.count = design, count
         sizes = (4, *design.embedding, width)
@@ -144,16 +144,16 @@ class PlainEncoder(nn.Module):
         self.tokens = nn.Parameter(ours.tokens.data.clone())
         self.pairs.append((self.tokens, ours.tokens, same))
         self.register_buffer("mask", attention_mask(layout, design))
-        self.register_buffer("code", sinusoids(slots, width))
+        self.register_buffer("code", sinusoids(edges, width))
         self.layers = nn.ModuleList(self._layer(each) for each in ours.layers)
         self.first, self.second = (self._convolution(each) for each in ours.convolutions)
         self.raw = None
         if design.raw:
             parts = convolved(layout, design)
-            rows = [(p, 4 * slot + c) for p, part in enumerate(parts) for slot in part for c in range(4)]
+            rows = [(p, 4 * edge + c) for p, part in enumerate(parts) for edge in part for c in range(4)]
 
             def write(values: Tensor) -> Tensor:
-                dense = values.new_zeros(count * width, 4 * slots, kernel)
+                dense = values.new_zeros(count * width, 4 * edges, kernel)
                 for (part, column), row in zip(rows, values, strict=True):
                     dense[part * width : (part + 1) * width, column] = row
                 return dense
@@ -199,24 +199,24 @@ class PlainEncoder(nn.Module):
         values = (
             self.embedding[-1](values) * (math.sqrt(design.width) if design.scaled else 1.0) + self.code
         )
-        slots = functional.dropout(values, design.dropout, self.training)
+        edges = functional.dropout(values, design.dropout, self.training)
         tokens = self.tokens.expand(rows, frames, -1, -1)
         split = 1 if design.interleaved else len(self.layers)
-        tokens, slots = self._attended(tokens, slots, 0, split)
+        tokens, edges = self._attended(tokens, edges, 0, split)
         hidden = self.first(tokens.flatten(2).transpose(1, 2))
         if self.raw is not None:
             hidden = hidden + self.raw(motion.flatten(2).transpose(1, 2))
         hidden = functional.leaky_relu(hidden, design.leak).transpose(1, 2)
         if split < len(self.layers):
-            slots = 0.5 * (slots[:, ::2] + slots[:, 1::2])
+            edges = 0.5 * (edges[:, ::2] + edges[:, 1::2])
             tokens = hidden.unflatten(2, (self.count, -1))
-            hidden = self._attended(tokens, slots, split, len(self.layers))[0].flatten(2)
+            hidden = self._attended(tokens, edges, split, len(self.layers))[0].flatten(2)
         hidden = functional.leaky_relu(self.second(hidden.transpose(1, 2)), design.leak)
         return hidden.transpose(1, 2).unflatten(2, (self.count, -1))
 
-    def _attended(self, tokens: Tensor, slots: Tensor, start: int, stop: int) -> tuple[Tensor, Tensor]:
-        shape = slots.shape[:2]
-        rows = torch.cat([tokens, slots], 2).flatten(0, 1)
+    def _attended(self, tokens: Tensor, edges: Tensor, start: int, stop: int) -> tuple[Tensor, Tensor]:
+        shape = edges.shape[:2]
+        rows = torch.cat([tokens, edges], 2).flatten(0, 1)
         for layer in self.layers[start:stop]:
             released = self.design.feedforward > 0
             rows = layer(rows, src_mask=self.mask) if released else self._bare(layer, rows)
@@ -230,9 +230,9 @@ class PlainEncoder(nn.Module):
         return ((asking @ keys.transpose(1, 2) + self.mask) / math.sqrt(width)).softmax(-1) @ values
 
 
-def sinusoids(slots: int, width: int) -> Tensor:
-    code = torch.zeros(slots, width)
-    for j in range(slots):
+def sinusoids(edges: int, width: int) -> Tensor:
+    code = torch.zeros(edges, width)
+    for j in range(edges):
         for i in range(width // 2):
             angle = j / 10000 ** (2 * i / width)
             code[j, 2 * i], code[j, 2 * i + 1] = math.sin(angle), math.cos(angle)
@@ -241,17 +241,17 @@ def sinusoids(slots: int, width: int) -> Tensor:
 
 # ------------------------------------------------------------------------------------ bones, decoder
 class PlainSkeletonEncoder(nn.Module):
-    """Reads the bones of all slots, the root's too, in every layer but for the mask."""
+    """Reads the bones of all edges, the root's too, in every layer but for the mask."""
 
     def __init__(self, ours: SkeletonEncoder, layout: Layout, design: Design) -> None:
         super().__init__()
         self.design, self.count = design, len(layout.parts)
-        rows = [(p, 3 * slot + c) for p, part in enumerate(layout.parts) for slot in part for c in range(3)]
+        rows = [(p, 3 * edge + c) for p, part in enumerate(layout.parts) for edge in part for c in range(3)]
         first, *rest = ours.layers
         hidden = design.skeleton
 
         def write(values: Tensor) -> Tensor:
-            dense = values.new_zeros(self.count * hidden, 3 * (layout.slots + 1))
+            dense = values.new_zeros(self.count * hidden, 3 * (layout.edges + 1))
             for (part, column), row in zip(rows, values, strict=True):
                 dense[part * hidden : (part + 1) * hidden, column] = row
             return dense
@@ -282,7 +282,7 @@ class PlainSkeletonEncoder(nn.Module):
 class PlainDecoder(nn.Module):
     def __init__(self, ours: Decoder, layout: Layout, design: Design) -> None:
         super().__init__()
-        self.design, self.slots = design, layout.slots + 1
+        self.design, self.edges = design, layout.edges + 1
         count, width, kernel = len(layout.parts), design.width, design.kernel
         if design.decoder == "full":
             self.inner, self.outer = (
@@ -296,15 +296,15 @@ class PlainDecoder(nn.Module):
             )
             read = reading(layout, design)
             rows = [
-                (4 * slot + c, part)
+                (4 * edge + c, part)
                 for part in range(count)
-                for slot in range(self.slots)
-                if part in read[slot]
+                for edge in range(self.edges)
+                if part in read[edge]
                 for c in range(4)
             ]
 
             def write(values: Tensor) -> Tensor:
-                dense = values.new_zeros(4 * self.slots, count * width, kernel)
+                dense = values.new_zeros(4 * self.edges, count * width, kernel)
                 for (channel, part), row in zip(rows, values, strict=True):
                     dense[channel, part * width : (part + 1) * width] = row
                 return dense
@@ -317,7 +317,7 @@ class PlainDecoder(nn.Module):
         hidden = functional.leaky_relu(
             self.inner(doubled(code.flatten(2).transpose(1, 2))), self.design.leak
         )
-        return self.outer(doubled(hidden)).transpose(1, 2).unflatten(2, (self.slots, 4))
+        return self.outer(doubled(hidden)).transpose(1, 2).unflatten(2, (self.edges, 4))
 
 
 def doubled(values: Tensor) -> Tensor:
@@ -326,11 +326,11 @@ def doubled(values: Tensor) -> Tensor:
 
 # --------------------------------------------------------------------------------- what tests begin with
 def motion(layout: Layout, rows: int = 2, frames: int = 24) -> Tensor:
-    return torch.randn(rows, frames, layout.slots + 1, 4)
+    return torch.randn(rows, frames, layout.edges + 1, 4)
 
 
 def bones(layout: Layout, rows: int = 2) -> Tensor:
-    return torch.cat([torch.randn(rows, layout.slots, 3), torch.zeros(rows, 1, 3)], 1)
+    return torch.cat([torch.randn(rows, layout.edges, 3), torch.zeros(rows, 1, 3)], 1)
 
 
 def codes(layout: Layout, rows: int = 2, frames: int = 6, width: int = 32) -> Tensor:

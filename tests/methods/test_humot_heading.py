@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from retarget_bench.methods.humot.heading import headings, turned
+from retarget_bench.methods.humot.features import headings, turned
 
 
 def window(rng, rows=5, frames=7, joints=9):

@@ -9,7 +9,7 @@ import torch
 
 from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
-from retarget_bench.methods.humot.body import body
+from retarget_bench.methods.humot.features import body
 from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.phases import optimiser_phases

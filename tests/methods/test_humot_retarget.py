@@ -11,7 +11,7 @@ from retarget_bench.api import Context
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks.reduced import reduced
 from retarget_bench.methods.humot import HuMoT
-from retarget_bench.methods.humot.body import MAJOR, USUAL, body
+from retarget_bench.methods.humot.features import MAJOR, USUAL, body
 from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces
 from retarget_bench.motion import neutral, rates, rotation
 from retarget_bench.motion.character import Character
@@ -99,7 +99,7 @@ def test_an_answer_moves_with_its_source(method):
 def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
     """What is around the networks changes nothing: pieces, fading, axes, rates."""
     monkeypatch.setattr(
-        "retarget_bench.methods.humot.learner.Autoencoder.forward",
+        "retarget_bench.methods.humot.network.Autoencoder.forward",
         lambda self, given, asked, frames: given["places"],
     )
     for frames in (1, 12, 77):
@@ -112,7 +112,7 @@ def test_a_perfect_network_gives_the_source_back(method, monkeypatch):
 def test_the_hips_path_is_scaled_by_the_legs(method, monkeypatch, rule):
     monkeypatch.setattr(method, "root_rule", rule)
     monkeypatch.setattr(
-        "retarget_bench.methods.humot.learner.Autoencoder.forward",
+        "retarget_bench.methods.humot.network.Autoencoder.forward",
         lambda self, given, asked, frames: given["places"],
     )
     source, tall = dance("one", 50), BODIES["tall"]
@@ -174,7 +174,7 @@ def test_a_part_is_centred_where_the_whole_body_is(method, monkeypatch, kept):
     networks saw it in training, which leaves joints out after it has centred a window."""
     seen = []
     monkeypatch.setattr(
-        "retarget_bench.methods.humot.learner.Autoencoder.forward",
+        "retarget_bench.methods.humot.network.Autoencoder.forward",
         lambda self, given, asked, frames: (
             seen.append(given) or asked["template"][:, None].repeat(1, WINDOW, 1, 1)
         ),

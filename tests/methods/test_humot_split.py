@@ -8,8 +8,8 @@ import pytest
 
 from retarget_bench.errors import BenchError
 from retarget_bench.methods.humot import HuMoT
-from retarget_bench.methods.humot.body import body
-from retarget_bench.methods.humot.split import held_out
+from retarget_bench.methods.humot.features import body
+from retarget_bench.methods.humot.training import held_out
 from retarget_bench.plugins.registry import create
 from retarget_bench.training.data import ClipArrays
 

@@ -6,8 +6,8 @@ import pytest
 import torch
 from torch.nn import functional
 
-from retarget_bench.methods.humot.network import temporal
-from retarget_bench.methods.humot.network.temporal import STRETCH, TemporalConvolution
+from retarget_bench.methods.humot.network import layers as temporal
+from retarget_bench.methods.humot.network.layers import STRETCH, TemporalConvolution
 
 
 @pytest.fixture(autouse=True)

@@ -9,8 +9,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench.methods.humot.body import USUAL, body, stature, upright
-from retarget_bench.methods.humot.variety import LIMITS, REACH, build, proportions, reshaped, swung
+from retarget_bench.methods.humot.augmentation import LIMITS, REACH, build, proportions, reshaped, swung
+from retarget_bench.methods.humot.features import USUAL, body, stature, upright
 from retarget_bench.motion import neutral
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton

@@ -24,18 +24,18 @@ def asked(method, motion) -> asking.Attention:
 
 
 def marked(method, name, by_frame=False) -> None:
-    """The encoder of a structure says in the place of weights which slot it is, or which frame."""
+    """The encoder of a structure says in the place of weights which edge it is, or which frame."""
     encoder = method.structures[name].encoder
     parts = len(encoder.rows.tokens)
 
     def attention(seen):
-        rows, frames, slots = seen.shape[:3]
-        which = torch.arange(frames if by_frame else slots) / 1000.0
+        rows, frames, edges = seen.shape[:3]
+        which = torch.arange(frames if by_frame else edges) / 1000.0
         each = which[:, None] if by_frame else which[None]
-        mask = torch.zeros(parts, slots)
+        mask = torch.zeros(parts, edges)
         for part, group in enumerate(encoder.rows.tokens):
-            mask[part, [encoder.rows.slots[key - parts] for key in group.keys[1:]]] = 1.0
-        return (each[:, None] * mask).expand(rows, frames, parts, slots)
+            mask[part, [encoder.rows.edges[key - parts] for key in group.keys[1:]]] = 1.0
+        return (each[:, None] * mask).expand(rows, frames, parts, edges)
 
     encoder.attention = attention
 
@@ -69,14 +69,14 @@ def test_a_part_heeds_joints_of_its_own_and_weights_add_up_to_less_than_one(vari
 
 
 def test_a_joint_has_the_weight_of_the_slot_that_leads_to_it_and_the_hips_that_of_the_root():
-    """In these bodies joint c hangs at the end of slot c - 1; the root's slot is the last."""
+    """In these bodies joint c hangs at the end of edge c - 1; the root's edge is the last."""
     method = fresh()
     marked(method, "plain")
     body = BODIES["one"]
     found = asked(method, method_bodies.dance(body, 3))
-    slots = len(body.skeleton) - 1
+    edges = len(body.skeleton) - 1
     for joint, weight in zip(found.joints, found.largest[0], strict=True):
-        wanted = slots if body.roles[joint] == "hips" else joint - 1
+        wanted = edges if body.roles[joint] == "hips" else joint - 1
         assert weight == pytest.approx(wanted / 1000.0), body.skeleton.names[joint]
 
 
@@ -129,17 +129,17 @@ def test_a_body_of_no_known_structure_is_explained():
     """Section 6.2.3: what it lacks has no joint to show a weight on, so that weights add up to less."""
     hugo = plan.dataset(Spec.parse("puppets[size=tiny]")).characters()["hugo"]
     method = fresh()
-    seat = method.seat(hugo).taken
-    marked(method, "plain" if len(seat.layout.parents) == 22 else "short_spine")
+    assignment = method.assignment(hugo).taken
+    marked(method, "plain" if len(assignment.layout.parents) == 22 else "short_spine")
     found = asked(method, method_bodies.dance(hugo, 4))
     assert sorted(found.joints) == list(range(17))
     assert "hugo (h36m17) goes through the networks of" in found.note
-    lacking = sum(joint < 0 for joint in seat.joints)
+    lacking = sum(joint < 0 for joint in assignment.joints)
     assert f"{lacking} joints there that it lacks are bones of no length" in found.note
-    place = {role: n for n, role in enumerate(seat.layout.roles) if role}
+    place = {role: n for n, role in enumerate(assignment.layout.roles) if role}
     for joint, weight in zip(found.joints, found.largest[0], strict=True):
         role = hugo.roles[joint]
-        wanted = seat.layout.slots if role == "hips" else place[role] - 1
+        wanted = assignment.layout.edges if role == "hips" else place[role] - 1
         assert weight == pytest.approx(wanted / 1000.0), role
 
 

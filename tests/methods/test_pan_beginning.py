@@ -58,13 +58,13 @@ def _biases(structure):
 
 
 def _heard(structure):
-    """(part, role) -> weights of the convolution from the slots themselves."""
+    """(part, role) -> weights of the convolution from the edges themselves."""
     layout = structure.layout
     weights = structure.encoder.raw.weight.detach()
     found, start = {}, 0
     for name, part in zip(layout.names, layout.parts, strict=True):
-        for slot in (*part, layout.slots):
-            role = "root" if slot == layout.slots else layout.roles[slot + 1]
+        for edge in (*part, layout.edges):
+            role = "root" if edge == layout.edges else layout.roles[edge + 1]
             found[name, role] = weights[start : start + 4]
             start += 4
     return found

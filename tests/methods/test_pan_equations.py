@@ -12,10 +12,9 @@ from torch import nn
 
 from retarget_bench.methods.pan.design import PAPER
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder
-from retarget_bench.methods.pan.network.attention import Attention
-from retarget_bench.methods.pan.network.core import Blocks
-from retarget_bench.methods.pan.network.plan import Group
-from retarget_bench.methods.pan.network.wide import wide
+from retarget_bench.methods.pan.network.attention import Attention, Blocks
+from retarget_bench.methods.pan.network.groups import Group
+from retarget_bench.methods.pan.network.layers import mlp
 
 
 @pytest.fixture(autouse=True)
@@ -39,7 +38,7 @@ def embedded(encoder: Encoder, seen: np.ndarray) -> np.ndarray:
 def test_equation_1_embeds_a_slot_by_three_layers_256_wide():
     encoder = Encoder(S23, PAPER)
     seen = torch.randn(7, 4)
-    found = wide(seen, encoder.embedding, "relu")
+    found = mlp(seen, encoder.embedding, "relu")
     assert [len(each) for each in arrays(encoder.embedding)[::2]] == [256, 256, 32]
     close(found, torch.from_numpy(embedded(encoder, seen.double().numpy())).float())
 
@@ -54,20 +53,20 @@ def code_of(j: int, width: int = 32) -> np.ndarray:
 
 def test_equation_2_codes_the_index_of_a_slot():
     encoder = Encoder(S28, PAPER)
-    expected = np.stack([code_of(slot) for slot in encoder.rows.slots])
+    expected = np.stack([code_of(edge) for edge in encoder.rows.edges])
     np.testing.assert_allclose(encoder.code.numpy(), expected, atol=1e-6)
-    assert sorted(encoder.rows.slots) == list(range(28))
+    assert sorted(encoder.rows.edges) == list(range(28))
 
 
 def test_equation_3_adds_embedding_and_code():
     """Seen through equations 4 and 5: the first layer's weights are those of the sums."""
     encoder = Encoder(S23, PAPER)
     seen = motion(S23, rows=1, frames=16)
-    slots = embedded(encoder, seen[0, 0].double().numpy()) + np.stack([code_of(j) for j in range(23)])
+    edges = embedded(encoder, seen[0, 0].double().numpy()) + np.stack([code_of(j) for j in range(23)])
     token, part = encoder.tokens.detach().double().numpy()[2], [*S23.parts[2], 22]
     weight, bias = arrays(encoder.layers[0])
     asking = token @ weight[:32].T + bias[:32]
-    keys = np.stack([token, *slots[part]]) @ weight[32:64].T + bias[32:64]
+    keys = np.stack([token, *edges[part]]) @ weight[32:64].T + bias[32:64]
     scores = np.exp(keys @ asking / np.sqrt(32))
     expected = np.zeros(23)
     expected[part] = (scores / scores.sum())[1:]
@@ -159,9 +158,9 @@ def test_equation_7_encodes_the_bones_of_a_part():
 
 def doubled(values: np.ndarray) -> np.ndarray:
     """Twice the frames: a quarter of a frame before and behind each of them."""
-    places = np.clip((np.arange(2 * len(values)) + 0.5) / 2 - 0.5, 0, len(values) - 1)
-    below = np.floor(places).astype(int)
-    share = (places - below)[:, None]
+    positions = np.clip((np.arange(2 * len(values)) + 0.5) / 2 - 0.5, 0, len(values) - 1)
+    below = np.floor(positions).astype(int)
+    share = (positions - below)[:, None]
     return (1 - share) * values[below] + share * values[np.minimum(below + 1, len(values) - 1)]
 
 

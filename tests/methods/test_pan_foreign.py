@@ -14,7 +14,7 @@ import torch
 from retarget_bench.api import Context
 from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.body import cast
+from retarget_bench.methods.pan.body import in_layout
 from retarget_bench.motion import alignment, kinematics, roles, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -51,11 +51,11 @@ def trained(structures: tuple[str, ...]) -> Pan:
 def filled(character: Character, like: Character) -> Character:
     """The character with all joints of another: at rest in its reference pose, and those that it lacks at
     the place of the joint that they hang from. Made without PAN's code."""
-    places = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))[0]
+    positions = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))[0]
     known = [character.joint_of.get(role, -1) for role in like.roles]
     found = np.zeros((len(known), 3))
     for joint, (same, parent) in enumerate(zip(known, like.skeleton.parents, strict=True)):
-        found[joint] = places[same] if same >= 0 else found[parent]
+        found[joint] = positions[same] if same >= 0 else found[parent]
     offsets = found - found[np.maximum(like.skeleton.parents, 0)]
     still = np.zeros((len(known), 4))
     still[:, 0] = 1.0
@@ -92,11 +92,13 @@ def mixamo_like() -> Character:
 
 def test_the_structure_with_the_same_joints_is_chosen(points):
     """Each of body22, body23 and body28 has all joints of h36m17; the fewest bones of no length decide."""
-    assert trained(("body22", "body28")).seat(points).structure == "body22"
-    assert trained(("body23", "body28")).seat(points).structure == "body23"
-    assert trained(("body28",)).seat(points).structure == "body28"
+    assert trained(("body22", "body28")).assignment(points).structure == "body22"
+    assert trained(("body23", "body28")).assignment(points).structure == "body23"
+    assert trained(("body28",)).assignment(points).structure == "body28"
     for name in ("ada", "clara"):
-        assert trained(("body22", "body28")).seat(puppets()[name]).structure == puppets()[name].structure
+        assert (
+            trained(("body22", "body28")).assignment(puppets()[name]).structure == puppets()[name].structure
+        )
 
 
 def test_filled_bodies_have_bones_of_no_length(points, mixamo_like):
@@ -142,20 +144,20 @@ def test_as_a_target_it_is_the_body_with_bones_of_no_length(points, mixamo_like)
 
 
 def test_what_networks_are_told_of_its_bones(points, mixamo_like):
-    """Slots that lead to joints which it lacks are bones of no length, all others its own in full."""
+    """Edges that lead to joints which it lacks are bones of no length, all others its own in full."""
     method = trained(("body28",))
-    body = method.seat(points).taken
-    bones = np.linalg.norm(method.settings.form.bones(body), axis=1)
-    unit = method.settings.form.unit(points)
-    places = kinematics.forward(points.skeleton, points.reference_pose, np.zeros(3))[0]
-    for slot, role in enumerate(body.layout.roles[1:]):
+    body = method.assignment(points).taken
+    bones = np.linalg.norm(method.settings.features.bones(body), axis=1)
+    unit = method.settings.features.unit(points)
+    positions = kinematics.forward(points.skeleton, points.reference_pose, np.zeros(3))[0]
+    for edge, role in enumerate(body.layout.roles[1:]):
         same = points.joint_of.get(role, -1)
         if same < 0:
-            assert bones[slot] == 0.0
+            assert bones[edge] == 0.0
         else:
             above = points.skeleton.parents[same]
-            length = np.linalg.norm(places[same] - places[above]) / unit
-            assert bones[slot] == pytest.approx(length, rel=1e-5), role
+            length = np.linalg.norm(positions[same] - positions[above]) / unit
+            assert bones[edge] == pytest.approx(length, rel=1e-5), role
 
 
 def test_from_one_unknown_structure_to_itself_and_in_batches(points):
@@ -174,6 +176,6 @@ def test_another_order_of_the_same_joints_is_the_same_body(structure):
     plain = Pan()._own(body)
     other = rewriting.reordered(body, rewriting.other_order(body))
     assert other.skeleton.names != body.skeleton.names
-    found = cast(other, plain.layout)
+    found = in_layout(other, plain.layout)
     names = [other.skeleton.names[joint] for joint in found.joints]
     assert names == [body.skeleton.names[joint] for joint in plain.joints]

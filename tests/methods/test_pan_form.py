@@ -1,4 +1,4 @@
-"""Motions as PAN's numbers and back: exact on bodies of every structure, at every choice of form."""
+"""Motions as PAN's numbers and back: exact on bodies of every structure, at every choice of features."""
 
 from __future__ import annotations
 
@@ -13,20 +13,22 @@ from scipy.spatial.transform import Rotation
 
 from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.body import cast, missing, own
-from retarget_bench.methods.pan.form import Form
+from retarget_bench.methods.pan.body import aligned, in_layout, missing
+from retarget_bench.methods.pan.features import Features
 from retarget_bench.motion import rates, rotation
 from retarget_bench.plugins.spec import Spec
 
 BODIES = pan_material.BODIES
-FORMS = [Form(*each) for each in product(("velocity", "position", "height"), ("world", "body"), (0.0, 3.0))]
+FORMS = [
+    Features(*each) for each in product(("velocity", "position", "height"), ("world", "body"), (0.0, 3.0))
+]
 
 
-def there_and_back(form, motion, body, yaw, tips=True):
-    seen = form.see(motion, body)
+def there_and_back(features, motion, body, yaw, tips=True):
+    seen = features.see(motion, body)
     ends = body.ends_of(motion) if tips else None
-    ratio = form.ratio(motion.character, body.character)
-    return form.motion(body, seen["slots"], seen, ratio, yaw, ends)
+    ratio = features.ratio(motion.character, body.character)
+    return features.motion(body, seen["edges"], seen, ratio, yaw, ends)
 
 
 def apart(one, other, joints=slice(None)) -> float:
@@ -34,12 +36,12 @@ def apart(one, other, joints=slice(None)) -> float:
 
 
 @pytest.mark.parametrize("yaw", ["source", "predicted"])
-@pytest.mark.parametrize("form", FORMS, ids=str)
-def test_seen_and_shown_again(form, yaw):
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_seen_and_shown_again(features, yaw):
     for name in ("one", "legs", "one_one_armed", "rex"):
         body = Pan(parts="three")._own(BODIES[name])
         (motion,) = pan_material.dances(name, (25,))
-        assert apart(motion, there_and_back(form, motion, body, yaw)) < 1e-9
+        assert apart(motion, there_and_back(features, motion, body, yaw)) < 1e-9
 
 
 @pytest.fixture(scope="module")
@@ -53,41 +55,41 @@ def puppets():
 def test_puppets_of_every_structure_are_seen_and_shown_again(structure, puppets):
     body = Pan(parts="three")._own(puppets[structure])
     motion = method_bodies.dance(puppets[structure], 12)
-    for form in FORMS:
-        assert apart(motion, there_and_back(form, motion, body, "predicted")) < 1e-9
+    for features in FORMS:
+        assert apart(motion, there_and_back(features, motion, body, "predicted")) < 1e-9
 
 
 @pytest.mark.parametrize("layout", ["body22", "body23", "body28"])
 def test_points_of_pose_estimation_go_through_other_structures(layout, puppets):
     """Section 6.2.3: h36m17 has no collar bones and no feet beyond the ankle."""
     points = puppets["h36m17"]
-    body = cast(points, Pan()._own(puppets[layout]).layout)
+    body = in_layout(points, Pan()._own(puppets[layout]).layout)
     lacking = [rank for rank, joint in enumerate(body.joints) if joint < 0]
     assert lacking
     assert not np.abs(body.bones[[rank - 1 for rank in lacking]]).any()
-    assert sorted(joint for joint in body.joints if joint >= 0) == sorted(own(points).joints)
+    assert sorted(joint for joint in body.joints if joint >= 0) == sorted(aligned(points).joints)
     motion = method_bodies.dance(points, 12)
-    for form in FORMS:
-        assert apart(motion, there_and_back(form, motion, body, "source")) < 1e-9
+    for features in FORMS:
+        assert apart(motion, there_and_back(features, motion, body, "source")) < 1e-9
 
 
 @pytest.mark.parametrize("frames", [1, 2, 5])
-@pytest.mark.parametrize("form", FORMS, ids=str)
-def test_short_clips(form, frames):
+@pytest.mark.parametrize("features", FORMS, ids=str)
+def test_short_clips(features, frames):
     body = Pan()._own(BODIES["one"])
     (motion,) = pan_material.dances("one", (frames,))
-    seen = form.see(motion, body)
+    seen = features.see(motion, body)
     assert all(np.isfinite(each).all() for each in seen.values())
-    assert seen["slots"].shape == (frames, body.layout.slots + 1, 4)
-    assert apart(motion, there_and_back(form, motion, body, "predicted")) < 1e-9
+    assert seen["edges"].shape == (frames, body.layout.edges + 1, 4)
+    assert apart(motion, there_and_back(features, motion, body, "predicted")) < 1e-9
 
 
 def test_a_source_at_60_frames_is_seen_at_30():
     (motion,) = pan_material.dances("one", (41,))
     quick = motion.character.motion(motion.rotations, motion.root, 60.0)
-    body, form = Pan()._own(BODIES["one"]), FORMS[0]
+    body, features = Pan()._own(BODIES["one"]), FORMS[0]
     shown = rates.at_thirty(quick)
-    found = rates.back(there_and_back(form, shown, body, "source"), quick)
+    found = rates.back(there_and_back(features, shown, body, "source"), quick)
     assert (found.frames, found.fps) == (41, 60.0)
     assert apart(quick.at(slice(0, 41, 2)), found.at(slice(0, 41, 2))) < 1e-9
 
@@ -109,35 +111,35 @@ def test_numbers_of_the_root_by_hand():
     height = body.measures.hip_height
     root = np.cumsum(ahead, axis=0) - ahead[0] + [0.0, height, 0.0]
     motion = method_bodies.pose(body, 10, {"Hips": method_bodies.about("Y", np.degrees(angles))}, root)
-    slots = {
-        kind: Form(kind, "world", 0.0).see(motion, Pan()._own(body))["slots"][:, -1]
+    edges = {
+        kind: Features(kind, "world", 0.0).see(motion, Pan()._own(body))["edges"][:, -1]
         for kind in ("velocity", "height", "position")
     }
     turns = np.full(10, angles[1])
     np.testing.assert_allclose(
-        slots["velocity"], np.stack([0 * turns, 0 * turns, 0 * turns + 2, turns], 1), atol=1e-9
+        edges["velocity"], np.stack([0 * turns, 0 * turns, 0 * turns + 2, turns], 1), atol=1e-9
     )
-    np.testing.assert_allclose(slots["height"][:, 1], 100 * height, atol=1e-9)
-    np.testing.assert_allclose(slots["height"][:, [0, 2, 3]], slots["velocity"][:, [0, 2, 3]], atol=1e-12)
-    np.testing.assert_allclose(slots["position"], np.c_[100 * root, 0 * turns], atol=1e-9)
-    own = Form("velocity", "body", 0.0).see(motion, Pan()._own(body))["slots"][:, -1]
+    np.testing.assert_allclose(edges["height"][:, 1], 100 * height, atol=1e-9)
+    np.testing.assert_allclose(edges["height"][:, [0, 2, 3]], edges["velocity"][:, [0, 2, 3]], atol=1e-12)
+    np.testing.assert_allclose(edges["position"], np.c_[100 * root, 0 * turns], atol=1e-9)
+    own = Features("velocity", "body", 0.0).see(motion, Pan()._own(body))["edges"][:, -1]
     np.testing.assert_allclose(own[:, 2], 0.02 / (height / 90.0), atol=1e-9)
 
 
 def test_slots_of_one_joint_that_disagree_give_their_mean():
-    """Turned by 10 and by 30 degrees about one axis, the hips are turned by 20; what hangs from each slot
-    keeps the orientation that its own slots say."""
+    """Turned by 10 and by 30 degrees about one axis, the hips are turned by 20; what hangs from each edge
+    keeps the orientation that its own edges say."""
     body = Pan()._own(BODIES["one"])
-    slots = np.zeros((1, body.layout.slots, 4))
-    slots[..., 0] = 1.0
-    leaving = [slot for slot in range(body.layout.slots) if body.layout.parents[slot + 1] == 0]
+    edges = np.zeros((1, body.layout.edges, 4))
+    edges[..., 0] = 1.0
+    leaving = [edge for edge in range(body.layout.edges) if body.layout.parents[edge + 1] == 0]
     assert len(leaving) == 3
-    for slot, angle in zip(leaving, (10.0, 20.0, 30.0), strict=True):
-        slots[:, slot] = method_bodies.about("X", np.array([angle]))
-    found = body.motion(slots, None, np.zeros((1, 3)), 30.0)
+    for edge, angle in zip(leaving, (10.0, 20.0, 30.0), strict=True):
+        edges[:, edge] = method_bodies.about("X", np.array([angle]))
+    found = body.motion(edges, None, np.zeros((1, 3)), 30.0)
     turned = found.global_rotations[0]
-    for slot, angle in zip(leaving, (10.0, 20.0, 30.0), strict=True):
-        child = body.joints[slot + 1]
+    for edge, angle in zip(leaving, (10.0, 20.0, 30.0), strict=True):
+        child = body.joints[edge + 1]
         wanted = Rotation.from_euler("X", angle, degrees=True)
         assert (_turn(turned[child]) * wanted.inv()).magnitude() < 1e-6
     hips = _turn(turned[body.joints[0]])
@@ -147,10 +149,10 @@ def test_slots_of_one_joint_that_disagree_give_their_mean():
 def test_signs_of_slots_do_not_matter_to_their_mean():
     body = Pan()._own(BODIES["one"])
     (motion,) = pan_material.dances("one", (6,))
-    slots = FORMS[0].see(motion, body)["slots"][:, :-1]
-    flipped = slots.copy()
+    edges = FORMS[0].see(motion, body)["edges"][:, :-1]
+    flipped = edges.copy()
     flipped[:, ::2] *= -1.0
-    one, other = (body.motion(each, None, np.zeros((6, 3)), 30.0) for each in (slots, flipped))
+    one, other = (body.motion(each, None, np.zeros((6, 3)), 30.0) for each in (edges, flipped))
     assert apart(one, other) < 1e-9
 
 
@@ -159,14 +161,14 @@ def test_a_body_with_fewer_joints_has_bones_of_no_length():
     """Section 6.2.3: what the body lacks does not move it; what it has survives."""
     few = _few()
     known = Pan()._own(BODIES["one"]).layout
-    body = cast(few, known)
+    body = in_layout(few, known)
     absent = [rank for rank, joint in enumerate(body.joints) if joint < 0]
     assert {known.roles[rank] for rank in absent} == {"spine_3", "left_toe", "right_toe"}
     assert not np.abs(body.bones[[rank - 1 for rank in absent]]).any()
     assert missing(body) == ""
     motion = method_bodies.dance(few, 20)
-    for form in FORMS:
-        assert apart(motion, there_and_back(form, motion, body, "predicted")) < 1e-9
+    for features in FORMS:
+        assert apart(motion, there_and_back(features, motion, body, "predicted")) < 1e-9
 
 
 def _few():
@@ -174,18 +176,18 @@ def _few():
 
 
 def test_absent_joints_do_not_turn():
-    body = cast(_few(), Pan()._own(BODIES["one"]).layout)
-    seen = FORMS[0].see(method_bodies.dance(_few(), 8), body)["slots"]
-    for slot, joint in enumerate(body.layout.turned):
+    body = in_layout(_few(), Pan()._own(BODIES["one"]).layout)
+    seen = FORMS[0].see(method_bodies.dance(_few(), 8), body)["edges"]
+    for edge, joint in enumerate(body.layout.turned):
         if body.joints[joint] < 0:
-            np.testing.assert_allclose(np.abs(seen[:, slot]), [[1.0, 0.0, 0.0, 0.0]] * 8, atol=1e-9)
+            np.testing.assert_allclose(np.abs(seen[:, edge]), [[1.0, 0.0, 0.0, 0.0]] * 8, atol=1e-9)
 
 
 def test_joints_that_a_layout_does_not_have_follow_their_parents():
     """And what does exist is where it was: here, hands and feet of a body with one spine joint more."""
     few = _few()
-    body = cast(BODIES["one"], Pan()._own(few).layout)
-    assert len(own(BODIES["one"]).joints) - len(body.joints) == 3
+    body = in_layout(BODIES["one"], Pan()._own(few).layout)
+    assert len(aligned(BODIES["one"]).joints) - len(body.joints) == 3
     (motion,) = pan_material.dances("one", (20,))
     found = there_and_back(FORMS[0], motion, body, "source")
     globals_ = [each.global_rotations for each in (found, motion)]
@@ -200,9 +202,9 @@ def test_a_body_without_any_known_part_is_named():
         *(f"{side}{part}" for side in ("Left", "Right") for part in ("UpLeg", "Leg", "Foot", "Toe")),
         structure="torso",
     )
-    assert missing(cast(torso, known)) == ""
+    assert missing(in_layout(torso, known)) == ""
     legs = replace(known, names=("left_leg",), parts=known.parts[:1])
-    assert "no joint of any part that these weights know (left leg)" in missing(cast(torso, legs))
+    assert "no joint of any part that these weights know (left leg)" in missing(in_layout(torso, legs))
 
 
 def _turn(quaternion) -> Rotation:

@@ -1,4 +1,4 @@
-"""What of a structure PAN sees: slots and parts, on the structures of the papers and on odd ones."""
+"""What of a structure PAN sees: edges and parts, on the structures of the papers and on odd ones."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def test_parts_of_the_structure_of_28_joints():
         (13, 17, 18, 19, 20, 21),
         (13, 22, 23, 24, 25, 26),
     )
-    assert found.slots == 27
+    assert found.edges == 27
     assert found.encoded.all()
 
 
@@ -75,16 +75,16 @@ def test_a_pelvis_without_a_role_is_of_both_legs():
     parents = [-1, 0, *(parent + 1 for parent in S23[1:])]  # legs hang from the pelvis
     parents[S23_ROLES.index("spine_1") + 1] = 0
     found = layout(parents, ["hips", None, *S23_ROLES[1:]])
-    pelvis = {name for name, slots in zip(found.names, found.parts, strict=True) if 0 in slots}
+    pelvis = {name for name, edges in zip(found.names, found.parts, strict=True) if 0 in edges}
     assert pelvis == {"left_leg", "right_leg"}
 
 
 def test_slots_carry_the_joint_that_they_leave():
     found = layout(S23, S23_ROLES)
     assert found.turned.tolist() == S23[1:]
-    # three slots leave the hips, three leave the chest, and each has the slot that leads there above it
-    assert [slot for slot in range(22) if found.above[slot] == -1] == [0, 4, 8]
-    assert [slot for slot in range(22) if found.above[slot] == 11] == [12, 14, 18]
+    # three edges leave the hips, three leave the chest, and each has the edge that leads there above it
+    assert [edge for edge in range(22) if found.above[edge] == -1] == [0, 4, 8]
+    assert [edge for edge in range(22) if found.above[edge] == 11] == [12, 14, 18]
     assert found.ends.tolist() == [3, 7, 13, 17, 21]
 
 
@@ -100,20 +100,20 @@ def test_three_parts_of_two_legs_and_of_four():
     assert two.layout.names == four.layout.names == ("legs", "spine", "head")
 
     def roles(body, part):
-        return {body.layout.roles[slot + 1] for slot in body.layout.parts[part]}
+        return {body.layout.roles[edge + 1] for edge in body.layout.parts[part]}
 
     assert roles(two, 0) == {role for side in ("left", "right") for role in limb(side, LEG)}
-    # the slot that leads to the chest is of what branches there, as in the papers' six parts
+    # the edge that leads to the chest is of what branches there, as in the papers' six parts
     assert roles(four, 0) == {
         *(role for side in ("left", "right") for role in (*limb(side, LEG[:3]), *limb(side, ARM))),
         "spine_2",
     }
     left_out = {
-        two.layout.roles[slot + 1] for slot in range(two.layout.slots) if not two.layout.encoded[slot]
+        two.layout.roles[edge + 1] for edge in range(two.layout.edges) if not two.layout.encoded[edge]
     }
     assert left_out == {role for side in ("left", "right") for role in limb(side, ARM)}
     left_out = {
-        four.layout.roles[slot + 1] for slot in range(four.layout.slots) if not four.layout.encoded[slot]
+        four.layout.roles[edge + 1] for edge in range(four.layout.edges) if not four.layout.encoded[edge]
     }
     assert left_out == {"tail_1", "tail_2"}
 
@@ -128,7 +128,7 @@ def test_parts_of_a_file(tmp_path):
     assert found._own(pan_material.BODIES["one"]).layout.names == ("lower", "upper")
     # fore legs go with hind legs only where nobody says otherwise
     assert "left_arm" not in {
-        role for slot in layout(S23, S23_ROLES, parts, True).parts[0] for role in [S23_ROLES[slot + 1]]
+        role for edge in layout(S23, S23_ROLES, parts, True).parts[0] for role in [S23_ROLES[edge + 1]]
     }
 
 

@@ -11,8 +11,7 @@ import torch
 
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.judges import POOL, Pool
-from retarget_bench.methods.pan.objective import Objective
+from retarget_bench.methods.pan.losses import Objective
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.phases import optimiser_phases
@@ -45,10 +44,10 @@ def test_a_batch_is_drawn_from_its_numbers_alone():
     module = pan_material.training_module(names=THREE)
     one, other, another = (pan_material.batch(module, seed=seed) for seed in (3, 3, 4))
     assert [side["structure"] for side in one["sides"]] == [side["structure"] for side in other["sides"]]
-    for key in ("slots", "turn", "which", "bones", "unit"):
+    for key in ("edges", "turn", "which", "bones", "unit"):
         assert all(torch.equal(a[key], b[key]) for a, b in zip(one["sides"], other["sides"], strict=True))
     assert any(
-        a["slots"].shape != b["slots"].shape or not torch.equal(a["slots"], b["slots"])
+        a["edges"].shape != b["edges"].shape or not torch.equal(a["edges"], b["edges"])
         for a, b in zip(one["sides"], another["sides"], strict=True)
     )
 
@@ -57,8 +56,8 @@ def test_windows_are_cut_from_clips():
     module = pan_material.training_module(lengths=(16,))
     for side in pan_material.batch(module)["sides"]:
         cast = [name for name in TWO if _structure(name) == module._names[side["structure"]]]
-        whole = [module._windows._material.clips[name][0].arrays["slots"] for name in cast]
-        for row in side["slots"].numpy():
+        whole = [module._windows._material.clips[name][0].arrays["edges"] for name in cast]
+        for row in side["edges"].numpy():
             assert any(np.array_equal(row, each) for each in whole)
 
 
@@ -66,22 +65,22 @@ def test_windows_backwards_are_what_is_seen_of_the_reversed_motion():
     """Root numbers too: a body that walks backwards, and turns the other way."""
     for root in ("position", "velocity", "height"):
         module = pan_material.training_module(variant="released", root=root, lengths=(16,))
-        forms, found = Pan(variant="released", root=root).settings.form, set()
+        features, found = Pan(variant="released", root=root).settings.features, set()
         for seed in range(6):
             for side in pan_material.batch(module, seed=seed)["sides"]:
                 cast = [name for name in TWO if _structure(name) == module._names[side["structure"]]]
-                for row in side["slots"].numpy():
-                    found.add(_direction(row, cast, forms))
+                for row in side["edges"].numpy():
+                    found.add(_direction(row, cast, features))
         assert found == {"on", "back"}
 
 
-def _direction(row, cast, form):
+def _direction(row, cast, features):
     """Whether a window is a clip as it was performed, or backwards."""
     for name in cast:
         (motion,) = pan_material.dances(name, (16,))
         body = Pan(variant="released")._own(BODIES[name])
         for way, shown in (("on", motion), ("back", motion.at(np.arange(16)[::-1]))):
-            wanted = form.see(shown, body)["slots"]
+            wanted = features.see(shown, body)["edges"]
             same = np.abs(np.abs(row[:, :-1]) - np.abs(wanted[:, :-1])).max() < 1e-5
             if same and np.abs(row[:, -1] - wanted[:, -1]).max() < 1e-2 * np.abs(wanted[:, -1]).max():
                 return way
@@ -96,10 +95,10 @@ def _structure(name):
 def test_clips_shorter_than_a_window_are_gone_through_there_and_back(frames):
     module = pan_material.training_module(lengths=(frames,))
     side = pan_material.batch(module)["sides"][0]
-    slots = side["slots"][:, :, :-1].numpy()
+    edges = side["edges"][:, :, :-1].numpy()
     period = max(2 * (frames - 1), 1)
-    np.testing.assert_array_equal(slots[:, :-period], slots[:, period:])
-    np.testing.assert_array_equal(slots[:, 1], slots[:, period - 1 if frames > 2 else 3])
+    np.testing.assert_array_equal(edges[:, :-period], edges[:, period:])
+    np.testing.assert_array_equal(edges[:, 1], edges[:, period - 1 if frames > 2 else 3])
     found = terms(module, pan_material.batch(module))
     assert all(each.isfinite() for phase in found.values() for each in phase.values())
 
@@ -167,18 +166,18 @@ def test_order_and_number_of_rows_and_threads_change_nothing():
         for rows, count in ((slice(None), 1), (order, 1), (slice(0, 1), 1), (slice(None), 2)):
             torch.set_num_threads(count)
             real = module._real(
-                name, {key: side[key][rows] for key in ("slots", "which", "bones", "unit", "turn")}
+                name, {key: side[key][rows] for key in ("edges", "which", "bones", "unit", "turn")}
             )
             structure = module._structures[name]
-            slots = structure.answer(structure.encoder(real.slots), side["bones"][rows])
+            edges = structure.answer(structure.encoder(real.edges), side["bones"][rows])
             found.append(
                 module._real(
                     name,
                     {
                         **{k: side[k][rows] for k in ("which", "bones", "unit", "turn")},
-                        "slots": structure.plain(slots, side["which"][rows]),
+                        "edges": structure.plain(edges, side["which"][rows]),
                     },
-                ).places
+                ).positions
             )
         torch.set_num_threads(threads)
     whole, mixed, alone, more = found
@@ -204,10 +203,10 @@ def _wrong(module, batch) -> float:
         for side in batch["sides"]:
             name = module._names[side["structure"]]
             structure, real = module._structures[name], module._real(name, side)
-            slots = structure.answer(structure.encoder(real.slots), side["bones"])
-            slots = structure.with_path(slots, real.plain[:, :, -1], side["which"])
-            found = module._real(name, {**side, "slots": structure.plain(slots, side["which"])})
-            distances.append((found.places - real.places).norm(dim=-1).mean().item())
+            edges = structure.answer(structure.encoder(real.edges), side["bones"])
+            edges = structure.with_path(edges, real.plain[:, :, -1], side["which"])
+            found = module._real(name, {**side, "edges": structure.plain(edges, side["which"])})
+            distances.append((found.positions - real.positions).norm(dim=-1).mean().item())
     return float(np.mean(distances))
 
 
@@ -224,24 +223,6 @@ def test_a_judge_that_is_not_wanted_is_no_phase():
     module = pan_material.training_module(adversarial=0.0)
     assert [phase.name for phase in module.phases] == ["generator"]
     assert "adversarial" not in terms(module, pan_material.batch(module))["generator"]
-
-
-def test_earlier_answers_are_judged_again():
-    torch.manual_seed(0)
-    pool = Pool(4, 3)
-    first = torch.arange(POOL, dtype=torch.float32)[:, None, None].expand(POOL, 4, 3)
-    assert torch.equal(pool(first), first), "while it fills, all are judged as they come"
-    news = 100.0 + first[:40]
-    judged = pool(news)
-    old = (judged < 100.0).flatten(1).all(1)
-    assert 5 <= int(old.sum()) <= 30
-    # nothing is lost and nothing doubled: what is judged and what is kept are all that there was
-    values = torch.cat([judged[:, 0, 0], pool.kept[:, 0, 0]])
-    assert torch.equal(values.sort().values, torch.cat([first, news])[:, 0, 0].sort().values)
-    torch.manual_seed(0)
-    again = Pool(4, 3)
-    again(first)
-    assert torch.equal(again(news), judged)
 
 
 # -------------------------------------------------------------------------------------------- weights
@@ -290,7 +271,7 @@ def test_statistics_by_character_are_of_each():
     assert structure.cast == ("one", "tall")
     clips = module._windows._material.clips
     for row, name in enumerate(structure.cast, 1):
-        values = np.concatenate([clip.arrays["slots"] for clip in clips[name]]).astype(np.float64)
+        values = np.concatenate([clip.arrays["edges"] for clip in clips[name]]).astype(np.float64)
         np.testing.assert_allclose(structure.mean[row].numpy(), values.mean(axis=0), atol=1e-4)
     assert structure.which(["tall", "nobody"]) == [2, 0]
 

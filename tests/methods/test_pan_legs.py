@@ -34,13 +34,13 @@ def test_arms_and_tails_are_decoded_and_not_encoded(variant):
         structure = module._structures[name]
         layout = structure.layout
         hidden = np.flatnonzero(~layout.encoded)
-        assert left_out <= {layout.roles[slot + 1] for slot in hidden}
-        motion = torch.randn(1, 16, layout.slots + 1, 4)
+        assert left_out <= {layout.roles[edge + 1] for edge in hidden}
+        motion = torch.randn(1, 16, layout.edges + 1, 4)
         code = structure.encoder(motion)
         changed = motion.clone()
         changed[:, :, hidden] += 3.0
         assert torch.equal(structure.encoder(changed), code)
-        bones = torch.randn(1, layout.slots + 1, 3)
+        bones = torch.randn(1, layout.edges + 1, 3)
         answer = structure.answer(code, bones)[:, :, hidden]
         other = structure.answer(code + 1.0, bones)[:, :, hidden]
         assert (answer - other).abs().flatten(0, 1).amax((0, 2)).min() > 1e-3, (
@@ -49,19 +49,19 @@ def test_arms_and_tails_are_decoded_and_not_encoded(variant):
 
 
 def test_losses_are_over_common_parts_only():
-    """What arms and tails do changes no loss but what judges say."""
+    """What arms and tails do changes no loss but what discriminators say."""
     module = pan_material.training_module(LEGS, small=True, parts="three", variant="paper")
     batch = pan_material.batch(module)
     before = module.losses("generator", batch, {})
     for side in batch["sides"]:
         hidden = np.flatnonzero(~module._structures[module._names[side["structure"]]].layout.encoded)
-        side["slots"][:, :, hidden] = torch.randn_like(side["slots"][:, :, hidden])
+        side["edges"][:, :, hidden] = torch.randn_like(side["edges"][:, :, hidden])
     memory: dict = {}
     after = module.losses("generator", batch, memory)
     assert {name: term.item() for name, term in after.items()} == pytest.approx(
         {name: term.item() for name, term in before.items()}, rel=1e-6
     )
-    assert memory["shown"], "judges see whole bodies"
+    assert memory["shown"], "discriminators see whole bodies"
 
 
 def test_eq_20_takes_the_range_of_the_training_motion():
@@ -70,7 +70,7 @@ def test_eq_20_takes_the_range_of_the_training_motion():
     for name, cast in ((DOG, ("pup", "rex")), ("plain", ("one", "tall"))):
         speeds = np.concatenate(
             [
-                np.linalg.norm(clip.arrays["slots"][:, -1, :3], axis=-1)
+                np.linalg.norm(clip.arrays["edges"][:, -1, :3], axis=-1)
                 for each in cast
                 for clip in clips[each]
             ]
@@ -88,7 +88,7 @@ def test_eq_20_in_a_step(turns):
     batch = pan_material.batch(module)
     names = [module._names[side["structure"]] for side in batch["sides"]]
     real = [module._real(name, side) for name, side in zip(names, batch["sides"], strict=True)]
-    codes = [module._structures[name].encoder(each.slots) for name, each in zip(names, real, strict=True)]
+    codes = [module._structures[name].encoder(each.edges) for name, each in zip(names, real, strict=True)]
     squares = []
     for there, side in enumerate(batch["sides"]):
         answers = module._answers(names, there, codes, side, real)

@@ -26,7 +26,7 @@ from torch import Tensor, nn
 from retarget_bench.methods.pan.design import PAPER, RELEASED, Design
 from retarget_bench.methods.pan.layout import Layout
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder
-from retarget_bench.methods.pan.network.dropout import LEVELS, Noise
+from retarget_bench.methods.pan.network.layers import LEVELS, DropoutMask
 
 LAYOUTS = {"S23": S23, "S28": S28, "three": THREE}
 DESIGNS = {
@@ -122,10 +122,10 @@ def stored(layout: Layout, design: Design) -> int:
 
 
 def test_what_is_stored_is_what_the_mask_leaves():
-    """The record counts the released masks, and weights on the bone of the root's slot.
+    """The record counts the released masks, and weights on the bone of the root's edge.
 
     That bone is zero, so that these weights would never learn: they are left out. With the masks of the
-    paper, other slots are read and written.
+    paper, other edges are read and written.
     """
     for mask, record in (("released", 981_932), ("paper", 966_572)):
         design = replace(RELEASED, conv_mask=mask)
@@ -139,7 +139,7 @@ def test_what_is_stored_is_what_the_mask_leaves():
 
 
 def test_the_discriminators_have_the_parameters_of_record():
-    assert [count(Discriminator(3 * (each.slots + 1), RELEASED)) for each in (S23, S28)] == [
+    assert [count(Discriminator(3 * (each.edges + 1), RELEASED)) for each in (S23, S28)] == [
         298_241,
         355_841,
     ]
@@ -171,19 +171,19 @@ def test_gradients_reach_every_parameter(layout, preset, ablation):
 @pairs
 @structures
 def test_nobody_outside_a_part_changes_its_code(layout, design):
-    """A part hears its own slots, the root's, and what shares a slot of it; nobody else."""
+    """A part hears its own edges, the root's, and what shares an edge of it; nobody else."""
     encoder = Encoder(layout, replace(design, layers=1, mutual=False, leak=0.2))
     seen = motion(layout, rows=1, frames=16)
     before = encoder(seen).detach()
     parts = [
         set(own) | set(also) for own, also in zip(layout.parts, convolved(layout, design), strict=True)
     ]
-    for slot in range(layout.slots + 1):
+    for edge in range(layout.edges + 1):
         moved = seen.clone()
-        moved[:, :, slot] += 1.0
+        moved[:, :, edge] += 1.0
         changed = (encoder(moved) != before).flatten(0, 1).any(0).any(1).tolist()
         for part, own in enumerate(parts):
-            assert changed[part] == (slot in own or slot == layout.slots), (slot, part)
+            assert changed[part] == (edge in own or edge == layout.edges), (edge, part)
 
 
 def test_the_decoder_of_parts_writes_a_slot_from_its_parts_alone():
@@ -240,9 +240,9 @@ def test_rows_do_not_meet(preset):
 
 # ------------------------------------------------------------------------------------------- dropout
 def test_dropout_leaves_out_its_share_and_keeps_the_mean():
-    noise = Noise(0.2, torch.device("cpu"))
+    mask = DropoutMask(0.2, torch.device("cpu"))
     values = torch.ones(400, 1000)
-    kept = noise.kept(noise.bytes(400, 1000), values)
+    kept = mask.kept(mask.bytes(400, 1000), values)
     share = round(0.2 * LEVELS) / LEVELS
     assert set(kept.unique().tolist()) == {0.0, kept.max().item()}
     assert kept.max().item() == pytest.approx(1 / (1 - share))
@@ -274,7 +274,7 @@ def test_dropout_is_of_training_and_of_the_seed(preset):
 
 
 def test_gradients_go_through_the_same_dropout():
-    """A step along the gradient changes the loss as the gradient says, with the noise held."""
+    """A step along the gradient changes the loss as the gradient says, with the mask held."""
     encoder = Encoder(S23, RELEASED).double()
     seen = motion(S23, frames=16).double()
     way = [torch.randn_like(each) for each in encoder.parameters()]

@@ -44,12 +44,13 @@ def test_a_batch_gives_what_its_rows_give_alone():
 def test_pieces_give_what_the_whole_gives(monkeypatch):
     method = pan_material.trained()
     structures = method.structures
-    slots = np.random.default_rng(0).normal(size=(1, 401, 22, 4)).astype(np.float32)
+    edges = np.random.default_rng(0).normal(size=(1, 401, 22, 4)).astype(np.float32)
     bones = np.random.default_rng(1).normal(size=(1, 21, 3)).astype(np.float32)
-    statistics = tuple(inference.rows_of(structures, name, [0]) for name in ("plain", "short_spine"))
+    known = (structures[name] for name in ("plain", "short_spine"))
+    statistics = tuple(torch.stack([each.mean[:1], each.deviation[:1]], 1) for each in known)
 
     def answer():
-        return answered(structures["plain"], structures["short_spine"], slots, bones, statistics, False)
+        return answered(structures["plain"], structures["short_spine"], edges, bones, statistics, False)
 
     whole = answer()
     assert whole.shape == (1, 401, 21, 4)
@@ -73,12 +74,12 @@ def test_any_length_and_rate(frames, fps):
 def test_bodies_without_training_go_through_what_is_nearest():
     method = pan_material.trained()
     odd = pan_material.without(method_bodies.body("odd"), "LeftToe", "RightToe", structure="odd")
-    assert method.seat(odd).structure == "plain"
+    assert method.assignment(odd).structure == "plain"
     assert (
-        method.seat(pan_material.without(BODIES["legs"], "LeftToe", structure="odd")).structure
+        method.assignment(pan_material.without(BODIES["legs"], "LeftToe", structure="odd")).structure
         == "short_spine"
     )
-    assert method.seat(BODIES["one_one_armed"]).structure == "plain"
+    assert method.assignment(BODIES["one_one_armed"]).structure == "plain"
     for name in ("one", "one_one_armed"):
         (source,) = pan_material.dances(name, (20,))
         assert np.isfinite(carried(method, source, odd).positions).all()
@@ -87,7 +88,7 @@ def test_bodies_without_training_go_through_what_is_nearest():
 
 def test_structures_with_five_common_parts():
     method = pan_material.trained(pan_material.THREE)
-    assert method.seat(BODIES["one_one_armed"]).structure == "one_armed"
+    assert method.assignment(BODIES["one_one_armed"]).structure == "one_armed"
     for source, target in (("one", "one_one_armed"), ("one_one_armed", "tall")):
         (motion,) = pan_material.dances(source, (20,))
         assert np.isfinite(carried(method, motion, BODIES[target]).positions).all()
@@ -116,9 +117,9 @@ def test_refusals_are_sentences():
     with pytest.raises(NotSupported, match=r"one"):
         carried(method, method_bodies.pose(legless, 5, {}, np.zeros((5, 3))), BODIES["one"])
     (source,) = pan_material.dances("one", (5,))
-    places = source.character.positions(source.positions, 30.0)
+    positions = source.character.positions(source.positions, 30.0)
     with pytest.raises(NotSupported, match="known by positions only"):
-        carried(method, places, BODIES["tall"])
+        carried(method, positions, BODIES["tall"])
     assert "pan[parts=three] is for bodies of two and of four" in Pan().unfit(BODIES["rex"])
     assert Pan().unfit(BODIES["one"]) == ""
     assert Pan(parts="three").unfit(BODIES["rex"]) == ""
@@ -143,10 +144,10 @@ def test_parameters_that_cannot_be(odd, problem):
 
 def test_what_a_parameter_says_wins_over_the_variant():
     found = Pan(variant="paper", cycle=0.0, root="height", facing=2.0, kinematic=10.0).settings
-    assert (found.weights.latent, found.form.root, found.form.smoothing) == (0.0, "height", 2.0)
-    assert (found.weights.places, found.weights.again_places) == (10.0, 10.0)
+    assert (found.weights.latent, found.features.root, found.features.smoothing) == (0.0, "height", 2.0)
+    assert (found.weights.positions, found.weights.again_positions) == (10.0, 10.0)
     without = Pan(kinematic=0.0).settings.weights
-    assert (without.places, without.again_places, without.root) == (0.0, 0.0, 0.0)
+    assert (without.positions, without.again_positions, without.root) == (0.0, 0.0, 0.0)
 
 
 # --------------------------------------------------------------------------------------- statistics

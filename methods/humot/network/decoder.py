@@ -9,10 +9,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ..design import Design
-from .anchors import Anchors
-from .beginning import ELU, RELU, spread
 from .block import Block
-from .temporal import TemporalConvolution
+from .layers import ELU, RELU, Anchors, TemporalConvolution, spread
 from .tokens import Lines, bent, coded, in_groups, scaled
 
 NEAR = 4.0

@@ -9,10 +9,8 @@ from torch import Tensor, nn
 from torch.nn import functional
 
 from ..design import Design
-from .beginning import ELU, spread
 from .block import Block
-from .common import Common
-from .temporal import TemporalConvolution
+from .layers import ELU, Common, TemporalConvolution, spread
 from .tokens import Lines, bent, coded, in_groups
 
 

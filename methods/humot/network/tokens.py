@@ -9,11 +9,9 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cached_property
 from itertools import accumulate
-from typing import Any
 
 import torch
 from torch import Tensor
-from torch.autograd.function import once_differentiable
 from torch.nn import functional
 
 from ..design import Design
@@ -160,6 +158,11 @@ class Lines:
         pairs = zip(self.starts, self.counts, strict=True)
         return [values[start : start + count] for start, count in pairs]
 
+    def joined(self, parts: list[Tensor]) -> Tensor:
+        """All lines from those of each sequence; blank ones are zero."""
+        blank = parts[0].new_zeros(1, *parts[0].shape[1:])
+        return torch.cat([each for part in parts for each in (part, blank)])
+
     def _batch(self, values: Tensor) -> Tensor:
         return values.view(len(self.counts), -1, values.shape[-1])
 
@@ -209,27 +212,7 @@ def in_groups(tokens: Tensor, where: Tensor, made: Callable[[slice], Tensor]) ->
     return tokens
 
 
-class _Scaled(torch.autograd.Function):
-    @staticmethod
-    def forward(ctx: Any, tokens: Tensor, style: Tensor, lines: Lines) -> Tensor:
-        ctx.lines = lines
-        ctx.save_for_backward(tokens, style)
-        result = torch.zeros_like(tokens)
-        for found, own, each in zip(lines.over(result), lines.over(tokens), style, strict=True):
-            torch.addcmul(own, own, each, out=found)
-        return result
-
-    @staticmethod
-    @once_differentiable
-    def backward(ctx: Any, pull: Tensor) -> tuple[Tensor | None, ...]:
-        tokens, style = ctx.saved_tensors
-        result, to_style = torch.zeros_like(tokens), torch.empty_like(style)
-        triples = (ctx.lines.over(each) for each in (pull, tokens, result))
-        for given, own, found, each, total in zip(*triples, style, to_style, strict=True):
-            torch.addcmul(given, given, each, out=found)
-            torch.sum(given * own, 0, out=total)
-        return result, to_style, None
-
-
-scaled: Callable[[Tensor, Tensor, Lines], Tensor] = _Scaled.apply
-"""Tokens of each sequence times one more than its style ``(rows, frames, width)``."""
+def scaled(tokens: Tensor, style: Tensor, lines: Lines) -> Tensor:
+    """Tokens of each sequence times one more than its style ``(rows, frames, width)``."""
+    pairs = zip(lines.over(tokens), style, strict=True)
+    return lines.joined([torch.addcmul(own, own, each) for own, each in pairs])

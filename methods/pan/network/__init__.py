@@ -1,11 +1,10 @@
-"""PAN's networks: motion to codes of body parts, bodies to codes, codes to motion, and the judge of motion.
+"""PAN's networks: encoders of motion and skeletons, decoder, discriminator.
 
 Weights that a mask would blot out do not exist: what differs in size between parts is stored end to end.
 """
 
 from .decoder import Decoder
 from .discriminator import Discriminator
-from .encoder import Encoder
-from .skeleton import SkeletonEncoder
+from .encoder import Encoder, SkeletonEncoder
 
 __all__ = ["Decoder", "Discriminator", "Encoder", "SkeletonEncoder"]

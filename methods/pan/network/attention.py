@@ -1,20 +1,20 @@
-"""Attention within body parts (section 4.2): tokens gather what the slots of their parts say.
+"""Attention within body parts (section 4.2), frame by frame: tokens gather from the edges of their parts.
 
-Everything here is one frame's affair. Rows, ``(frames, rows, width)``, are the tokens of the parts,
-then slots.
+Rows, ``(frames, rows, width)``, are the tokens of the parts, then edges. Groups of rows that see the same
+rows go through small matrices together, padded to the largest of them.
 """
 
 from __future__ import annotations
+
+from collections.abc import Sequence
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
 from ..design import Design
-from .core import Blocks
-from .dropout import Noise, dropped
-from .plan import Parts
-from .wide import wide
+from .groups import Group, Parts
+from .layers import DropoutMask, dropped, mlp
 
 
 class Attention(nn.Module):
@@ -31,14 +31,14 @@ class Attention(nn.Module):
         nn.init.zeros_(self.qkv.bias)
         self.block = Block(design) if design.feedforward else None
 
-    def forward(self, rows: Tensor, blocks: Blocks, noise: Noise | None) -> Tensor:
-        """``(frames, asking, width)`` from ``(frames, rows, width)``; blocks: who sees whom."""
+    def forward(self, rows: Tensor, blocks: Blocks, mask: DropoutMask | None) -> Tensor:
+        """``(frames, queries, width)`` from ``(frames, rows, width)``; blocks: the rows that each sees."""
         asking = rows[:, : blocks.asking]
-        found = blocks(*self._projected(asking, rows), noise)
-        return found if self.block is None else self.block(asking, found, noise)
+        found = blocks(*self._projected(asking, rows), mask)
+        return found if self.block is None else self.block(asking, found, mask)
 
     def weights(self, rows: Tensor, blocks: Blocks) -> Tensor:
-        """How much queries heed keys ``(frames, groups, queries, keys)``, see ``Blocks.weights``."""
+        """Attention weights ``(frames, groups, queries, keys)``, see ``Blocks.weights``."""
         return blocks.weights(*self._projected(rows[:, : blocks.asking], rows))
 
     def _projected(self, asking: Tensor, rows: Tensor) -> tuple[Tensor, Tensor]:
@@ -52,10 +52,7 @@ class Attention(nn.Module):
 
 
 class Block(nn.Module):
-    """What stands behind the attention of a transformer.
-
-    A projection and a block that is wide inside (GELU), each with dropout, residual and norm behind it.
-    """
+    """The rest of a transformer's layer: projection and MLP, each with dropout, residual and norm."""
 
     def __init__(self, design: Design) -> None:
         super().__init__()
@@ -67,18 +64,18 @@ class Block(nn.Module):
             [nn.Linear(width, design.feedforward), nn.Linear(design.feedforward, width)]
         )
 
-    def forward(self, rows: Tensor, found: Tensor, noise: Noise | None) -> Tensor:
-        """rows: ``(frames, asking, width)`` that asked. found: what they found."""
+    def forward(self, rows: Tensor, found: Tensor, mask: DropoutMask | None) -> Tensor:
+        """rows: ``(frames, queries, width)`` before attention. found: behind it."""
         first, second = self.norms
-        rows = first(rows + dropped(self.out(found), noise))
-        fed = wide(rows.flatten(0, 1), self.feed, "gelu", noise).view(rows.shape)
-        return second(rows + dropped(fed, noise))
+        rows = first(rows + dropped(self.out(found), mask))
+        fed = mlp(rows.flatten(0, 1), self.feed, "gelu", mask).view(rows.shape)
+        return second(rows + dropped(fed, mask))
 
 
 class Mean(nn.Module):
-    """In the place of attention where that is left out: a linear layer, rectified, and means of parts.
+    """A linear layer, rectified, and means of parts, in the place of attention (Table 5).
 
-    parts: positions of the slots of each.
+    parts: indices of the edges of each.
     """
 
     def __init__(self, design: Design, parts: Parts) -> None:
@@ -86,7 +83,129 @@ class Mean(nn.Module):
         self.leak, self.parts = design.leak, parts
         self.linear = nn.Linear(design.width, design.width)
 
-    def forward(self, slots: Tensor) -> tuple[Tensor, Tensor]:
-        """``(frames, parts, width)`` and the new slots, from slots ``(frames, slots, width)``."""
-        slots = functional.leaky_relu(self.linear(slots), self.leak)
-        return torch.stack([slots[:, list(part)].mean(1) for part in self.parts], 1), slots
+    def forward(self, edges: Tensor) -> tuple[Tensor, Tensor]:
+        """``(frames, parts, width)`` and the new edges, from edges ``(frames, edges, width)``."""
+        edges = functional.leaky_relu(self.linear(edges), self.leak)
+        return torch.stack([edges[:, list(part)].mean(1) for part in self.parts], 1), edges
+
+
+class Blocks(nn.Module):
+    """Attention among some rows, as blocks of groups that see the same rows.
+
+    groups: of about one size; together they see every row. shared: one more, that sees the last rows.
+    The queries of all are the first rows. heads: of the layer.
+    """
+
+    order: Tensor
+
+    def __init__(self, groups: Sequence[Group], shared: Group | None, heads: int) -> None:
+        super().__init__()
+        self.heads = heads
+        self.padded = Padded(groups, heads)
+        self.shared = None if shared is None else Padded([shared], heads)
+        every = [*groups] if shared is None else [*groups, shared]
+        self.asking = sum(len(group.queries) for group in every)
+        asked = [*self.padded.asked.tolist(), *(self.shared.asked.tolist() if self.shared else ())]
+        place = {row: number for number, row in enumerate(asked) if row >= 0}
+        order = torch.tensor([place[row] for row in range(self.asking * heads)])
+        self.register_buffer("order", order, persistent=False)
+
+    def forward(self, queries: Tensor, pairs: Tensor, mask: DropoutMask | None) -> Tensor:
+        """``(frames, queries, width)``: what each query gathers from the rows that it sees.
+
+        queries: ``(frames, queries, width)``. pairs: ``(frames, rows, 2 * width)``, keys and values.
+        """
+        frames, _, width = queries.shape
+        size = width // self.heads
+        queries, pairs = queries.reshape(frames, -1, size), pairs.reshape(frames, -1, size)
+        found = self.padded(queries, pairs, mask)
+        if self.shared is not None:
+            found = torch.cat([found, self.shared(queries, pairs, mask)], 1)
+        return found.index_select(1, self.order).view(frames, -1, width)
+
+    @torch.no_grad()
+    def weights(self, queries: Tensor, pairs: Tensor) -> Tensor:
+        """Attention weights ``(frames, groups, queries, keys)`` of all but the shared group."""
+        frames, _, width = queries.shape
+        size = width // self.heads
+        found, _ = self.padded.weights(queries.reshape(frames, -1, size), pairs.reshape(frames, -1, size))
+        return found.view(frames, -1, self.heads, *found.shape[1:]).mean(2)
+
+
+class Padded(nn.Module):
+    """Attention of groups, padded to one size.
+
+    asked, keys, values: ``(groups * heads * size,)`` rows of heads that are read, group by group and head
+    by head; -1 at padding. hidden: ``(groups, 1, queries, keys)``, -inf where a query does not see a key.
+    real: 0 at padded queries, else 1.
+    """
+
+    asked: Tensor
+    keys: Tensor
+    values: Tensor
+    hidden: Tensor
+    real: Tensor
+
+    def __init__(self, groups: Sequence[Group], heads: int) -> None:
+        super().__init__()
+        asking = max(len(group.queries) for group in groups)
+        seen = max(len(group.keys) for group in groups)
+        queries = [_filled(group.queries, asking) for group in groups]
+        keys = [_filled(group.keys, seen) for group in groups]
+        hidden = torch.full((len(groups), 1, asking, seen), -torch.inf)
+        real = torch.zeros(len(groups), 1, asking, 1)
+        for number, group in enumerate(groups):
+            count = len(group.queries)
+            hidden[number, 0, :count, : len(group.keys)][torch.tensor(group.sees)] = 0.0
+            hidden[number, 0, count:] = 0.0  # a softmax of nothing is not a number
+            real[number, 0, :count] = 1.0
+        buffers = {
+            "asked": _heads(queries, heads, 1, 0),
+            "keys": _heads(keys, heads, 2, 0),
+            "values": _heads(keys, heads, 2, 1),
+            "hidden": hidden,
+            "real": real,
+        }
+        for name, values in buffers.items():
+            self.register_buffer(name, values, persistent=False)
+
+    def forward(self, queries: Tensor, pairs: Tensor, mask: DropoutMask | None) -> Tensor:
+        """``(frames, groups * heads * queries, size)``, zero at padding.
+
+        queries, pairs: rows of heads ``(frames, rows, size)``.
+        """
+        weights, shape = self.weights(queries, pairs)
+        weights = dropped(weights, mask)
+        values = pairs.index_select(1, self.values.clamp(min=0)).view(len(weights), -1, queries.shape[2])
+        if weights.shape[1] == 1:  # products of small matrices take longer where there is one query
+            return (weights.transpose(1, 2) * values).sum(1).view(shape)
+        return torch.bmm(weights, values).view(shape)
+
+    def weights(self, queries: Tensor, pairs: Tensor) -> tuple[Tensor, tuple[int, ...]]:
+        """``(frames * groups * heads, queries, keys)``, and the shape of the answer."""
+        frames, _, size = queries.shape
+        groups, _, asking, seen = self.hidden.shape
+        queries = queries.index_select(1, self.asked.clamp(min=0)).view(-1, asking, size)
+        keys = pairs.index_select(1, self.keys.clamp(min=0)).view(-1, seen, size)
+        if asking == 1:
+            scores = (keys * queries).sum(2).unsqueeze(1)
+        else:
+            scores = torch.bmm(queries, keys.transpose(1, 2).contiguous())
+        scores = scores.view(frames, groups, -1, asking, seen) * size**-0.5 + self.hidden
+        return (scores.softmax(-1) * self.real).flatten(0, 2), (frames, len(self.asked), size)
+
+
+def _heads(rows: Sequence[Sequence[int]], heads: int, times: int, which: int) -> Tensor:
+    """Indices of heads of rows, group by group, head by head; rows hold ``times`` times the heads."""
+    return torch.tensor(
+        [
+            (row * times + which) * heads + head if row >= 0 else -1
+            for group in rows
+            for head in range(heads)
+            for row in group
+        ]
+    )
+
+
+def _filled(rows: Sequence[int], count: int) -> list[int]:
+    return [*rows, *[-1] * (count - len(rows))]

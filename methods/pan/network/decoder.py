@@ -1,4 +1,4 @@
-"""PAN's motion decoder: codes of parts to slots (section 5.3, eq. 8)."""
+"""PAN's motion decoder: codes of parts to edges (section 5.3, eq. 8)."""
 
 from __future__ import annotations
 
@@ -7,37 +7,37 @@ from torch.nn import functional
 
 from ..design import Design
 from ..layout import Layout
-from .plan import written
-from .ragged import SlotConvolution
+from .groups import written
+from .layers import EdgeConvolution
 
 
 class Decoder(nn.Module):
     """Twice: frames doubled by linear interpolation, then a convolution; rectified but for the last time.
 
     ``full`` reads all parts everywhere, as the paper says. ``parts``: the first convolution stays within
-    parts, and the second one reads the parts that a slot is written from. Padding is by reflection, of
+    parts, and the second one reads the parts that an edge is written from. Padding is by reflection, of
     which the paper says nothing.
     """
 
     def __init__(self, layout: Layout, design: Design) -> None:
         super().__init__()
         count, width, kernel = len(layout.parts), design.width, design.kernel
-        self.leak, self.slots = design.leak, layout.slots + 1
+        self.leak, self.edges = design.leak, layout.edges + 1
         self.reach = ((kernel - 1) // 2, kernel // 2)
         apart = design.decoder == "parts" and design.by_part
         self.inner = nn.Conv1d(count * width, count * width, kernel, groups=count if apart else 1)
         self.outer = (
-            SlotConvolution(written(layout, design), width, kernel)
+            EdgeConvolution(written(layout, design), width, kernel)
             if apart
-            else nn.Conv1d(count * width, 4 * self.slots, kernel)
+            else nn.Conv1d(count * width, 4 * self.edges, kernel)
         )
 
     def forward(self, code: Tensor) -> Tensor:
-        """``(rows, frames, slots + 1, 4)`` from ``(rows, frames // 4, parts, width)``."""
+        """``(rows, frames, edges + 1, 4)`` from ``(rows, frames // 4, parts, width)``."""
         hidden = code.flatten(2).transpose(1, 2)
         hidden = functional.leaky_relu(self.inner(self._wider(hidden)), self.leak)
         motion = self.outer(self._wider(hidden))
-        return motion.transpose(1, 2).unflatten(2, (self.slots, 4))
+        return motion.transpose(1, 2).unflatten(2, (self.edges, 4))
 
     def _wider(self, hidden: Tensor) -> Tensor:
         double = functional.interpolate(hidden, scale_factor=2, mode="linear", align_corners=False)

@@ -1,4 +1,4 @@
-"""PAN's judge of motion: whether short stretches of a motion look like this structure's (section 5.4)."""
+"""PAN's discriminator of short stretches of motion (section 5.4)."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""PAN while it is trained: two structures a step, each reconstructed, carried to both and back."""
+"""Training of PAN: each step reconstructs two structures, carries each to both, and back."""
 
 from __future__ import annotations
 
@@ -15,17 +15,15 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData
 
-from .beginning import begin_alike
 from .body import Body
-from .design import Design
-from .judges import Judges
 from .kinematics import Kinematics, world
-from .objective import Answer, Choices, Objective
-from .structure import Structure, arranged, by_structure, like
-from .windows import Windows, spread
+from .losses import Answer, Discriminators, Objective
+from .settings import Settings
+from .structure import Structure, arranged, by_structure, matching, share_initialisation
+from .training_data import Windows, fit_statistics
 
 Side = Mapping[str, Any]
-"""Of one structure in a step: see ``windows.Windows.draw``."""
+"""One structure's part of a batch: see ``Windows.draw``."""
 
 
 class Learner:
@@ -40,36 +38,37 @@ class Learner:
         training_data: TrainingData,
         config: TrainingConfig,
         bodies: Mapping[str, Mapping[str, Body]],
-        design: Design,
-        choices: Choices,
+        settings: Settings,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
         if len(training_data.clips) < 2:
             raise NotSupported("pan learns from at least two characters, and there is one")
-        self._build, self._choices = build, choices
+        self._build, self._settings = build, settings
         self._names = sorted(bodies)
-        own = choices.statistics == "character"
-        self._windows = Windows(training_data, config.window, bodies, choices.form, choices.reversed_, own)
+        own = settings.statistics == "character"
+        self._windows = Windows(
+            training_data, config.window, bodies, settings.features, settings.reversed_, own
+        )
         structures = {}
         for name in self._names:
             cast = sorted(bodies[name]) if own else ()
             layout = next(iter(bodies[name].values())).layout
-            structures[name] = Structure(layout, design, cast)
-            spread(structures[name], training_data, sorted(bodies[name]), choices.still)
-        if choices.alike:
-            begin_alike(list(structures.values()), design)
+            structures[name] = Structure(layout, settings.design, cast)
+            fit_statistics(structures[name], training_data, sorted(bodies[name]), settings.still)
+        if settings.shared:
+            share_initialisation(list(structures.values()), settings.design)
         self._structures = structures
         self._kinematics = {name: Kinematics(next(iter(bodies[name].values()))) for name in self._names}
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(structures)})
         self.phases: Sequence[Phase] = (Phase("generator", ("generator",)),)
-        slots = {name: each.layout.slots for name, each in structures.items()}
-        self._judges = Judges(slots, config.window, design, choices.weights)
-        if choices.weights.adversarial > 0:
-            self.modules["discriminator"] = self._judges
+        edges = {name: each.layout.edges for name, each in structures.items()}
+        self._discriminators = Discriminators(edges, config.window, settings.design, settings.weights)
+        if settings.weights.adversarial > 0:
+            self.modules["discriminator"] = self._discriminators
             self.phases = (*self.phases, Phase("discriminator", ("discriminator",)))
         layouts = {name: each.layout for name, each in structures.items()}
         ranges = {name: self._windows.speeds(name) for name in self._names}
-        self._objective = Objective(choices, layouts, ranges)
+        self._objective = Objective(settings, layouts, ranges)
 
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
         return self._windows.draw(numbers, rows)
@@ -77,7 +76,7 @@ class Learner:
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         if phase == "discriminator":
-            return self._judges.told_apart(memory["shown"])
+            return self._discriminators.loss(memory["shown"])
         return self._generate(batch["sides"], memory)
 
     def _generate(self, sides: Sequence[Side], memory: dict[str, Any]) -> Terms:
@@ -86,7 +85,7 @@ class Learner:
         names = [self._names[side["structure"]] for side in sides]
         parts = [self._structures[name] for name in names]
         real = [self._real(name, side) for name, side in zip(names, sides, strict=True)]
-        codes = [part.encoder(truth.slots) for part, truth in zip(parts, real, strict=True)]
+        codes = [part.encoder(truth.edges) for part, truth in zip(parts, real, strict=True)]
         objective.begin()
         shown: list[dict[int, Answer]] = []
         for there, side in enumerate(sides):
@@ -94,7 +93,7 @@ class Learner:
             objective.reconstruction(names[there], answers.pop(-1), real[there])
             shown.append(answers)
         again = [
-            parts[there].encoder(torch.cat([shown[there][here].slots for here in count])) for there in count
+            parts[there].encoder(torch.cat([shown[there][here].edges for here in count])) for there in count
         ]
         returned = [each.chunk(len(sides)) for each in again]
         for here, side in enumerate(sides):
@@ -107,8 +106,8 @@ class Learner:
                 pair = names[here], names[there]
                 objective.compare(pair, codes[here], returned[there][here])
                 objective.follow(pair, real[here], shown[there][here])
-        if self._choices.weights.adversarial > 0:
-            self._fool(names, real, shown, memory)
+        if self._settings.weights.adversarial > 0:
+            self._discriminate(names, real, shown, memory)
         return objective.total()
 
     def _answers(
@@ -127,76 +126,77 @@ class Learner:
         which = [*(side["which_of"][here] for here in range(len(codes))), side["which"]]
         units = [*(side["unit_of"][here] for here in range(len(codes))), side["unit"]]
         turns = [*(side["turn_of"][here] for here in range(len(codes))), side["turn"]]
-        slots = structure.answer(torch.cat([*coded, coded[there]]), torch.cat(bones))
-        if self._choices.form.path == "carried":
+        edges = structure.answer(torch.cat([*coded, coded[there]]), torch.cat(bones))
+        if self._settings.features.path == "carried":
             roots = [each.plain[:, :, -1] for each in (*real, real[there])]
-            slots = structure.with_path(slots, torch.cat(roots), torch.cat(which))
+            edges = structure.with_path(edges, torch.cat(roots), torch.cat(which))
         found = self._answer(
-            names[there], slots, torch.cat(which), torch.cat(bones), torch.cat(units), torch.cat(turns)
+            names[there], edges, torch.cat(which), torch.cat(bones), torch.cat(units), torch.cat(turns)
         )
         size = len(codes[0])
         split = [Answer(*each) for each in zip(*(torch.split(part, size) for part in found), strict=True)]
         return {**dict(enumerate(split[:-1])), -1: split[-1]}
 
     def _answer(
-        self, name: str, slots: Tensor, which: Tensor, bones: Tensor, unit: Tensor, turn: Tensor
+        self, name: str, edges: Tensor, which: Tensor, bones: Tensor, unit: Tensor, turn: Tensor
     ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """What ``Answer`` has; unit: ``(rows,)`` the unit in heights."""
-        plain = self._structures[name].plain(slots, which)
+        """The fields of an ``Answer``; unit: ``(rows,)`` the unit in heights."""
+        plain = self._structures[name].plain(edges, which)
         local = self._kinematics[name](plain, bones)
-        form, given = self._choices.form, self._choices.yaw == "source"
-        facing = torch.complex(turn[..., 0], turn[..., 1]) if given and form.local else None
-        places = world(local, plain[..., -1, :], form.root, facing)
-        if self._choices.weights.lengths == "units":
-            return slots, plain, local, places
+        features, given = self._settings.features, self._settings.yaw == "source"
+        facing = torch.complex(turn[..., 0], turn[..., 1]) if given and features.local else None
+        positions = world(local, plain[..., -1, :], features.root, facing)
+        if self._settings.weights.lengths == "units":
+            return edges, plain, local, positions
         scale = unit[:, None, None, None]
-        return slots, plain, local * scale, places * scale
+        return edges, plain, local * scale, positions * scale
 
     def _real(self, name: str, side: Side) -> Answer:
-        slots = self._structures[name].normalised(side["slots"], side["which"])
-        found = self._answer(name, slots, side["which"], side["bones"], side["unit"], side["turn"])
+        edges = self._structures[name].normalised(side["edges"], side["which"])
+        found = self._answer(name, edges, side["which"], side["bones"], side["unit"], side["turn"])
         return Answer(*found)
 
     def _cycle(
         self, name: str, codes: Sequence[Tensor], side: Side, real: Answer, roots: Sequence[Tensor]
     ) -> None:
-        """What comes back to its own bodies from each side; roots: the plain slots that come back."""
-        weights, times = self._choices.weights, len(codes)
-        if not weights.again and not weights.again_places:
+        """Decode what came back to its own bodies from each side; roots: its plain root channels."""
+        weights, times = self._settings.weights, len(codes)
+        if not weights.again and not weights.again_positions:
             return
         bones, which = side["bones"].repeat(times, 1, 1), side["which"].repeat(times)
         answer = self._structures[name].answer(torch.cat(list(codes)), bones)
-        if self._choices.form.path == "carried":
+        if self._settings.features.path == "carried":
             answer = self._structures[name].with_path(answer, torch.cat(list(roots)), which)
         unit, turn = side["unit"].repeat(times), side["turn"].repeat(times, 1, 1)
         found = Answer(*self._answer(name, answer, which, bones, unit, turn))
         self._objective.cycle(name, found, real, times)
 
-    def _fool(
+    def _discriminate(
         self,
         names: Sequence[str],
         real: Sequence[Answer],
         shown: Sequence[Mapping[int, Answer]],
         memory: dict[str, Any],
     ) -> None:
-        """Only answers to the other structure are judged; where there is one, those within it."""
-        memory["shown"], weight = [], self._choices.weights.adversarial
+        """Adversarial loss of answers on the other structure, or on the only one."""
+        memory["shown"], weight = [], self._settings.weights.adversarial
         for there, name in enumerate(names):
             for here in range(len(names)):
                 if here != there or len(names) == 1:
                     seen = self._seen(name, shown[there][here])
-                    self._objective.add("adversarial", weight, self._judges.fooled(name, seen))
+                    loss = self._discriminators.adversarial_loss(name, seen)
+                    self._objective.add("adversarial", weight, loss)
                     memory["shown"].append((name, self._seen(name, real[there]).detach(), seen.detach()))
 
     def _seen(self, name: str, answer: Answer) -> Tensor:
-        """``(rows, frames, channels)`` what a discriminator sees."""
-        judge = self._choices.weights.judge
-        if judge == "motion":
-            return answer.slots.flatten(2)
-        if judge == "places":
-            return answer.places.flatten(2)
+        """The input of a discriminator ``(rows, frames, channels)``."""
+        kind = self._settings.weights.discriminator_input
+        if kind == "motion":
+            return answer.edges.flatten(2)
+        if kind == "positions":
+            return answer.positions.flatten(2)
         vectors = self._kinematics[name].vectors(answer.local)
-        return torch.cat([vectors.flatten(2), answer.slots[..., -1, :]], -1)
+        return torch.cat([vectors.flatten(2), answer.edges[..., -1, :]], -1)
 
     # ---------------------------------------------------------------------------------------- weights
     def method(self) -> Method:
@@ -210,9 +210,10 @@ class Learner:
         return found
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
-        """Structures are known by their joints, so that weights go from one data set to another. Raises
-        BenchError where one is missing or does not fit."""
+        """Take over weights, also of another data set: structures are matched by their joints.
+
+        Raises BenchError where one is missing or does not fit."""
         known = by_structure(tensors)
-        found = {name: like(each, name, known) for name, each in self._structures.items()}
+        found = {name: matching(each, name, known) for name, each in self._structures.items()}
         for name, structure in self._structures.items():
-            structure.take(found[name])
+            structure.load(found[name])

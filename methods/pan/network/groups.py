@@ -1,6 +1,6 @@
-"""Who reads whom: slots of parts, and rows of attention that see the same rows.
+"""The edges that each part reads, and groups of rows of attention that see the same rows.
 
-The root's slot, the last one, belongs to every part.
+The root's channels, the last edge, belong to every part.
 """
 
 from __future__ import annotations
@@ -26,59 +26,59 @@ class Group(NamedTuple):
 
 
 class Rows(NamedTuple):
-    """Who attends to whom. Rows are the tokens of the parts, then ``slots``.
+    """The rows that each row attends to. Rows are the tokens of the parts, then ``edges``.
 
-    tokens: a group for each token. parts: one for each token with the slots of its part alone. shared: of
-    all slots that are of several parts; the root's, and so the group, sees every slot.
+    tokens: a group for each token. parts: one for each token with the edges of its part alone. shared: of
+    all edges that are of several parts; the root's, and so the group, sees every edge.
     """
 
-    slots: tuple[int, ...]
+    edges: tuple[int, ...]
     tokens: tuple[Group, ...]
     parts: tuple[Group, ...]
     shared: Group | None
 
 
 def body_parts(layout: Layout, design: Design) -> Parts:
-    """The slots of each part for attention and skeletons, the root's last.
+    """The edges of each part for attention and skeletons, the root's last.
 
-    Where the body is one part, that is every slot that is of a part.
+    Where the body is one part, that is every edge that is of a part.
     """
     parts = layout.parts if design.by_part else (tuple(sorted(set().union(*layout.parts))),)
-    return tuple((*part, layout.slots) for part in parts)
+    return tuple((*part, layout.edges) for part in parts)
 
 
 def convolved_parts(layout: Layout, design: Design) -> Parts:
-    """The slots of each part for convolutions. The released code shifts all but the root's by one."""
+    """The edges of each part for convolutions. The released code shifts all but the root's by one."""
     parts = body_parts(layout, design)
     if design.conv_mask == "paper" or not design.by_part:
         return parts
-    return tuple((*(slot - 1 for slot in part[:-1] if slot > 0), part[-1]) for part in parts)
+    return tuple((*(edge - 1 for edge in part[:-1] if edge > 0), part[-1]) for part in parts)
 
 
 def written(layout: Layout, design: Design) -> Parts:
-    """The slots that the decoder writes from each part.
+    """The edges that the decoder writes from each part.
 
-    A slot of several parts is written from all of these, the root's and one of no part from all there are.
+    A edge of several parts is written from all of these, the root's and one of no part from all there are.
     """
     parts = convolved_parts(layout, design)
-    everywhere = set(range(layout.slots)) - {slot for part in parts for slot in part}
+    everywhere = set(range(layout.edges)) - {edge for part in parts for edge in part}
     return tuple(tuple(sorted({*part, *everywhere})) for part in parts)
 
 
 def attending(parts: Parts, mutual: bool) -> Rows:
-    """A token sees itself and its part; a slot what shares a part with it, if ``mutual`` tokens too."""
-    slots = tuple(sorted({slot for part in parts for slot in part}))
-    row = {slot: len(parts) + place for place, slot in enumerate(slots)}
-    sees = {token: {token, *(row[slot] for slot in part)} for token, part in enumerate(parts)}
+    """A token sees itself and its part; an edge what shares a part with it, if ``mutual`` tokens too."""
+    edges = tuple(sorted({edge for part in parts for edge in part}))
+    row = {edge: len(parts) + place for place, edge in enumerate(edges)}
+    sees = {token: {token, *(row[edge] for edge in part)} for token, part in enumerate(parts)}
     alone: list[list[int]] = [[token] for token in sees]
     shared: list[int] = []
-    for slot in slots:
-        own = {token for token, part in enumerate(parts) if slot in part}
-        (alone[min(own)] if len(own) == 1 else shared).append(row[slot])
+    for edge in edges:
+        own = {token for token, part in enumerate(parts) if edge in part}
+        (alone[min(own)] if len(own) == 1 else shared).append(row[edge])
         seen = set().union(*(sees[token] for token in own))
-        sees[row[slot]] = seen if mutual else seen - own
+        sees[row[edge]] = seen if mutual else seen - own
     return Rows(
-        slots,
+        edges,
         tuple(_group([token], sees) for token in range(len(parts))),
         tuple(_group(rows, sees) for rows in alone),
         _group(shared, sees) if shared else None,

@@ -1,6 +1,6 @@
 """Error of PAN on ``h36m17``, which is in no training, through each structure that weights know.
 
-    python tests/benchmarks/pan_seats.py [DATASET] [EVERY]
+    python tests/benchmarks/pan_assignment.py [DATASET] [EVERY]
 
 EVERY: only each so-manieth case. Of cross cases, in % of the target's height: pose error and error in
 the world, means over cases, and in how many cases a structure's pose error is the least.
@@ -15,8 +15,7 @@ import numpy as np
 
 from retarget_bench.evaluation import plan, predict
 from retarget_bench.evaluation.score import score
-from retarget_bench.methods.pan.body import cast, missing
-from retarget_bench.methods.pan.seats import FOUR, Seat
+from retarget_bench.methods.pan.body import FOUR, Assignment, in_layout, missing
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
@@ -28,8 +27,8 @@ def through(name: str, bodies: object):
     method = registry.create("methods", "pan")
     for each in bodies:
         if each.structure == ODD:
-            body = cast(each, method.structures[name].layout)
-            method._seats[each] = Seat(name, body, missing(body))
+            body = in_layout(each, method.structures[name].layout)
+            method._assignments[each] = Assignment(name, body, missing(body))
     return method
 
 

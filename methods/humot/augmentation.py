@@ -14,7 +14,7 @@ import numpy as np
 from retarget_bench.motion import rotation
 from retarget_bench.motion.roles import SIDES
 
-from .body import Body
+from .features import Body
 
 REGION, BONE = 0.2, 0.15
 """Deviations of the logarithm of lengths: of all bones of the arms, legs or trunk, and of each pair."""

@@ -1,4 +1,4 @@
-"""Motions as the numbers that the networks see, and back."""
+"""The features of motions that the networks read and write."""
 
 from __future__ import annotations
 
@@ -17,8 +17,9 @@ from .body import Body
 
 CENTIMETRE = 0.01
 """Metres: the unit of the published networks."""
+RULE = "hip_height"
 MIDDLING = 90.0
-"""Of a body's own centimetres, how many its hips stand above the floor."""
+"""Height of the hips of every body in its own unit, with ``lengths=body``."""
 Root = Literal["velocity", "position", "height"]
 Lengths = Literal["world", "body"]
 Yaw = Literal["predicted", "source"]
@@ -26,16 +27,18 @@ Path = Literal["decoded", "carried"]
 
 
 @dataclass(frozen=True)
-class Form:
-    """root: the four numbers of the root's slot. ``velocity`` (paper): left, up, ahead of every frame as
-    seen from where the body faces, in units per frame, and its turn in radians per frame. ``height``: the
-    same, but how high the hips are instead of how they rise, so that heights cannot drift. ``position``
-    (released code): where the hips are in the world, and zero; nothing is seen from where the body faces.
+class Features:
+    """The choice of features: four channels per edge and frame, and four of the root.
+
+    root: the root's channels. ``velocity`` (paper): left, up, ahead of every frame as seen from where the
+    body faces, in units per frame, and its turn in radians per frame. ``height``: the same, but how high
+    the hips are instead of how they rise, so that errors of height do not add up. ``position`` (released
+    code): the hips in the world, and zero; rotations are not relative to where the body faces.
     lengths: the unit, centimetres (``world``), or such that the hips of every body are as high at rest
     (``body``): a movement that is copied then is one that is scaled.
     smoothing: frames over which the direction that a body faces is averaged.
-    path: ``carried``: the root's slot of an answer is that of its source, in the target's unit, plus what
-    the decoder says; ``decoded``: the decoder says all of it (as published).
+    path: ``carried``: the root's channels of an answer are those of its source, in the target's unit, plus
+    the decoder's output; ``decoded``: that output alone (as published).
     """
 
     root: Root
@@ -53,14 +56,14 @@ class Form:
         return character.measures.hip_height / MIDDLING if self.lengths == "body" else CENTIMETRE
 
     def bones(self, body: Body) -> np.ndarray:
-        """``(slots + 1, 3)`` float32, in units; none for the root's slot."""
+        """``(edges + 1, 3)`` float32, in units; zero for the root."""
         bones = np.concatenate([body.bones, np.zeros((1, 3))])
         return (bones / self.unit(body.character)).astype(np.float32)
 
     def see(self, motion: Motion, body: Body) -> Mapping[str, np.ndarray]:
         """A motion at 30 frames per second as arrays ``(frames, ...)``.
 
-        slots: ``(slots + 1, 4)`` rotations, and the root's numbers in the last row.
+        edges: ``(edges + 1, 4)`` rotations, and the root's channels in the last row.
         turn:  ``(2,)`` where the body faces, the parts of a unit complex number.
         hips:  ``(3,)`` where they are, in units.
         """
@@ -71,8 +74,8 @@ class Form:
         else:
             turn = np.ones(motion.frames, dtype=complex)
             rotations = body.see(motion, None)
-        slots = np.concatenate([rotations, self.root_of(hips, turn)[:, None]], axis=1)
-        return {"slots": slots, "turn": np.stack([turn.real, turn.imag], axis=-1), "hips": hips}
+        edges = np.concatenate([rotations, self.root_of(hips, turn)[:, None]], axis=1)
+        return {"edges": edges, "turn": np.stack([turn.real, turn.imag], axis=-1), "hips": hips}
 
     def root_of(self, hips: np.ndarray, turn: np.ndarray) -> np.ndarray:
         """``(frames, 4)``; the first frame moves as the second does."""
@@ -89,21 +92,21 @@ class Form:
     def motion(
         self,
         body: Body,
-        slots: np.ndarray,
+        edges: np.ndarray,
         source: Mapping[str, np.ndarray],
         ratio: float,
         yaw: Yaw,
         ends: np.ndarray | None,
     ) -> Motion:
-        """The motion that an answer ``(frames, slots + 1, 4)`` means.
+        """The motion that an answer ``(frames, edges + 1, 4)`` means.
 
         source: what ``see`` gave of the source. ratio: what the place where its hips begin is scaled by,
         metres of the target per unit of the source. ends: see ``Body.motion``.
         """
-        slots = np.asarray(slots, dtype=np.float64)
-        root, unit = slots[:, -1], self.unit(body.character)
+        edges = np.asarray(edges, dtype=np.float64)
+        root, unit = edges[:, -1], self.unit(body.character)
         if not self.local:
-            return body.motion(slots[:, :-1], None, root[:, :3] * unit, FPS, ends)
+            return body.motion(edges[:, :-1], None, root[:, :3] * unit, FPS, ends)
         turn = source["turn"][:, 0] + 1j * source["turn"][:, 1]
         turns, steps = root[1:, 3], root[:, :3].copy()
         if yaw == "predicted":
@@ -114,18 +117,15 @@ class Form:
         hips = source["hips"][0] * ratio + np.cumsum(facing.placed(steps, turn), axis=0) * unit
         if self.root == "height":
             hips[:, 1] = root[:, 1] * unit
-        return body.motion(slots[:, :-1], facing.rotation(turn), hips, FPS, ends)
+        return body.motion(edges[:, :-1], facing.rotation(turn), hips, FPS, ends)
 
     def ratio(self, source: Character, target: Character) -> float:
         """Metres of the target per unit of the source, for the place where hips begin."""
         return root_rules.ratio(RULE, source, target) * self.unit(source)
 
 
-RULE = "hip_height"
-
-
-def unfit(character: Character, form: Form) -> str:
-    """What keeps a body of any structure from being seen; "" if nothing does."""
-    if form.local and (why := facing.unknown(character)):
+def unfit(character: Character, features: Features) -> str:
+    """Why a body has no such features; "" where it has."""
+    if features.local and (why := facing.unknown(character)):
         return why
     return root_rules.reason(RULE, character, character) or ""

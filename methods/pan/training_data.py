@@ -1,30 +1,30 @@
-"""What PAN is trained on: windows of two structures at a time, and statistics of all clips."""
+"""Training batches of PAN, windows of two structures at a time, and the statistics of all clips."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import torch
 from torch import Tensor
 
 from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers.normaliser import statistics
 
 from .body import Body
-from .form import Form
+from .features import Features
 from .structure import Structure
 
-Statistics = Literal["structure", "character"]
 CONSTANT = 1e-5
-"""A number that deviates less than this is constant and left alone (released code)."""
+"""A channel with a smaller deviation is taken for constant and not scaled (released code)."""
 
 
 class Windows:
     """Batches of two sides, each of one structure with as many rows; of one side where there is one
     structure.
 
-    A clip that is shorter than a window is gone through to its end and back.
+    A clip that is shorter than a window is played to its end and back.
     """
 
     def __init__(
@@ -32,11 +32,11 @@ class Windows:
         training_data: TrainingData,
         frames: int,
         bodies: Mapping[str, Mapping[str, Body]],
-        form: Form,
+        features: Features,
         backwards: bool,
         by_character: bool,
     ) -> None:
-        self._material, self._frames, self._form = training_data, frames, form
+        self._material, self._frames, self._features = training_data, frames, features
         self._backwards, self._by_character = backwards, by_character
         self._names = sorted(bodies)
         self._casts = {name: sorted(bodies[name]) for name in self._names}
@@ -44,13 +44,13 @@ class Windows:
             name: {one: rank for rank, one in enumerate(self._casts[name])} for name in self._names
         }
         self._bones = {
-            name: np.stack([form.bones(bodies[name][one]) for one in cast])
+            name: np.stack([features.bones(bodies[name][one]) for one in cast])
             for name, cast in self._casts.items()
         }
         self._units = {
             name: np.array(
                 [
-                    form.unit(bodies[name][one].character) / bodies[name][one].character.height
+                    features.unit(bodies[name][one].character) / bodies[name][one].character.height
                     for one in cast
                 ],
                 dtype=np.float32,
@@ -61,9 +61,9 @@ class Windows:
     def draw(self, numbers: np.random.Generator, rows: int) -> dict[str, Any]:
         """``sides``, each with
 
-        structure: its number. slots ``(rows, frames, slots + 1, 4)``; turn ``(rows, frames, 2)`` where the
+        structure: its number. edges ``(rows, frames, edges + 1, 4)``; turn ``(rows, frames, 2)`` where the
         body faces, from the window's first frame on; which ``(rows,)`` the row of its statistics; bones
-        ``(rows, slots + 1, 3)``; unit ``(rows,)`` in heights.
+        ``(rows, edges + 1, 3)``; unit ``(rows,)`` in heights.
         which_of, bones_of, unit_of, turn_of: by source side, of the bodies here that take its motion.
         """
         count = min(2, len(self._names))
@@ -86,8 +86,8 @@ class Windows:
 
     def speeds(self, name: str) -> Tensor:
         """``(2,)`` the slowest and the fastest movement of the hips (eq. 20)."""
-        root = self._material.stacked("slots", self._casts[name])[:, -1, :3]
-        if self._form.root == "height":
+        root = self._material.stacked("edges", self._casts[name])[:, -1, :3]
+        if self._features.root == "height":
             root = root[:, [0, 2]]
         speed = np.linalg.norm(root, axis=-1)
         return torch.tensor([speed.min(), speed.max()])
@@ -98,40 +98,37 @@ class Windows:
         return {"which": which, "bones": self._bones[name][ranks], "unit": self._units[name][ranks]}
 
     def _window(self, numbers: np.random.Generator, cast: Sequence[str]) -> dict[str, np.ndarray]:
-        """``slots`` and ``turn`` of a window per character."""
+        """``edges`` and ``turn`` of a window per character."""
         windows = self._material.draw(numbers, cast, self._frames)
         back = (numbers.random(len(cast)) < 0.5) & self._backwards
-        slots = windows.arrays["slots"].copy()
+        edges = windows.arrays["edges"].copy()
         turn = windows.arrays["turn"][..., 0] + 1j * windows.arrays["turn"][..., 1]
         for row in np.flatnonzero(back | (windows.lengths < self._frames)):
             order = _order(int(windows.lengths[row]), self._frames, bool(back[row]))
-            slots[row], turn[row] = slots[row, order], turn[row, order]
-            slots[row, :, -1] = self._form.root_of(windows.arrays["hips"][row, order], turn[row])
+            edges[row], turn[row] = edges[row, order], turn[row, order]
+            edges[row, :, -1] = self._features.root_of(windows.arrays["hips"][row, order], turn[row])
         turn = turn * turn[:, :1].conj()
         seen = np.stack([turn.real, turn.imag], axis=-1).astype(np.float32)
-        return {"slots": slots.astype(np.float32, copy=False), "turn": seen}
+        return {"edges": edges.astype(np.float32, copy=False), "turn": seen}
 
 
 def _order(known: int, frames: int, backwards: bool) -> np.ndarray:
-    """``(frames,)`` the way through ``known`` frames: to the end, back, and to the end again."""
+    """``(frames,)`` indices of ``known`` frames, to the end, back, and to the end again."""
     around = np.concatenate([np.arange(known), np.arange(known - 2, 0, -1)])
     order = np.resize(around, frames)
     return order[::-1] if backwards else order
 
 
-def spread(structure: Structure, training_data: TrainingData, cast: Sequence[str], still: float) -> None:
-    """Mean and deviation of all motion of a structure, and of each character that it has statistics of."""
+def fit_statistics(
+    structure: Structure, training_data: TrainingData, cast: Sequence[str], still: float
+) -> None:
+    """Set mean and deviation of all motion of a structure, and of each character of its ``cast``."""
     for row, names in enumerate([list(cast), *([name] for name in structure.cast)]):
-        mean, deviation = moments(training_data.stacked("slots", names), still)
+        mean, deviation = statistics_of(training_data.stacked("edges", names), still)
         structure.mean[row], structure.deviation[row] = mean, deviation
 
 
-def moments(slots: np.ndarray, still: float) -> tuple[Tensor, Tensor]:
-    """Mean and deviation ``(slots + 1, 4)`` of ``(frames, slots + 1, 4)``; still: the least deviation."""
-    values = slots.astype(np.float64)
-    deviation = values.std(axis=0)
-    deviation = np.maximum(np.where(deviation < CONSTANT, 1.0, deviation), still)
-    return torch.from_numpy(values.mean(axis=0)).float(), torch.from_numpy(deviation).float()
-
-
-__all__ = ["Statistics", "Windows", "moments", "spread"]
+def statistics_of(edges: np.ndarray, still: float) -> tuple[Tensor, Tensor]:
+    """Mean and deviation ``(edges + 1, 4)`` of ``(frames, edges + 1, 4)``; still: the least deviation."""
+    mean, deviation = statistics(edges, CONSTANT, still)
+    return torch.from_numpy(mean).float(), torch.from_numpy(deviation).float()

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -11,55 +11,18 @@ import numpy as np
 from torch import Tensor, nn
 
 from retarget_bench.api import Method
-from retarget_bench.errors import BenchError
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
-from retarget_bench.training.data import TrainingData
+from retarget_bench.training.data import ClipArrays, TrainingData
 
-from .body import Body, sized, stature
+from .augmentation import proportions, reshaped, swung
 from .design import Design
-from .heading import headings, turned
+from .features import Body, headings, sized, stature, turned
 from .losses import losses
-from .network import Decoder, Encoder
-from .sampling import kept, parents_among
-from .split import held_out
-from .variety import proportions, reshaped, swung
+from .network import Autoencoder
+from .settings import Settings
 
 AUTOENCODER = "autoencoder"
-
-
-class Autoencoder(nn.Module):
-    """Encoder and decoder, which know no structure."""
-
-    def __init__(self, design: Design) -> None:
-        super().__init__()
-        self.encoder, self.decoder = Encoder(design), Decoder(design)
-
-    def forward(self, given: Batch, asked: Batch, frames: Tensor) -> Tensor:
-        """``(rows, frames, joints asked, 3)`` metres. given, asked: see ``TrainingModule.draw``."""
-        code = self.encoder(given["places"], given["template"], given["joints"], frames)
-        answer: Tensor = self.decoder(code, asked["template"], asked["joints"], frames)
-        return answer
-
-
-@dataclass(frozen=True)
-class Choices:
-    """subsampled: joints are left out at random (SJS). consistency: weight of eq. 2.
-    facing: windows are turned until bodies face ahead, as far as the joints given tell.
-    sized: bodies have the usual size. varied: they have other proportions, and limbs are held otherwise.
-    turned, mirrored: windows are turned about the vertical axis at random, and every other one mirrored.
-    hop: frames between the starts of windows. held_out: a tenth of every clip's windows is never drawn.
-    """
-
-    subsampled: bool
-    consistency: float
-    facing: bool
-    sized: bool
-    varied: bool
-    turned: bool
-    mirrored: bool
-    hop: int
-    held_out: bool
 
 
 class Performed(NamedTuple):
@@ -88,11 +51,11 @@ class Learner:
         config: TrainingConfig,
         bodies: Mapping[str, Body],
         design: Design,
-        choices: Choices,
+        settings: Settings,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
         self._material, self._frames, self._bodies = training_data, config.window, bodies
-        self._choices, self._build = choices, build
+        self._settings, self._build = settings, build
         self._network = Autoencoder(design)
         self.modules = nn.ModuleDict({AUTOENCODER: self._network})
         self.phases: Sequence[Phase] = (Phase(AUTOENCODER, (AUTOENCODER,)),)
@@ -106,15 +69,15 @@ class Learner:
         ``(rows, joints)`` bool; parents ``(rows, joints)`` among them, -1 where there is none.
         """
         cast = self._cast(numbers, rows)
-        left_out = held_out if self._choices.held_out else None
-        windows = self._material.draw(numbers, cast, self._frames, self._choices.hop, left_out)
+        left_out = held_out if self._settings.split == "chunk" else None
+        windows = self._material.draw(numbers, cast, self._frames, self._settings.hop, left_out)
         bodies = [self._bodies[name] for name in cast]
         pairs = [
             self._performed(numbers, mine, windows.arrays["places"][row, :length, : len(mine.joints)])
             for row, (mine, length) in enumerate(zip(bodies, windows.lengths.tolist(), strict=True))
         ]
         given, asked = (self._parts(numbers, bodies, side) for side in zip(*pairs, strict=True))
-        if self._choices.facing:
+        if self._settings.facing:
             angles = headings(given["places"], given["template"], given["joints"], windows.mask)
             for part in (given, asked):
                 part["places"] = turned(part["places"], -angles)
@@ -143,7 +106,7 @@ class Learner:
         """A window as it is given and as it is asked for: one path of the hips, without the mean of the
         given major joints over the window."""
         template = body.template
-        if self._choices.varied:
+        if self._settings.varied:
             places = swung(numbers, places, body)
         turn = self._turn(numbers)
         places, template = places @ turn.places, template @ turn.template
@@ -158,20 +121,20 @@ class Learner:
         self, numbers: np.random.Generator, body: Body, places: np.ndarray, template: np.ndarray
     ) -> Performed:
         """By a body of other proportions, and of the usual size, as chosen."""
-        if self._choices.varied:
+        if self._settings.varied:
             factors = proportions(numbers, body)
             places, template = (reshaped(each, factors, body) for each in (places, template))
-        size = sized(stature(template, body.heights)) if self._choices.sized else 1.0
+        size = sized(stature(template, body.heights)) if self._settings.sized else 1.0
         return Performed(size * places, size * template)
 
     def _turn(self, numbers: np.random.Generator) -> Turn:
         """A mirrored body is one whose template is mirrored: what lies where says what is left."""
         places = template = np.eye(3)
-        if self._choices.turned:
+        if self._settings.turned:
             angle = 2.0 * np.pi * numbers.random()
             cosine, sine = np.cos(angle), np.sin(angle)
             places = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
-        if self._choices.mirrored and numbers.random() < 0.5:
+        if self._settings.mirrored and numbers.random() < 0.5:
             mirror = np.diag([-1.0, 1.0, 1.0])
             places, template = places @ mirror, mirror
         return Turn(places, template)
@@ -184,7 +147,7 @@ class Learner:
     ) -> dict[str, np.ndarray]:
         """One draw of every row's joints, side by side, zeros behind them."""
         every = [
-            kept(numbers, body.major) if self._choices.subsampled else np.arange(len(body.joints))
+            kept(numbers, body.major) if self._settings.subsampling else np.arange(len(body.joints))
             for body in bodies
         ]
         rows, most = len(every), max(map(len, every))
@@ -206,7 +169,7 @@ class Learner:
     # ----------------------------------------------------------------------------------------- losses
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         answer = self._network(batch["given"], batch["asked"], batch["frames"])
-        return losses(answer, batch["asked"], batch["frames"], self._choices.consistency)
+        return losses(answer, batch["asked"], batch["frames"], self._settings.consistency)
 
     # ---------------------------------------------------------------------------------------- weights
     def method(self) -> Method:
@@ -217,16 +180,45 @@ class Learner:
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         """Raises BenchError where they do not fit."""
-        take(self._network, tensors)
+        self._network.load(tensors)
 
 
-def take(network: Autoencoder, tensors: Mapping[str, Tensor]) -> None:
-    """Put tensors in place of a network's. Raises BenchError where they do not fit."""
-    device = next(network.parameters()).device
-    try:
-        network.load_state_dict({name: each.to(device) for name, each in tensors.items()})
-    except RuntimeError as error:
-        raise BenchError(f"these weights do not fit humot's networks: {error}") from None
+DROP_MAJOR, DROP_OTHER = 0.1, 0.5
+FEWEST = 2
 
 
-__all__ = ["Autoencoder", "Choices", "Learner", "take"]
+def kept(numbers: np.random.Generator, major: np.ndarray) -> np.ndarray:
+    """Indices of the joints that stay, increasing; drawn again where fewer than two do.
+
+    major: ``(joints,)`` bool.
+    """
+    drop = np.where(major, DROP_MAJOR, DROP_OTHER)
+    while True:
+        found = np.flatnonzero(numbers.random(len(major)) >= drop)
+        if len(found) >= min(FEWEST, len(major)):
+            return found
+
+
+def parents_among(parents: Sequence[int], joints: np.ndarray) -> np.ndarray:
+    """``(kept,)`` each joint's nearest ancestor among those kept, by its place there; -1 where none is."""
+    place = {int(joint): number for number, joint in enumerate(joints)}
+    found = []
+    for joint in joints.tolist():
+        above = parents[joint]
+        while above >= 0 and above not in place:
+            above = parents[above]
+        found.append(place.get(above, -1))
+    return np.array(found, dtype=np.int64)
+
+
+def held_out(clip: ClipArrays, starts: Sequence[int]) -> frozenset[int]:
+    """The tenth of a clip's windows that are not trained on, by their starts; always the same ones.
+
+    Four fifths of such a window are in windows beside it, most of which are trained on. The tenth is
+    rounded, so that a clip of fewer than five windows keeps all of them.
+    """
+
+    def rank(start: int) -> bytes:
+        return hashlib.sha256(f"{clip.character}/{clip.name}/{start}".encode()).digest()
+
+    return frozenset(sorted(starts, key=rank)[: (len(starts) + 5) // 10])

@@ -7,14 +7,16 @@ costs between two and three, a change of basis included, and that is a small mat
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Iterable
 from functools import lru_cache
-from typing import Any
 
 import torch
 from torch import Tensor, nn
-from torch.autograd.function import once_differentiable
 from torch.nn import functional
+
+from ..design import Design
+from .attention import EPSILON
+from .tokens import Lines
 
 STRETCH = 48
 """Frames that are transformed at once; longer motions are cut."""
@@ -65,68 +67,21 @@ class TemporalConvolution(nn.Module):
         return found
 
 
-class _Multiplied(torch.autograd.Function):
-    """Values ``(stretches, frames, inputs)`` to frequencies, times weights there, back, and a bias."""
+def _multiplied(values: Tensor, weights: Tensor, bias: Tensor, there: Tensor, back: Tensor) -> Tensor:
+    """Values ``(stretches, frames, inputs)`` to frequencies, times weights there, back, and a bias.
 
-    @staticmethod
-    def forward(
-        ctx: Any, values: Tensor, weights: Tensor, bias: Tensor, there: Tensor, back: Tensor
-    ) -> Tensor:
-        waves = _each(there, values)
-        ctx.save_for_backward(waves, weights, there, back)
-        return _each(back, _filtered(waves, weights, 1.0)).add_(bias)
-
-    @staticmethod
-    @once_differentiable
-    def backward(ctx: Any, pull: Tensor) -> tuple[Tensor | None, ...]:
-        waves, weights, there, back = ctx.saved_tensors
-        to_bias = pull.sum((0, 1))
-        pull = _each(back.T, pull.contiguous())
-        to_weights = torch.empty_like(weights)
-        torch.mm(waves[:, 0].T, pull[:, 0], out=to_weights[0])
-        (real, imaginary), (left, right) = _parts(waves), _parts(pull)
-        half = len(weights) // 2
-        cosines, sines = to_weights[1 : half + 1], to_weights[half + 1 :]
-        torch.bmm(real.transpose(1, 2), left, out=cosines)
-        cosines.baddbmm_(imaginary.transpose(1, 2), right)
-        torch.bmm(real.transpose(1, 2), right, out=sines)
-        sines.baddbmm_(imaginary.transpose(1, 2), left, alpha=-1.0)
-        values = None
-        if ctx.needs_input_grad[0]:
-            values = _each(there.T, _filtered(pull, weights.transpose(1, 2), -1.0))
-        return values, to_weights, to_bias, None, None
-
-
-_multiplied: Callable[..., Tensor] = _Multiplied.apply
-
-
-def _each(matrix: Tensor, values: Tensor) -> Tensor:
-    """A matrix times each of ``(stretches, frames, channels)``."""
-    return torch.bmm(matrix.expand(len(values), *matrix.shape), values)
-
-
-def _parts(waves: Tensor) -> tuple[Tensor, Tensor]:
-    """Cosines and sines of all waves but the constant one, each ``(waves, stretches, channels)``."""
-    return waves[:, 1::2].transpose(0, 1), waves[:, 2::2].transpose(0, 1)
-
-
-def _filtered(waves: Tensor, weights: Tensor, sign: float) -> Tensor:
-    """Waves ``(stretches, 1 + 2 n, inputs)`` times complex weights ``(1 + 2 n, inputs, outputs)``.
-
-    The weights hold the constant frequency, then real parts, then imaginary ones; sign -1 conjugates them.
+    The complex weights ``(1 + 2 n, inputs, outputs)`` hold the constant frequency, then real parts, then
+    imaginary ones; waves hold the constant one, then cosine and sine in turn.
     """
+    waves = torch.matmul(there, values)
     half = len(weights) // 2
     cosines, sines = weights[1 : half + 1], weights[half + 1 :]
-    result = waves.new_empty(*waves.shape[:2], weights.shape[2])
-    torch.mm(waves[:, 0], weights[0], out=result[:, 0])
-    (real, imaginary), (left, right) = _parts(waves), _parts(result)
-    torch.bmm(real, cosines, out=left)
-    left.baddbmm_(imaginary, sines, alpha=-sign)
-    torch.bmm(real, sines, out=right)
-    if sign < 0.0:
-        right.neg_()
-    right.baddbmm_(imaginary, cosines)
-    return result
+    real, imaginary = (waves[:, start::2].transpose(0, 1) for start in (1, 2))
+    constant = torch.mm(waves[:, 0], weights[0])
+    left = torch.baddbmm(torch.bmm(real, cosines), imaginary, sines, alpha=-1.0)
+    right = torch.baddbmm(torch.bmm(real, sines), imaginary, cosines)
+    others = torch.stack([left, right], 1).flatten(0, 1).transpose(0, 1)
+    return torch.matmul(back, torch.cat([constant.unsqueeze(1), others], 1)) + bias
 
 
 @lru_cache(maxsize=64)
@@ -154,3 +109,74 @@ def _bases(length: int, kernel: int, within: bool) -> tuple[Tensor, Tensor, Tens
     back = torch.cat([one.expand(1, length), 2.0 * waves(written, -1.0).transpose(0, 1).flatten(0, 1)])
     taps = torch.cat([one.expand(1, kernel), waves(offsets, 1.0).flatten(0, 1)])
     return there, (back / count).T.contiguous(), taps
+
+
+ELU, RELU = 1.2, 2.0**0.5
+"""Gains that make up, about, for what these units take from values around zero."""
+
+
+def spread(layers: Iterable[nn.Module], gain: float) -> None:
+    """Layers begin orthogonal (Saxe et al., 2014), and so that answers vary by ``gain`` times what is put
+    in, frame by frame: of a convolution's taps only the one in the middle counts."""
+    for layer in layers:
+        assert isinstance(layer, nn.Linear | TemporalConvolution)
+        outputs, inputs = layer.weight.shape[:2]
+        matrix = torch.empty(outputs, inputs)
+        nn.init.orthogonal_(matrix, gain * max(1.0, outputs / inputs) ** 0.5)
+        with torch.no_grad():
+            if isinstance(layer, TemporalConvolution):
+                layer.weight.zero_()
+                layer.weight[..., layer.kernel // 2] = matrix
+            else:
+                layer.weight.copy_(matrix)
+        nn.init.zeros_(layer.bias)
+
+
+EXTENT = (0.7, 0.3, 1.7)
+"""Metres across, through and up that anchors lie in at first: those of a person in the neutral pose."""
+BELOW = 0.1
+"""Metres from the hips down to the middle of that."""
+SHARPNESS = 2.0
+"""Of anchors at first: the logarithm of one over the metres that are far, 0.14."""
+
+
+class Anchors(nn.Module):
+    """places: ``(width, 3)`` metres, Z up, from the hips. sharpness: ``(width,)``."""
+
+    def __init__(self, width: int) -> None:
+        super().__init__()
+        spread = torch.rand(width, 3) - 0.5
+        self.places = nn.Parameter(spread * torch.tensor(EXTENT) - torch.tensor([0.0, 0.0, BELOW]))
+        self.sharpness = nn.Parameter(torch.full((width,), SHARPNESS))
+
+    def forward(self, template: Tensor) -> Tensor:
+        """``(joints, width)`` minus squared distances of ``(joints, 3)``, in units of each anchor."""
+        squares = (template.unsqueeze(1) - self.places).square().sum(2)
+        return -squares * (2.0 * self.sharpness).exp()
+
+
+class Common(nn.Module):
+    """A linear layer of a frame's mean, and what came in."""
+
+    def __init__(self, design: Design) -> None:
+        super().__init__()
+        width = design.width
+        self.norm = nn.LayerNorm(width, EPSILON)
+        self.anchors = Anchors(width)
+        self.mean = nn.LayerNorm(width, EPSILON)
+        self.told = nn.Linear(width, width)
+        spread([self.told], 1.0)
+
+    def forward(self, tokens: Tensor, template: Tensor, lines: Lines) -> Tensor:
+        """``(lines, frames, width)``. template: ``(joints, 3)`` metres, of all sequences."""
+        near = _by_sequence(self.anchors(template), lines)
+        shares = torch.cat([each.softmax(0) for each in near])
+        pairs = zip(lines.over(self.norm(tokens)), _by_sequence(shares, lines), strict=True)
+        means = torch.stack([torch.einsum("jfw,jw->fw", own[1:], each) for own, each in pairs])
+        told = self.told(self.mean(means))
+        return lines.joined([own + each for own, each in zip(lines.over(tokens), told, strict=True)])
+
+
+def _by_sequence(values: Tensor, lines: Lines) -> tuple[Tensor, ...]:
+    """``(joints, width)`` of each sequence."""
+    return torch.split(values, [count - 1 for count in lines.counts])
