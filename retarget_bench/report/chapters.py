@@ -92,8 +92,8 @@ class Split:
         structures: dict[str, str] = {}
         conditions: dict[str, dict[str, float]] = {}
         for row in self.matrix.rows:
-            structures |= case_metadata.read_structures(row.place) or {}
-            conditions |= case_metadata.read_conditions(row.place)
+            structures |= case_metadata.read_structures(row.paths) or {}
+            conditions |= case_metadata.read_conditions(row.paths)
         found["structure"] = [structures.get(info.target, UNKNOWN) for info in cases]
         if conditions:
             found["level"] = [levels.name(conditions.get(info.id, {})) for info in cases]

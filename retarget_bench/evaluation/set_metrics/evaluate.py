@@ -1,12 +1,11 @@
-"""From the features of a cell's cases to its values: one per value id and target structure."""
+"""From the features of a unit's cases to its values: one per value id and target structure."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -18,29 +17,34 @@ from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
 from retarget_bench.evaluation.set_metrics.files import Arrays, SetValue
 from retarget_bench.evaluation.set_metrics.jackknife import CLIPS, GROUPS, groups_of, interval
 from retarget_bench.evaluation.set_metrics.real import RealSet, real_set
-from retarget_bench.evaluation.worker import know
+from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
 Halves = tuple[Sample, Sample]
 
 
-def evaluate(job: Mapping[str, Any]) -> list[SetValue]:
-    """Gather the features of a finished cell and compute its values; what a worker process does.
+@dataclass(frozen=True)
+class SetJob:
+    """A finished unit whose sets are to be compared. infos: of the cases that have features."""
 
-    job: ``plan``, ``place``, ``dataset``, ``infos`` of the cases that have features.
-    """
-    plan: Plan = job["plan"]
-    place: ResultPaths = job["place"]
-    data: Spec = job["dataset"]
-    know(plan.plugin_files)
-    infos = {info.id: info for info in job["infos"]}
-    arrays = files.gather(place, infos)
+    plan: Plan
+    dataset: Spec
+    paths: ResultPaths
+    infos: tuple[CaseInfo, ...]
+
+
+def evaluate(job: SetJob) -> list[SetValue]:
+    """Gather the features of a finished unit and compute its values, in a worker process."""
+    plan = job.plan
+    register_plugins(plan.plugin_files)
+    infos = {info.id: info for info in job.infos}
+    arrays = files.gather(job.paths, infos)
     found = []
     for metric in set_metrics(plan.metrics):
         for structure, cases in _by_structure(arrays, infos).items():
             mine = {case: infos[case] for case in cases}
-            real = partial(real_set, data, plan.metrics, metric.card.name, plan.task, structure)
+            real = partial(real_set, job.dataset, plan.metrics, metric.card.name, plan.task, structure)
             found += _values(metric, structure, mine, arrays, real)
     return found
 

@@ -1,4 +1,4 @@
-"""The files of sets: features of single cases, of a whole cell, and the values."""
+"""The files of sets: features of single cases, of a whole unit, and the values."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ class SetValue:
     n:       windows in each set. clips: source clips that they come from, both halves together.
     value:   None where it is not applicable; ``reason`` says why.
     low, high: 95 % interval, or None where there are too few clips for one.
-    floor:   what the references score in the place of the results.
+    floor:   what the references score instead of the results.
     real, network: hashes of the real set and of what made the features; values are comparable where both
              agree.
     """
@@ -51,43 +51,43 @@ UNPARTED = FIELDS[:-1]
 WHOLE, NUMBERS = ("n", "clips"), ("value", "low", "high", "floor")
 
 
-def values_path(place: ResultPaths) -> Path:
-    return place.folder / f"{place.method}.sets.csv"
+def values_path(paths: ResultPaths) -> Path:
+    return paths.folder / f"{paths.method}.sets.csv"
 
 
-def features_path(place: ResultPaths) -> Path:
-    return place.folder / f"{place.method}.features.npz"
+def features_path(paths: ResultPaths) -> Path:
+    return paths.folder / f"{paths.method}.features.npz"
 
 
-def waiting_folder(place: ResultPaths) -> Path:
+def waiting_folder(paths: ResultPaths) -> Path:
     """Where the features of finished cases wait for the others."""
-    return place.folder / f"{place.method}.features"
+    return paths.folder / f"{paths.method}.features"
 
 
 # ----------------------------------------------------------------------------------------- single cases
-def put(place: ResultPaths, case_id: str, arrays: Arrays) -> None:
+def put(paths: ResultPaths, case_id: str, arrays: Arrays) -> None:
     """Keep the features of a finished case. Raises FileError."""
-    _write(waiting_folder(place) / f"{case_file(case_id)}.npz", arrays)
+    _write(waiting_folder(paths) / f"{case_file(case_id)}.npz", arrays)
 
 
-def waits(place: ResultPaths, case_id: str) -> bool:
-    return (waiting_folder(place) / f"{case_file(case_id)}.npz").exists()
+def waits(paths: ResultPaths, case_id: str) -> bool:
+    return (waiting_folder(paths) / f"{case_file(case_id)}.npz").exists()
 
 
-def gather(place: ResultPaths, cases: Iterable[str]) -> Arrays:
+def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
     """The features of these cases as one set of arrays ``<case>/<name>``, written beside the rows."""
     found = {
         f"{case}/{name}": array
         for case in sorted(cases)
-        for name, array in _read(waiting_folder(place) / f"{case_file(case)}.npz").items()
+        for name, array in _read(waiting_folder(paths) / f"{case_file(case)}.npz").items()
     }
-    _write(features_path(place), found)
+    _write(features_path(paths), found)
     return found
 
 
-def clear(place: ResultPaths) -> None:
+def clear(paths: ResultPaths) -> None:
     """Remove what waited."""
-    shutil.rmtree(waiting_folder(place), ignore_errors=True)
+    shutil.rmtree(waiting_folder(paths), ignore_errors=True)
 
 
 def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -104,9 +104,9 @@ def _read(path: Path) -> Arrays:
 
 
 # ---------------------------------------------------------------------------------------------- values
-def write(place: ResultPaths, values: Sequence[SetValue]) -> None:
+def write(paths: ResultPaths, values: Sequence[SetValue]) -> None:
     """``<method>.sets.csv``, sorted, with nine significant digits; none where there is no value."""
-    path = values_path(place)
+    path = values_path(paths)
     if not values:
         path.unlink(missing_ok=True)
         return
@@ -118,12 +118,12 @@ def write(place: ResultPaths, values: Sequence[SetValue]) -> None:
             writer.writerow(_text(getattr(value, name)) for name in columns)
 
 
-def read(place: ResultPaths) -> list[SetValue]:
+def read(paths: ResultPaths) -> list[SetValue]:
     """The values of a result, sorted by id, structure and kind; none where no set metric was computed.
 
     Raises FileError where the file is damaged.
     """
-    path = values_path(place)
+    path = values_path(paths)
     try:
         with path.open(encoding="utf-8", newline="") as file:
             head, *rows = list(csv.reader(file))
@@ -138,8 +138,8 @@ def read(place: ResultPaths) -> list[SetValue]:
         ) from error
 
 
-def _text(cell: object) -> str:
-    return "" if cell is None else f"{cell:.9g}" if isinstance(cell, float) else str(cell)
+def _text(value: object) -> str:
+    return "" if value is None else f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 def _value(row: Mapping[str, str]) -> SetValue:

@@ -170,7 +170,7 @@ def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequenc
     (matrix,) = values.in_order([matrix], order)
     sections = _levels(matrix)
     given = {each.part: at for each in sections if (at := levels.number(each.part)) is not None}
-    share = major_share(row.place for row in matrix.rows)
+    share = major_share(row.paths for row in matrix.rows)
     extra = {MAJOR: share} if share is not None else {}
     charts = []
     for value, title in TITLES.items():
