@@ -6,7 +6,6 @@ called by a run.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ import numpy as np
 
 from retarget_bench.api import Method
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.files import atomic
+from retarget_bench.files import write_csv
 from retarget_bench.motion.motion import Motion
 
 SLACK = 1e-4
@@ -113,11 +112,15 @@ def frames_at(seconds: Sequence[float], source: Motion) -> list[int]:
 def write(path: Path, found: Attention, source: Motion, frames: Sequence[int]) -> None:
     """A row of ``COLUMNS`` per frame asked for, part, and joint that the part sees. Raises FileError."""
     names = [source.skeleton.names[joint] for joint in found.joints]
-    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(COLUMNS)
-        for frame in frames:
-            time = f"{frame / source.fps:.6g}"
-            for part, joint in np.argwhere(found.sees):
-                weight = f"{found.weights[frame, part, joint]:.6g}"
-                rows.writerow((frame, time, found.parts[part], names[joint], weight))
+    rows = [
+        (
+            frame,
+            f"{frame / source.fps:.6g}",
+            found.parts[part],
+            names[joint],
+            f"{found.weights[frame, part, joint]:.6g}",
+        )
+        for frame in frames
+        for part, joint in np.argwhere(found.sees)
+    ]
+    write_csv(path, COLUMNS, rows)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import csv
 import time
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from retarget_bench.api import CaseInfo
@@ -17,7 +17,7 @@ from retarget_bench.evaluation.plan import Plan, dataset, evaluation_units, meth
 from retarget_bench.evaluation.predict import context_for, predict
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.worker import register_plugins
-from retarget_bench.files import atomic
+from retarget_bench.files import write_csv
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths, case_seed
 
@@ -47,7 +47,8 @@ def measure(plan: Plan) -> None:
     jobs = [TimingJob(plan, unit.dataset, unit.method, spread(unit.infos)) for unit in wanted]
     for done in LocalPool(1).run(time_method, jobs):
         if done.result is not None:
-            _write(wanted[done.job].paths, done.result)
+            rows = ((case, frames, f"{seconds:.6g}") for case, frames, seconds in done.result)
+            write_csv(wanted[done.job].paths.timing, FIELDS, rows)
 
 
 def spread(infos: Sequence[CaseInfo]) -> tuple[CaseInfo, ...]:
@@ -98,10 +99,3 @@ def _stale(paths: ResultPaths) -> bool:
     if not paths.rows.exists():
         return False
     return not paths.timing.exists() or paths.timing.stat().st_mtime < paths.rows.stat().st_mtime
-
-
-def _write(paths: ResultPaths, times: Iterable[tuple[str, int, float]]) -> None:
-    with atomic(paths.timing) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(FIELDS)
-        writer.writerows((case, frames, f"{seconds:.6g}") for case, frames, seconds in times)

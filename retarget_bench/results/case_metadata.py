@@ -10,14 +10,13 @@ Small files lie beside ``cases.csv``. Results written before there were any load
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo, Dataset
 from retarget_bench.api.offers import OffersConditions, OffersUnseen
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic
+from retarget_bench.files import write_csv
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import body_part
 from retarget_bench.results import store
@@ -34,8 +33,8 @@ def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     bodies = data.characters()
     targets = sorted({info.target for info in infos} & set(bodies))
     rows = [(name, joint, part) for name in targets for joint, part in parts(bodies[name]).items()]
-    _write(_path(paths, "parts"), PARTS_FIELDS, rows)
-    _write(
+    write_csv(_path(paths, "parts"), PARTS_FIELDS, rows)
+    write_csv(
         _path(paths, "structures"), STRUCTURES_FIELDS, [(name, bodies[name].structure) for name in targets]
     )
     _write_conditions(paths, data, infos)
@@ -43,7 +42,7 @@ def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
         _path(paths, "unseen").unlink(missing_ok=True)
     else:
         marks = [(info.id, "+".join(sorted(data.unseen(info)))) for info in infos]
-        _write(_path(paths, "unseen"), UNSEEN_FIELDS, sorted(marks))
+        write_csv(_path(paths, "unseen"), UNSEEN_FIELDS, sorted(marks))
 
 
 def _write_conditions(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
@@ -52,7 +51,7 @@ def _write_conditions(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInf
     rows = [
         (info.id, name, f"{number:.9g}") for info in infos for name, number in data.conditions(info).items()
     ]
-    _write(_path(paths, "conditions"), CONDITIONS_FIELDS, sorted(rows))
+    write_csv(_path(paths, "conditions"), CONDITIONS_FIELDS, sorted(rows))
 
 
 def parts(body: Character) -> dict[str, str]:
@@ -119,10 +118,3 @@ def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[s
 
 def _path(paths: ResultPaths, what: str) -> Path:
     return paths.folder / f"cases.{what}.csv"
-
-
-def _write(path: Path, fields: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(fields)
-        writer.writerows(rows)

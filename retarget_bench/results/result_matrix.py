@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import SPLITS, CaseInfo
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.columns import Columns, Key
 from retarget_bench.results.header import DeclaredValue, ResultHeader
-from retarget_bench.results.labels import with_current_labels
 from retarget_bench.results.store import ResultPaths
 
 
@@ -220,3 +221,28 @@ def _same_version(found: Columns, first: Columns) -> bool:
     one, other = found.header, first.header
     same_data = one.dataset.content == other.dataset.content
     return same_data and (one.method, one.metrics) == (other.method, other.metrics)
+
+
+def with_current_labels(values: Mapping[str, DeclaredValue]) -> dict[str, DeclaredValue]:
+    """The same declarations, with label and meaning as the installed metric has them.
+
+    values: by id. A value is unchanged where its metric is not installed, or gives it another unit.
+    """
+    installed = {
+        value.id: value
+        for metric in dict.fromkeys(each.metric for each in values.values())
+        for value in _values_of(metric)
+    }
+    return {
+        key: replace(each, label=installed[key].label, meaning=installed[key].meaning)
+        if key in installed and installed[key].unit == each.unit
+        else each
+        for key, each in values.items()
+    }
+
+
+def _values_of(metric: str) -> tuple[Any, ...]:
+    try:
+        return tuple(registry.create("metrics", metric).card.values) if metric else ()
+    except BenchError:
+        return ()

@@ -26,7 +26,7 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, digest, slug, write_text
+from retarget_bench.files import atomic, digest, slug, write_csv, write_text
 from retarget_bench.results.header import SCHEMA, DeclaredValue, ResultHeader, parsed
 
 ROW_FIELDS = ("case", "value_id", "index", "value")
@@ -173,10 +173,8 @@ def write_results(
     """Rows, arrays and case list, then the header (whose presence says that all is there)."""
     write_cases(paths.cases, infos)
     rows, arrays = _flatten(entries, header.values)
-    with atomic(paths.rows) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(ROW_FIELDS)
-        writer.writerows((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
+    texts = ((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
+    write_csv(paths.rows, ROW_FIELDS, texts)
     with atomic(paths.arrays) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
     write_text(paths.header, json.dumps(header.plain(), indent=1, ensure_ascii=False) + "\n")
@@ -209,11 +207,9 @@ def _flatten(
 
 def write_cases(path: Path, infos: Sequence[CaseInfo]) -> None:
     """The case list beside the rows; sorted by case id."""
-    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(CASE_FIELDS)
-        for info in sorted(infos, key=lambda info: info.id):
-            writer.writerow((info.id, info.source, info.target, info.clip, info.kind, info.frames))
+    ordered = sorted(infos, key=lambda info: info.id)
+    rows = ((info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered)
+    write_csv(path, CASE_FIELDS, rows)
 
 
 # --------------------------------------------------------------------------------------------- reading

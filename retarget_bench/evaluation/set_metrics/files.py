@@ -12,7 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic
+from retarget_bench.files import atomic, write_csv
 from retarget_bench.results.store import ResultPaths, case_file
 
 Arrays = dict[str, np.ndarray]
@@ -111,11 +111,8 @@ def write(paths: ResultPaths, values: Sequence[SetValue]) -> None:
         path.unlink(missing_ok=True)
         return
     columns = FIELDS if any(value.kind for value in values) else UNPARTED
-    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        for value in sorted(values, key=lambda value: (value.value_id, value.structure, value.kind)):
-            writer.writerow(_text(getattr(value, name)) for name in columns)
+    ordered = sorted(values, key=lambda value: (value.value_id, value.structure, value.kind))
+    write_csv(path, columns, ([_text(getattr(value, name)) for name in columns] for value in ordered))
 
 
 def read(paths: ResultPaths) -> list[SetValue]:
