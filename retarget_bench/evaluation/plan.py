@@ -1,4 +1,4 @@
-"""What shall be run: methods x data sets x splits, and the identity of every result."""
+"""Plans (methods x data sets x splits) and the keys of their results."""
 
 from __future__ import annotations
 
@@ -138,7 +138,7 @@ class EvaluationUnit:
 
     @cached_property
     def prediction_facts(self) -> dict[str, Any]:
-        """What predictions depend on; the case is added per case."""
+        """Facts that predictions depend on; ``case_key`` adds the case."""
         facts = {
             "method": self.method.name,
             "parameters": dict(self.known_as.parameters),

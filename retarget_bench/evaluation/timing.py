@@ -1,4 +1,4 @@
-"""How fast a method is: measured on its own, in one process and one thread, after a warm-up.
+"""Speed of methods: measured alone, in one process and one thread, after a warm-up.
 
 Times stand in files of their own, never in rows or keys: they differ from run to run and machine to
 machine, and rows must not.

@@ -1,4 +1,4 @@
-"""What is known of a split's cases beyond the case list: bodies, what is unseen, and how hard a case is.
+"""Metadata of the cases of a split: structures, body parts, unseen bodies and kinds, conditions.
 
 Small files lie beside ``cases.csv``. Results written before there were any load without them.
 
@@ -103,7 +103,7 @@ def read_conditions(paths: ResultPaths) -> dict[str, dict[str, float]]:
 
 
 def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[str]:
-    """What of a case a training manifest does not have, out of ``source``, ``target`` and ``kind``.
+    """The parts of a case that a training manifest lacks, out of ``source``, ``target`` and ``kind``.
 
     The motion counts as known where training had its kind, or, where kinds are not known, its clip.
     """

@@ -39,7 +39,7 @@ Values = dict[str, float | dict[str, float]]
 
 @dataclass(frozen=True)
 class ResultPaths:
-    """Where the results of one method on one split of a data set lie."""
+    """Paths of the results of one method on one split of a data set."""
 
     root: Path
     dataset: str
@@ -81,7 +81,7 @@ class ResultPaths:
 
 @dataclass
 class CaseResult:
-    """What came out of one case."""
+    """The result of one case."""
 
     case: str
     status: str

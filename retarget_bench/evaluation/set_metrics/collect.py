@@ -24,7 +24,7 @@ PARTS = ("generated", "real", "speed")
 def collect(
     metrics: Sequence[SetMetric], case: Case, prediction: Prediction, elsewhere: bool = False
 ) -> Arrays:
-    """What the set metrics keep of one case, as arrays ``<metric>:<name>``.
+    """Features of one case for the set metrics, as arrays ``<metric>:<name>``.
 
     elsewhere: whether the data set has real motion to compare answers without a reference with.
     Raises BenchError where a metric breaks its contract.
@@ -75,7 +75,7 @@ class RealSet:
 
 @lru_cache(maxsize=8)
 def real_set(data: Spec, metrics: tuple[str, ...], name: str, task: str, structure: str) -> RealSet:
-    """What a set metric sees of the real motion of bodies of a structure; kept for all methods that a
+    """Features of the real motion of bodies of a structure; kept for all methods that a
     process evaluates. Raises BenchError where the data set's real cases have no references."""
     (metric,) = (each for each in set_metrics(metrics) if each.card.name == name)
     found = cast(OffersReal, dataset(data)).real(task, structure)

@@ -1,4 +1,4 @@
-"""Which windows make the real, the generated and the floor's set.
+"""The choice of windows for the real, the generated and the floor's set.
 
 Results are to be compared with real motion of *other* clips: against the references of the same clips a
 distance would measure accuracy, and be 0 for the references themselves. So the clips of a unit are dealt

@@ -60,7 +60,7 @@ def features_path(paths: ResultPaths) -> Path:
 
 
 def waiting_folder(paths: ResultPaths) -> Path:
-    """Where the features of finished cases wait for the others."""
+    """The folder of the features of finished cases, until the unit is complete."""
     return paths.folder / f"{paths.method}.features"
 
 

@@ -31,7 +31,7 @@ LARGEST_NOISE = 100.0
 
 @dataclass(frozen=True)
 class Level:
-    """How hard a question is. word: as it is written, number: what is written; suffix: what it adds to the
+    """A difficulty. word: as it is written, number: what is written; suffix: what it adds to the
     id of a case."""
 
     word: str = ""
@@ -56,7 +56,7 @@ class TaskQuestion(Protocol):
 
     def __init__(self, levels: str = "") -> None: ...
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
-        """What is asked, in numbers; None where this body cannot be asked this."""
+        """The conditions as numbers; None where this body cannot be asked this."""
 
     def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
         """The question of a case. clean: the right answer, all joints."""
@@ -189,7 +189,7 @@ def _number(word: str) -> float:
 
 
 def _count(total: int, level: Level) -> int:
-    """How many joints are given: the nearest whole number, a half upwards, and never less than two."""
+    """Number of joints that are given: the nearest whole number, a half upwards, at least two."""
     return max(FEWEST, int(np.floor(level.number * total + 0.5)))
 
 

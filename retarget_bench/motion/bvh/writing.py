@@ -39,7 +39,7 @@ def write_document(path: str | Path, document: Document) -> None:
 
 
 def document_of(path: Path, motion: Motion, *, order: str, scale: float) -> Document:
-    """What a file of this motion says; see ``bvh.write``."""
+    """The document for a motion; see ``bvh.write``."""
     if sorted(order) != ["X", "Y", "Z"]:
         raise NotSupported(f"order={order!r}: a BVH file turns about each of X, Y and Z once")
     if not (np.isfinite(scale) and scale > 0):

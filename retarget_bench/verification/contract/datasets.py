@@ -129,7 +129,7 @@ def _listed(data: Dataset) -> list[CaseInfo]:
 
 
 def _misfit(case: Case) -> str | None:
-    """What does not fit together in a loaded case."""
+    """The first inconsistency in a loaded case."""
     frames, contacts = case.source.frames, case.contacts
     facts: list[tuple[bool, Any]] = [
         (frames > 0, "no frames"),

@@ -143,7 +143,7 @@ class MethodTrial(Trial[Method]):
         return next(filter(None, (self._batch_problem(method, each) for each in orders)), None)
 
     def _batch_problem(self, method: BatchMethod, known: Sequence[tuple[Case, Prediction]]) -> str | None:
-        """What is wrong with the answers to a batch, beside those to its cases alone."""
+        """The first fault of the answers to a batch, compared with those to its cases alone."""
         pairs = [(case, self._context(case)) for case, _ in known]
         answers = predict.ask_batch(method, pairs)
         if len(answers) != len(pairs):

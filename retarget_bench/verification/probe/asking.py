@@ -68,7 +68,7 @@ def _facing(character: Character, places: np.ndarray) -> np.ndarray:
 
 
 def dependence(sources: Sequence[Prediction], answers: Sequence[Prediction]) -> dict[str, float]:
-    """How answers of one target follow their sources.
+    """Dependence of the answers of one target on their sources.
 
     A faithful method keeps distances: its answers are as like each other as their sources are. Answers of a
     method that does not look at its source are all alike, or unlike for other reasons.
@@ -116,7 +116,7 @@ class Subject:
 
 @dataclass
 class Reply:
-    """What came of one subject: deviations by probe id, and sentences of those that gave none.
+    """The answers about one subject: deviations by probe id, and sentences for probes without one.
 
     failed:  probe id -> why there is no answer to the rewritten question though there is one to the plain.
     refused: probe id -> why the method does not take the rewritten question, in its own words: no fault.
@@ -223,7 +223,7 @@ def _ask(asking: _Asking, probes: Sequence[Probe]) -> Reply:
 
 
 def _dependence(method: Method, label: str, group: Sequence[Subject]) -> Reply:
-    """How the answers of one target depend on the sources of a group; noted with its first subject."""
+    """Dependence of the answers of one target on the sources of a group, as reply of its first subject."""
     first = group[0]
     questions = [
         Subject(each.info, ProbeCase(each.question.source, first.question.target)) for each in group

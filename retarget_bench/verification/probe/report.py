@@ -1,4 +1,4 @@
-"""What came of probing a method: rows in the format of every other result, and sentences."""
+"""Results of probing a method: rows in the format of every other result, and sentences."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def _header(cell: EvaluationUnit, listed: Sequence[CaseResult], replies: Sequenc
 
 # ------------------------------------------------------------------------------------- in words
 def findings(label: str, replies: Sequence[Reply]) -> list[str]:
-    """What is not as it should be, in sentences; empty where all is."""
+    """Faults of a method as sentences; empty where there are none."""
     found = [
         f"{label}: {reply.status} on {reply.subject.info.id}: {reply.message}"
         for reply in replies
