@@ -15,6 +15,7 @@ from retarget_bench.api.cases import CaseInfo
 from retarget_bench.api.datasets import Dataset, TrainingClips
 from retarget_bench.api.methods import BatchMethod, Method, MethodCard
 from retarget_bench.api.metrics import Metric, MetricCard, SetMetric
+from retarget_bench.motion.motion import Motion
 
 Cast = Mapping[str, Mapping[str, TrainingClips]]
 """Structure -> character -> its clips."""
@@ -136,6 +137,13 @@ class OffersManifest(Protocol):
     @property
     def training_manifest(self) -> Manifest | None:
         """The training data of the weights; None: untrained."""
+
+
+@runtime_checkable
+class OffersAttention(Protocol):
+    def attention(self, source: Motion) -> Mapping[str, Any]:
+        """The fields of ``evaluation.attention.Attention``; ``note`` may be left out. Raises NotSupported
+        where there is no attention to show. A run never calls it."""
 
 
 def weights_hash(method: object) -> str:

@@ -1,19 +1,15 @@
-"""Attention weights of learned methods: read from a method, checked, and written as a table.
-
-A method may have ``attention(source)``, beside what the contracts in ``api.py`` ask of it. It is never
-called by a run.
-"""
+"""Attention weights of learned methods: read from a method, checked, and written as a table."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Protocol
 
 import numpy as np
 
 from retarget_bench.api import Method
+from retarget_bench.api.offers import OffersAttention
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.files import write_csv
 from retarget_bench.motion.motion import Motion
@@ -21,13 +17,6 @@ from retarget_bench.motion.motion import Motion
 SLACK = 1e-4
 """By how much rounding may bring weights beyond 0 and 1."""
 COLUMNS = ("frame", "seconds", "part", "joint", "weight")
-
-
-class Attentive(Method, Protocol):
-    """A method that offers its attention weights."""
-
-    def attention(self, source: Motion) -> Mapping[str, Any]:
-        """The keys of ``Attention``; ``note`` may be left out. Raises NotSupported where there is none."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,14 +48,13 @@ def ask(method: Method, source: Motion, name: str) -> Attention:
     """The attention of a method to a motion; name: of the method, for messages.
 
     Raises NotSupported where it does not say, and BenchError where what it says is none of that."""
-    heeds = getattr(method, "attention", None)
-    if not callable(heeds):
+    if not isinstance(method, OffersAttention):
         raise NotSupported(f"{name} does not say what it attends to; pan does")
     if why := method.supports(source.character, source.character):
         raise NotSupported(f"{name}: {why}")
     if not source.frames:
         raise BenchError(f"there is no frame in the motion of {source.character.name}")
-    said = heeds(source.copy())
+    said = method.attention(source.copy())
     try:
         found = Attention(
             tuple(said["parts"]),

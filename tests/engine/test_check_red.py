@@ -11,7 +11,7 @@ from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
-from retarget_bench.verification.gate import compare, frozen, golden, sets, smoke
+from retarget_bench.verification.gate import compare, frozen, golden, smoke
 from retarget_bench.verification.gate.compare import Mark
 
 
@@ -225,7 +225,7 @@ def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions
 
 def test_clouds_are_the_same_for_ever():
     """Drawn from raw bits by plain arithmetic; so are the numbers here."""
-    first, second = sets.clouds()
+    first, second = frozen.clouds()
     assert first.features[0, 0] == pytest.approx(-0.02456136716623014, abs=1e-15)
     assert second.features[-1, -1] == pytest.approx(0.1336124997505529, abs=1e-15)
     assert abs(first.features.mean()) < 0.05

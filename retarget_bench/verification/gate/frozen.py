@@ -3,17 +3,21 @@
 from __future__ import annotations
 
 import hashlib
+import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from functools import partial
 from pathlib import Path
 from typing import cast
 
-from retarget_bench.api import Case, Metric, Prediction, SetMetric
+import numpy as np
+
+from retarget_bench.api import Case, Metric, Prediction, Sample, SetMetric
+from retarget_bench.api.comparison import Comparison
 from retarget_bench.api.offers import is_set_metric
-from retarget_bench.errors import FileError
+from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.evaluation import score
-from retarget_bench.verification.gate import packing, sets
+from retarget_bench.verification.gate import packing
 from retarget_bench.verification.gate.table import Table, flat
 
 FOLDER = "frozen"
@@ -62,15 +66,15 @@ def measure(
     for done, path in enumerate(paths, 1):
         held = read(path)
         for metric in metrics:
-            if is_set_metric(metric) and (hash_ := sets.network(metric, held.case)):
+            if is_set_metric(metric) and (hash_ := network(metric, held.case)):
                 found.networks.setdefault(metric.card.name, {})[held.case.target.structure] = hash_
             for name, case, prediction in _asked(held):
                 found.keep(name, metric, partial(_columns, metric, case, prediction))
         progress(done, len(paths))
     for metric in metrics:
         if is_set_metric(metric):
-            for name in sets.ROWS:
-                found.keep(name, metric, partial(sets.values, metric, name))
+            for name in ROWS:
+                found.keep(name, metric, partial(set_values, metric, name))
     return found
 
 
@@ -98,7 +102,7 @@ class FrozenMeasures:
 def _columns(metric: Metric | SetMetric, case: Case, prediction: Prediction) -> Mapping[str, float]:
     if not is_set_metric(metric):
         return flat(score.score([cast(Metric, metric)], case, prediction))
-    return sets.features(metric, case, prediction)
+    return set_features(metric, case, prediction)
 
 
 def _asked(frozen: Frozen) -> Iterator[tuple[str, Case, Prediction]]:
@@ -109,3 +113,63 @@ def _asked(frozen: Frozen) -> Iterator[tuple[str, Case, Prediction]]:
     yield f"{frozen.name}/{name}, no labels", replace(frozen.case, contacts=None), prediction
     known = {each.name: None for each in fields(Case) if each.default is None}
     yield f"{frozen.name}/{name}, no answer", replace(frozen.case, **known), prediction  # type: ignore[arg-type]
+
+
+WINDOWS, FEATURES, CLIPS = 240, 16, 24
+"""Size of the clouds: enough for every value to be defined, few enough to take no time."""
+TOLERANCE = 1e-3
+"""Of the sums of features: networks compute in single precision."""
+
+
+def feature_value(metric: SetMetric) -> str:
+    """The id in reports of a metric's features, which are no value of its card."""
+    return f"{metric.card.name}.features"
+
+
+def clouds() -> tuple[Sample, Sample]:
+    """Two overlapping sets of points, the second narrower and to one side; the same wherever it is made."""
+    drawn = np.random.Philox(key=5).random_raw(2 * WINDOWS * FEATURES * 4) >> np.uint64(11)
+    # sums of four uniform numbers: nearly normal, by plain arithmetic
+    points = (drawn.astype(np.float64) * 2.0**-53).reshape(2, WINDOWS, FEATURES, 4).sum(axis=-1) - 2.0
+    clips = np.repeat([f"clip {number}" for number in range(CLIPS)], WINDOWS // CLIPS)
+    return Sample(points[0], clips), Sample(0.8 * points[1] + 0.1, clips)
+
+
+ROWS = ("clouds/one way", "clouds/the other")
+
+
+def set_values(metric: SetMetric, row: str) -> dict[str, float]:
+    """Every value of the card of two clouds, one way round or the other; undefined ones are left out."""
+    real, generated = clouds() if row == ROWS[0] else reversed(clouds())
+    found = {value.id: metric.value(value.id, real, generated) for value in metric.card.values}
+    return {key: float(each) for key, each in found.items() if math.isfinite(each)}
+
+
+def set_features(metric: SetMetric, case: Case, prediction: Prediction) -> dict[str, float]:
+    """Sums over the features of a frozen motion, weighted so that their order counts.
+
+    Empty where there is no network for the body, no right answer, or no window in the motion.
+    """
+    if case.reference is None:
+        return {}
+    try:
+        found = metric.features(Comparison(case, prediction))
+    except NotSupported:
+        return {}
+    if not len(found.generated):
+        return {}
+    weights = np.arange(1, found.generated.shape[1] + 1) / found.generated.shape[1]
+    sums = {
+        "generated": np.asarray(found.generated, dtype=np.float64) @ weights,
+        "real": np.asarray(found.real, dtype=np.float64) @ weights,
+        "speed": np.asarray(found.speed, dtype=np.float64),
+    }
+    return {f"{feature_value(metric)}@{name}": float(each.mean()) for name, each in sums.items()}
+
+
+def network(metric: SetMetric, case: Case) -> str:
+    """The hash of the network for a case's target; "" where there is none."""
+    try:
+        return metric.network(case.target)
+    except NotSupported:
+        return ""

@@ -13,7 +13,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.verification.gate import frozen, sets, smoke
+from retarget_bench.verification.gate import frozen, smoke
 from retarget_bench.verification.gate.table import Table
 
 Progress = Callable[[int, int], None]
@@ -137,7 +137,7 @@ def _feature_facts(
     """Of set metrics: their features, as if these were a value, with the networks that make them."""
     plain = {"unit": "1", "better": "none", "goal": 1.0, "index": "sum", "with_self": False}
     return {
-        sets.feature_value(metric): {"metric": metric.card.name, **plain, "tolerance": sets.TOLERANCE}
+        frozen.feature_value(metric): {"metric": metric.card.name, **plain, "tolerance": frozen.TOLERANCE}
         | {"networks": dict(networks[metric.card.name])}
         for metric in metrics
         if is_set_metric(metric) and metric.card.name in networks

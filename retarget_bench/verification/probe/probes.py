@@ -71,16 +71,19 @@ def _same(new: Places, plain: Places) -> tuple[Places, Places]:
     return new, plain
 
 
+def _source(rewritten: Callable[[Motion], Motion]) -> Callable[[ProbeCase], ProbeQuestion]:
+    """The question with another source, and the same answer."""
+    return lambda q: ProbeQuestion(ProbeCase(rewritten(q.source), q.target), _same, q)
+
+
+def _target(
+    rewritten: Callable[[Character], Character], bring: Bring = _same
+) -> Callable[[ProbeCase], ProbeQuestion]:
+    """The question with another target."""
+    return lambda q: ProbeQuestion(ProbeCase(q.source, rewritten(q.target)), bring, q)
+
+
 # --------------------------------------------------------------------------------------- how it is written
-def _source_names(q: ProbeCase) -> ProbeQuestion:
-    body = rewriting.renamed(q.source.character)
-    return ProbeQuestion(ProbeCase(replace(q.source, character=body), q.target), _same, q)
-
-
-def _target_names(q: ProbeCase) -> ProbeQuestion:
-    return ProbeQuestion(ProbeCase(q.source, rewriting.renamed(q.target)), _same, q)
-
-
 def _source_order(q: ProbeCase) -> ProbeQuestion:
     order = rewriting.other_order(q.source.character)
     body = rewriting.reordered(q.source.character, order)
@@ -92,28 +95,6 @@ def _target_order(q: ProbeCase) -> ProbeQuestion:
     order = rewriting.other_order(q.target)
     asked = ProbeCase(q.source, rewriting.reordered(q.target, order))
     return ProbeQuestion(asked, lambda new, plain: (new, plain[:, order]), q)
-
-
-def _source_axes(q: ProbeCase) -> ProbeQuestion:
-    turns = rewriting.z_up(q.source.character)
-    return ProbeQuestion(ProbeCase(rewriting.reframed_motion(q.source, turns), q.target), _same, q)
-
-
-def _target_axes(q: ProbeCase) -> ProbeQuestion:
-    return ProbeQuestion(
-        ProbeCase(q.source, rewriting.reframed(q.target, rewriting.z_up(q.target))), _same, q
-    )
-
-
-def _source_rest(q: ProbeCase) -> ProbeQuestion:
-    turns = rewriting.one_axis(q.source.character)
-    return ProbeQuestion(ProbeCase(rewriting.reframed_motion(q.source, turns), q.target), _same, q)
-
-
-def _target_rest(q: ProbeCase) -> ProbeQuestion:
-    return ProbeQuestion(
-        ProbeCase(q.source, rewriting.reframed(q.target, rewriting.one_axis(q.target))), _same, q
-    )
 
 
 def _source_split(q: ProbeCase) -> ProbeQuestion | str:
@@ -139,15 +120,6 @@ def _source_merged(q: ProbeCase) -> ProbeQuestion | str:
 
 
 # --------------------------------------------------------------------------------------- size, place, side
-def _source_scale(q: ProbeCase) -> ProbeQuestion:
-    return ProbeQuestion(ProbeCase(rewriting.scaled_motion(q.source, LARGER), q.target), _same, q)
-
-
-def _target_scale(q: ProbeCase) -> ProbeQuestion:
-    body = rewriting.scaled(q.target, LARGER)
-    return ProbeQuestion(ProbeCase(q.source, body), lambda new, plain: (new / LARGER, plain), q)
-
-
 def _units(q: ProbeCase) -> ProbeQuestion:
     asked = ProbeCase(
         rewriting.scaled_motion(q.source, CENTIMETRES), rewriting.scaled(q.target, CENTIMETRES)
@@ -220,13 +192,13 @@ PROBES: tuple[Probe, ...] = (
         "source_names",
         "source names",
         "the source's joints get names that say nothing: the same answer",
-        _source_names,
+        _source(lambda motion: replace(motion, character=rewriting.renamed(motion.character))),
     ),
     Probe(
         "target_names",
         "target names",
         "the target's joints get names that say nothing: the same answer",
-        _target_names,
+        _target(rewriting.renamed),
     ),
     Probe(
         "source_order",
@@ -240,13 +212,29 @@ PROBES: tuple[Probe, ...] = (
         "the target's joints in another order: the same answer",
         _target_order,
     ),
-    Probe("source_axes", "source axes", "the source authored with Z up: the same answer", _source_axes),
-    Probe("target_axes", "target axes", "the target authored with Z up: the same answer", _target_axes),
     Probe(
-        "source_rest", "source rest", "the source's bones all rest along +X: the same answer", _source_rest
+        "source_axes",
+        "source axes",
+        "the source authored with Z up: the same answer",
+        _source(lambda motion: rewriting.reframed_motion(motion, rewriting.z_up(motion.character))),
     ),
     Probe(
-        "target_rest", "target rest", "the target's bones all rest along +X: the same answer", _target_rest
+        "target_axes",
+        "target axes",
+        "the target authored with Z up: the same answer",
+        _target(lambda body: rewriting.reframed(body, rewriting.z_up(body))),
+    ),
+    Probe(
+        "source_rest",
+        "source rest",
+        "the source's bones all rest along +X: the same answer",
+        _source(lambda motion: rewriting.reframed_motion(motion, rewriting.one_axis(motion.character))),
+    ),
+    Probe(
+        "target_rest",
+        "target rest",
+        "the target's bones all rest along +X: the same answer",
+        _target(lambda body: rewriting.reframed(body, rewriting.one_axis(body))),
     ),
     Probe(
         "source_split", "source split", "bones of the source split in two: the same answer", _source_split
@@ -262,12 +250,17 @@ PROBES: tuple[Probe, ...] = (
         _source_merged,
         demanded=False,
     ),
-    Probe("source_scale", "source scale", "the source 1.5 times as large: the same answer", _source_scale),
+    Probe(
+        "source_scale",
+        "source scale",
+        "the source 1.5 times as large: the same answer",
+        _source(lambda motion: rewriting.scaled_motion(motion, LARGER)),
+    ),
     Probe(
         "target_scale",
         "target scale",
         "the target 1.5 times as large: the same answer, as much larger",
-        _target_scale,
+        _target(lambda body: rewriting.scaled(body, LARGER), lambda new, plain: (new / LARGER, plain)),
     ),
     Probe("units", "cm for m", "all lengths in centimetres: the same answer in centimetres", _units),
     Probe(
