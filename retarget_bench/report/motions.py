@@ -54,7 +54,7 @@ def motions(
             found.reasons[each] = chapter.absent
             continue
         try:
-            places = [row.place for row in split.matrix.rows]
+            places = [row.paths for row in split.matrix.rows]
             scene = scenes.of_case(places, case, dataset=chapter.data)
             text = player.data(packed(scene, skins))
         except BenchError as error:
