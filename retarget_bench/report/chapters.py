@@ -1,4 +1,4 @@
-"""What a report is about: one chapter for every task and data set that there are results of."""
+"""The chapters of a report: one per task and data set."""
 
 from __future__ import annotations
 

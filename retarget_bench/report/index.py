@@ -1,4 +1,4 @@
-"""What the page's script knows of the cases: who they are, their numbers, and what went wrong."""
+"""The data of cases for the page's script: names, numbers and failures."""
 
 from __future__ import annotations
 

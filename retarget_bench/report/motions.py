@@ -1,4 +1,4 @@
-"""The scenes of a report, packed, as many as fit; and what is to be said of those that are not there."""
+"""Packed scenes of a report, as many as fit, and notes on those left out."""
 
 from __future__ import annotations
 

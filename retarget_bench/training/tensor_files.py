@@ -63,7 +63,7 @@ def read_card(path: Path, schema: int, needed: tuple[str, ...], what: str) -> di
         card = json.loads(facts.read_text(encoding="utf-8"))
         found = card["schema"]
         missing = [key for key in ("hash", *needed) if key not in card]
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise FileError(facts, f"is not the card of {what} ({error})") from error
     if not isinstance(found, int) or found > schema:
         raise FileError(facts, f"has schema {found}; this version reads up to {schema}")

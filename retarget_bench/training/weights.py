@@ -26,7 +26,6 @@ import numpy as np
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.plugins.spec import Scalar, Spec
-from retarget_bench.training import card_fields
 from retarget_bench.training import tensor_files as files
 
 if TYPE_CHECKING:
@@ -93,6 +92,8 @@ def locate(path: str | Path) -> Path:
 
 def read_card(path: str | Path) -> Mapping[str, Any]:
     """The card alone, which is quick, its known fields of their types. Raises FileError."""
+    from retarget_bench.training import card_fields
+
     place = locate(path)
     card = files.read_card(place, SCHEMA, NEEDED, _WHAT)
     if why := card_fields.wrong(card):

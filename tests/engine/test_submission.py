@@ -6,18 +6,19 @@ import csv
 import io
 import json
 import shutil
+from dataclasses import fields
 from pathlib import Path
 
 import pytest
 
 from retarget_bench.cli import main
 from retarget_bench.errors import BenchError
-from retarget_bench.exchange.submission import heading
 from retarget_bench.exchange.submission.board import board
-from retarget_bench.exchange.submission.checking import check
+from retarget_bench.exchange.submission.checking import check, mistakes
 from retarget_bench.exchange.submission.making import FILL_IN, make
 from retarget_bench.exchange.submission.manifest import CARD_SECTIONS
 from retarget_bench.results import store
+from retarget_bench.results.header import ResultHeader
 from retarget_bench.tables.rendering import RENDERERS
 
 pytestmark = pytest.mark.usefixtures("in_process")
@@ -170,6 +171,7 @@ def predictions(runs: Path, folder: Path) -> None:
         shutil.copy(path, folder / "predictions")
 
 
+FIELDS = [each.name for each in fields(ResultHeader) if each.name != "extra"]
 WRONG = (None, [], {}, "x", 3, [{}], {"a": 1})
 
 
@@ -178,17 +180,19 @@ def test_a_header_of_any_shape_is_a_finding_and_no_traceback(sound: Path) -> Non
     header = some(sound, "intra", ".json")
     facts = json.loads(header.read_text(encoding="utf-8"))
     learned = {**facts["method"], "trained_on": {"characters": ["small"]}, "stochastic": True}
-    assert heading.mistakes({**facts, "method": learned}) == []
+    assert mistakes({**facts, "method": learned}) == []
+    odd = {"status": "fine", "message": "", "cases": ["a"]}
+    assert "problems.0.status" in mistakes({**facts, "problems": [odd]})[0]
     drawn = 0
-    for name in heading.FIELDS:
+    for name in FIELDS:
         for wrong in WRONG:
             changed = {**facts, name: wrong}
-            if not heading.mistakes(changed):
+            if not mistakes(changed):
                 header.write_text(json.dumps(changed), encoding="utf-8")
                 if not errors(sound):
                     board(sound.parent)
                     drawn += 1
-    assert 0 < drawn < 0.5 * len(heading.FIELDS) * len(WRONG)
+    assert 0 < drawn < 0.5 * len(FIELDS) * len(WRONG)
     header.write_text(json.dumps({**facts, "counts": None}), encoding="utf-8")
     assert any("the header is not one: counts" in text for text in errors(sound))
 

@@ -37,6 +37,11 @@ def some(seed: int = 0) -> dict[str, torch.Tensor]:
     }
 
 
+def nested(depth: int) -> list:
+    """Lists in lists."""
+    return [nested(depth - 1)] if depth else []
+
+
 # ------------------------------------------------------------------------------------------ there and back
 SHAPES = st.lists(st.integers(0, 24), max_size=3).map(tuple)
 
@@ -155,7 +160,7 @@ def test_cards_that_cannot_be_relied_on_are_refused(tmp_path, change, words):
         weights.read(place)
 
 
-@pytest.mark.parametrize("text", ["", "[]", "{", "3"])
+@pytest.mark.parametrize("text", ["", "[]", "{", "3", "[" * 200_000])
 def test_what_is_no_card_is_refused(tmp_path, text):
     weights.write(tmp_path, "w", some(), CARD)
     (tmp_path / "w.json").write_text(text)
@@ -243,8 +248,12 @@ def test_a_full_disk_is_told_and_what_was_there_stays(tmp_path, monkeypatch, nth
         ("training_manifest", {"characters": "ada"}),
         ("data", "puppets"),
         ("steps", "many"),
+        ("steps", True),
         ("seconds", None),
+        ("seconds", 10**400),
+        ("data", {"hours": 10**400}),
         ("notes", "all is well"),
+        ("notes", nested(200)),
     ],
 )
 def test_a_damaged_field_of_a_card_is_named(tmp_path, field, value):

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
+
+from pydantic import TypeAdapter, ValidationError
 
 from retarget_bench.api import TASKS, Dataset, offers
 from retarget_bench.errors import BenchError, FileError
@@ -16,7 +19,6 @@ from retarget_bench.evaluation.predict import as_scored
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.timing import spread
 from retarget_bench.evaluation.worker import elsewhere
-from retarget_bench.exchange.submission import heading
 from retarget_bench.exchange.submission.making import FILL_IN
 from retarget_bench.exchange.submission.manifest import (
     CARD,
@@ -29,6 +31,7 @@ from retarget_bench.exchange.submission.manifest import (
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
+from retarget_bench.results.header import STATUSES, ResultHeader
 from retarget_bench.results.store import ResultPaths, Results
 from retarget_bench.tables.model import count
 
@@ -161,14 +164,15 @@ def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool)
     """first: whether these are the rows of the first seed, which predictions belong to."""
     where = f"{place.task} {place.split}" + ("" if first else f", seed {_seed(place)}")
     try:
-        if wrong := heading.mistakes(store.read_header_facts(place.header)):
+        if wrong := mistakes(store.read_header_facts(place.header)):
             yield Finding("error", f"{where}: the header is not one: {'; '.join(wrong[:3])}")
             return
         results = store.read_results(place)
     except FileError as error:
         yield Finding("error", str(error))
         return
-    if strange := heading.undeclared(results):
+    found = {value for entry in results.entries for value in entry.values}
+    if strange := sorted(found - results.header.values.keys()):
         yield Finding("error", f"{where}: the header does not say what {', '.join(strange[:3])} is")
         return
     yield from _header(where, results, manifest)
@@ -176,6 +180,20 @@ def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool)
     yield from _versions(where, results)
     if first:
         yield from _again(where, results, data, place.root.parent / PREDICTIONS)
+
+
+def mistakes(facts: dict[str, Any]) -> list[str]:
+    """Where a header is not what it must be: ``method.privileged: Field required``."""
+    try:
+        # of JSON, since a strict check of Python's objects takes no mapping for a dataclass
+        header = TypeAdapter(ResultHeader).validate_json(json.dumps(facts), strict=True)
+    except ValidationError as error:
+        return [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors()]
+    return [
+        f"problems.{number}.status: Input should be one of {', '.join(STATUSES[1:])}"
+        for number, each in enumerate(header.problems)
+        if each.status not in STATUSES[1:]
+    ]
 
 
 def _header(where: str, results: Results, manifest: Manifest) -> Iterator[Finding]:
