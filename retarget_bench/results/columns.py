@@ -40,7 +40,7 @@ class Columns:
 
 
 def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
-    """The rows and case list at a paths: the numbers that may stand beside the newest results.
+    """The rows and case list of a result: the numbers that may stand beside the newest results.
 
     Raises FileError when a file is missing, damaged or from a newer version.
     """

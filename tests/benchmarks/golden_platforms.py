@@ -31,9 +31,9 @@ def measure() -> None:
     from retarget_bench.verification.gate import golden, run
 
     found = run.check(golden.built_in(), (), None, lambda done, total: None)
-    farthest = max(found.lines, key=lambda line: line.passed)
+    farthest = max(found.lines, key=lambda line: line.ratio)
     row = " ".join((farthest.subject, farthest.where, farthest.value))
-    print(json.dumps([found.verdict, len(found.lines), farthest.passed, row]))
+    print(json.dumps([found.verdict, len(found.lines), farthest.ratio, row]))
 
 
 def main() -> None:

@@ -146,7 +146,7 @@ def freeze(folder: Path) -> str:
             answer = fault(case.reference)
             answers[fault.__name__] = answer if answer is case.reference else as_scored(answer)
         origin = f"{data.content}: {info.id}, {frames} frames from the middle"
-        frozen.write(folder, frozen.Frozen(name, replace(case, alternative=None), answers, origin))
+        frozen.write(folder, frozen.FrozenCase(name, replace(case, alternative=None), answers, origin))
         size = (folder / f"{name}.npz").stat().st_size
         rows.append(f"| `{name}.npz` | {size // 1024} | {origin} | {', '.join(answers)} |")
     return "\n".join(rows)

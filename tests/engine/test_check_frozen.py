@@ -11,7 +11,7 @@ from gates import FOLDER, measured, quiet
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.verification.gate import compare, frozen, golden, packing, run, smoke
-from retarget_bench.verification.gate.compare import Mark
+from retarget_bench.verification.gate.compare import Status
 
 
 @pytest.fixture
@@ -38,8 +38,8 @@ def test_another_frozen_motion_is_told_as_such(copied):
     held = frozen.read(copied / "frozen" / "stairs.npz")
     moved = {name: replace(each, root=each.root + 1.0) for name, each in held.predictions.items()}
     frozen.write(copied / "frozen", replace(held, predictions=moved))
-    lines = [x for x in compare.compare(ours, measured(ours, copied)) if x.mark is not Mark.SAME]
-    assert {(line.mark, line.where.split("/")[0]) for line in lines} == {(Mark.INCOMPARABLE, "stairs")}
+    lines = [x for x in compare.compare(ours, measured(ours, copied)) if x.status is not Status.SAME]
+    assert {(line.status, line.where.split("/")[0]) for line in lines} == {(Status.INCOMPARABLE, "stairs")}
 
 
 def test_no_frozen_motion_cannot_be_measured(copied):

@@ -12,7 +12,7 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.verification.gate import compare, frozen, golden, smoke
-from retarget_bench.verification.gate.compare import Mark
+from retarget_bench.verification.gate.compare import Status
 
 
 @pytest.fixture(scope="module")
@@ -172,10 +172,10 @@ def test_a_broken_metric_is_seen(ours, monkeypatch, name):
     monkeypatch.setattr(cls, attribute, broken)
     lines = compare.compare(only(ours, built), measured(ours, built=built))
     assert compare.verdict(lines) == 1
-    marks = {line.mark for line in lines} - {Mark.SAME}
+    marks = {line.status for line in lines} - {Status.SAME}
     fails = name in ("NaN", "a value forgotten", "an error raised")
-    lost = {Mark.FAILING} if name == "root joint left out" else set()  # its own number is gone
-    assert marks == ({Mark.FAILING} if fails else {Mark.MOVED} | lost)
+    lost = {Status.FAILING} if name == "root joint left out" else set()  # its own number is gone
+    assert marks == ({Status.FAILING} if fails else {Status.MOVED} | lost)
     if name == "an error raised":
         assert any("ZeroDivisionError: nothing to divide by" in line.why for line in lines)
 
@@ -215,11 +215,15 @@ def test_metrics_of_sets_are_guarded_by_clouds_and_by_features_of_frozen_motions
     metric.bias = 1e-5
     assert compare.verdict(compare.compare(before, measured(ours, built=[metric]))) == 0
     metric.bias = 1e-2
-    moved = [x for x in compare.compare(before, measured(ours, built=[metric])) if x.mark is not Mark.SAME]
-    assert {(x.mark, x.value) for x in moved} == {(Mark.MOVED, "width.features")}
+    moved = [
+        x for x in compare.compare(before, measured(ours, built=[metric])) if x.status is not Status.SAME
+    ]
+    assert {(x.status, x.value) for x in moved} == {(Status.MOVED, "width.features")}
     metric.hash = "network 2"
-    moved = [x for x in compare.compare(before, measured(ours, built=[metric])) if x.mark is not Mark.SAME]
-    assert {(x.mark, x.value) for x in moved} == {(Mark.INCOMPARABLE, "width.features")}
+    moved = [
+        x for x in compare.compare(before, measured(ours, built=[metric])) if x.status is not Status.SAME
+    ]
+    assert {(x.status, x.value) for x in moved} == {(Status.INCOMPARABLE, "width.features")}
     assert all("network 1" in line.why and "network 2" in line.why for line in moved)
 
 

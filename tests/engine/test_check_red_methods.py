@@ -10,7 +10,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.motion import rotation
 from retarget_bench.plugins import registry
 from retarget_bench.verification.gate import golden, run, smoke
-from retarget_bench.verification.gate.compare import Mark
+from retarget_bench.verification.gate.compare import Status
 
 
 def checked(*methods):
@@ -86,7 +86,7 @@ def test_a_broken_method_is_seen(monkeypatch, name):
     monkeypatch.setattr(*answer(BROKEN[name]))
     found = checked("copy_rotations")
     assert found.verdict == 1
-    assert {line.mark for line in found.lines} & {Mark.WORSE, Mark.BETTER}
+    assert {line.status for line in found.lines} & {Status.WORSE, Status.BETTER}
 
 
 @pytest.mark.parametrize("wrong", ["nan", "short", "raise"])
@@ -99,7 +99,7 @@ def test_a_method_that_fails_is_newly_failing(monkeypatch, wrong):
     monkeypatch.setattr(*answer(failing))
     found = checked("copy_rotations")
     assert found.verdict == 1
-    assert {line.mark for line in found.lines} == {Mark.FAILING}
+    assert {line.status for line in found.lines} == {Status.FAILING}
 
 
 def test_a_method_that_moves_less_than_its_tolerance_is_the_same(monkeypatch):
@@ -119,8 +119,8 @@ def test_self_pairs_that_slip_into_intra_are_seen(monkeypatch):
     monkeypatch.setattr(Puppets, "cases", slipped)
     found = checked("copy_rotations")
     assert found.verdict == 1
-    (line,) = (line for line in found.lines if line.mark is not Mark.SAME)
-    assert (line.mark, line.where) == (Mark.INCOMPARABLE, "intra")
+    (line,) = (line for line in found.lines if line.status is not Status.SAME)
+    assert (line.status, line.where) == (Status.INCOMPARABLE, "intra")
 
 
 def test_self_pairs_that_a_mean_pools_are_seen(monkeypatch):
@@ -134,7 +134,7 @@ def test_self_pairs_that_a_mean_pools_are_seen(monkeypatch):
     monkeypatch.setattr(smoke.store, "write_results", pooled)
     found = checked("copy_rotations")
     assert found.verdict == 1
-    moved = [line for line in found.lines if line.mark is not Mark.SAME]
+    moved = [line for line in found.lines if line.status is not Status.SAME]
     assert {line.where for line in moved} == {"intra"}
     assert "san_code" not in {line.value for line in moved}
 
@@ -156,5 +156,5 @@ def test_another_generator_is_told_as_such(monkeypatch):
     monkeypatch.setattr(Puppets, "content", "puppets generator 99")
     found = checked("copy_rotations")
     assert found.verdict == 1
-    assert {line.mark for line in found.lines} == {Mark.INCOMPARABLE}
+    assert {line.status for line in found.lines} == {Status.INCOMPARABLE}
     assert all("puppets generator 99 now" in line.why for line in found.lines)

@@ -3,15 +3,15 @@
 import pytest
 
 from retarget_bench.verification.gate import compare, report
-from retarget_bench.verification.gate.compare import Limit, Line, Mark
+from retarget_bench.verification.gate.compare import GateRow, Status, Tolerance
 
 
 def test_what_moved_comes_first_the_gravest_foremost_then_counts():
     lines = [
-        Line(Mark.UNMEASURED, "", why="no case"),
-        Line(Mark.WORSE, "m|x", "intra", "v", "1", 1.0, 2.0, 9.0, "most <b>"),
-        *(Line(Mark.MOVED, "frozen motions", f"f{n}", "w", "m", 0.0, 1.0, 2.0) for n in range(40)),
-        *(Line(Mark.SAME, "m", "intra", f"s{n}") for n in range(5)),
+        GateRow(Status.UNMEASURED, "", why="no case"),
+        GateRow(Status.WORSE, "m|x", "intra", "v", "1", 1.0, 2.0, 9.0, "most <b>"),
+        *(GateRow(Status.MOVED, "frozen motions", f"f{n}", "w", "m", 0.0, 1.0, 2.0) for n in range(40)),
+        *(GateRow(Status.SAME, "m", "intra", f"s{n}") for n in range(5)),
     ]
     said = report.text(lines, 2)
     at = [said.index(word) for word in ("could not measure:", "worse:", "moved:", "47 rows: 5 same")]
@@ -27,26 +27,26 @@ def test_what_moved_comes_first_the_gravest_foremost_then_counts():
     ("marks", "status"),
     [
         ([], 2),
-        ([Mark.SAME], 0),
-        *(([Mark.SAME, mark], 1) for mark in Mark if mark not in (Mark.SAME, Mark.UNMEASURED)),
-        ([Mark.UNMEASURED, Mark.WORSE], 2),
+        ([Status.SAME], 0),
+        *(([Status.SAME, mark], 1) for mark in Status if mark not in (Status.SAME, Status.UNMEASURED)),
+        ([Status.UNMEASURED, Status.WORSE], 2),
     ],
 )
 def test_exit_statuses(marks, status):
-    assert compare.verdict([Line(mark, "x") for mark in marks]) == status
+    assert compare.verdict([GateRow(mark, "x") for mark in marks]) == status
 
 
 @pytest.mark.parametrize(
     ("limit", "golden_", "now", "moved"),
     [
-        (Limit(1e-3, 0.0), 1.0, 1.0009, False),
-        (Limit(1e-3, 0.0), 1.0, 1.0011, True),
-        (Limit(1e-9, 1e-3), 50.0, 50.04, False),
-        (Limit(1e-9, 1e-3), 50.0, 49.94, True),
-        (Limit(1e-3, 1e-3), 0.0, 9e-4, False),
-        (Limit(0.0, 1e-6), 0.0, 0.0, False),
-        (Limit(0.0, 1e-6), 0.0, 1e-12, True),
+        (Tolerance(1e-3, 0.0), 1.0, 1.0009, False),
+        (Tolerance(1e-3, 0.0), 1.0, 1.0011, True),
+        (Tolerance(1e-9, 1e-3), 50.0, 50.04, False),
+        (Tolerance(1e-9, 1e-3), 50.0, 49.94, True),
+        (Tolerance(1e-3, 1e-3), 0.0, 9e-4, False),
+        (Tolerance(0.0, 1e-6), 0.0, 0.0, False),
+        (Tolerance(0.0, 1e-6), 0.0, 1e-12, True),
     ],
 )
 def test_limits(limit, golden_, now, moved):
-    assert (limit.passed(golden_, now) > 1) == moved
+    assert (limit.ratio(golden_, now) > 1) == moved

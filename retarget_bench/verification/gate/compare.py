@@ -13,7 +13,7 @@ from retarget_bench.verification.gate.snapshot import Snapshot
 from retarget_bench.verification.gate.table import Table, value_id
 
 
-class Mark(StrEnum):
+class Status(StrEnum):
     """The result for a row, gravest first."""
 
     UNMEASURED = "could not measure"
@@ -26,44 +26,44 @@ class Mark(StrEnum):
 
 
 @dataclass(frozen=True)
-class Limit:
-    """By how much a number may differ: ``absolute``, or ``relative`` times its size if that is more."""
+class Tolerance:
+    """The allowed difference of a number: ``absolute``, or ``relative`` times its size if that is more."""
 
     absolute: float
     relative: float
 
-    def passed(self, golden: float, now: float) -> float:
-        """The difference in multiples of the limit; above 1 the number has moved."""
+    def ratio(self, golden: float, now: float) -> float:
+        """The difference in multiples of the tolerance; above 1 the number has moved."""
         apart, limit = abs(now - golden), max(self.absolute, self.relative * abs(golden))
         return apart / limit if limit else math.inf if apart else 0.0
 
 
-EXACT = Limit(1e-9, 1e-9)
+EXACT = Tolerance(1e-9, 1e-9)
 """Of metrics on frozen motions. The same sums in another order, by another processor, differ by 1e-12."""
 RELATIVE = 1e-6
 """Floor of deterministic methods, beside the metric's own tolerance: what is measured has been rounded to
 single precision twice (motions as they are kept, predictions as files have them), 1e-7 each."""
-LEARNED = Limit(10.0, 1e-3)
+LEARNED = Tolerance(10.0, 1e-3)
 """Of methods with weights: ten metric tolerances, or a thousandth: networks run in single precision, and
 their sums are taken in an order that differs between processors and versions of the library."""
 
 
 @dataclass(frozen=True)
-class Line:
+class GateRow:
     """One row of the report: a value of a metric on one frozen prediction, or of a method on one split.
 
     subject: the method, or ``frozen motions``; where: the split, or the prediction; value: the value's id.
-    before, after: the mean, or the number that moved most; ``passed`` times the limit apart.
+    before, after: the mean, or the number that moved most; ``ratio`` times the tolerance apart.
     """
 
-    mark: Mark
+    status: Status
     subject: str
     where: str = ""
     value: str = ""
     unit: str = ""
     before: float | None = None
     after: float | None = None
-    passed: float = 0.0
+    ratio: float = 0.0
     why: str = ""
 
 
@@ -71,28 +71,28 @@ FROZEN = "frozen motions"
 NEW = "there is no golden row yet"
 
 
-def compare(golden: Snapshot, now: Snapshot) -> list[Line]:
+def compare(golden: Snapshot, now: Snapshot) -> list[GateRow]:
     """A line per row of either side, gravest first; unmeasured and changed lists included."""
-    lines = [Line(Mark.UNMEASURED, "", why=why) for why in now.missing]
+    lines = [GateRow(Status.UNMEASURED, "", why=why) for why in now.missing]
     lines += _lists(golden, now)
     if golden.complete and now.complete:
         lines += _frozen(golden, now)
     for label in now.methods:
         lines += _method(golden, now, label)
-    order = list(Mark)
-    return sorted(lines, key=lambda line: (order.index(line.mark), -line.passed))
+    order = list(Status)
+    return sorted(lines, key=lambda line: (order.index(line.status), -line.ratio))
 
 
-def verdict(lines: Iterable[Line]) -> int:
+def verdict(lines: Iterable[GateRow]) -> int:
     """0: all is the same; 1: something moved; 2: something could not be measured, or nothing was."""
-    marks = {line.mark for line in lines}
-    if not marks or Mark.UNMEASURED in marks:
+    statuses = {line.status for line in lines}
+    if not statuses or Status.UNMEASURED in statuses:
         return 2
-    return int(marks != {Mark.SAME})
+    return int(statuses != {Status.SAME})
 
 
 # ------------------------------------------------------------------------------------------ protocols
-def _lists(golden: Snapshot, now: Snapshot) -> Iterator[Line]:
+def _lists(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
     """Lists of cases that changed although the data set says that its content did not."""
     if _data_moved(golden, now):
         return
@@ -101,12 +101,12 @@ def _lists(golden: Snapshot, now: Snapshot) -> Iterator[Line]:
         old, new = (each.get(split, {"cases": 0, "hash": ""}) for each in (before, after))
         if old == new:
             continue
-        mark = Mark.UNMEASURED if new["cases"] < old["cases"] else Mark.INCOMPARABLE
+        status = Status.UNMEASURED if new["cases"] < old["cases"] else Status.INCOMPARABLE
         why = (
             f"its list of cases changed ({old['cases']} before, {new['cases']} now) though the data set "
             "claims to hold what it held"
         )
-        yield Line(mark, now.dataset.get("spec", ""), split, why=why)
+        yield GateRow(status, now.dataset.get("spec", ""), split, why=why)
 
 
 def _data_moved(golden: Snapshot, now: Snapshot) -> str:
@@ -135,7 +135,7 @@ def _value_moved(golden: Snapshot, now: Snapshot, value: str) -> str:
 
 
 # --------------------------------------------------------------------------------------------- frozen
-def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[Line]:
+def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
     changed = {name.rsplit(".", 1)[0] for name, hash_ in _union(golden.motions, now.motions) if hash_}
     for row in sorted(golden.frozen.keys() | now.frozen.keys()):
         old, new = golden.frozen.get(row, {}), now.frozen.get(row, {})
@@ -146,7 +146,7 @@ def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[Line]:
                 why = f"the frozen motion {file}.npz is another"
             fact = _fact(golden, now, value)
             metric = fact.get("metric")
-            limit = Limit(fact["tolerance"], LEARNED.relative) if "networks" in fact else EXACT
+            limit = Tolerance(fact["tolerance"], LEARNED.relative) if "networks" in fact else EXACT
             failure = now.failures.get(f"{row} {metric}", "")
             yield _line(
                 FROZEN,
@@ -165,7 +165,7 @@ def _union(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[tuple[str
 
 
 # -------------------------------------------------------------------------------------------- methods
-def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[Line]:
+def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[GateRow]:
     old_facts, facts = golden.methods.get(label), now.methods[label]
     reason = _data_moved(golden, now)
     if old_facts is None:
@@ -175,11 +175,11 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[Line]:
     before, after = golden.rows.get(label, {}), now.rows.get(label, {})
     if not before and not after:
         why = next(iter(now.problems.get(label, {}).values()), "no case gave a row")
-        yield Line(Mark.UNMEASURED, label, why=f"it answers nothing: {why}")
+        yield GateRow(Status.UNMEASURED, label, why=f"it answers nothing: {why}")
         return
     for split in now.smoke:
         if not reason and golden.smoke.get(split) != now.smoke[split]:
-            yield Line(Mark.INCOMPARABLE, label, split, why="other cases were asked")
+            yield GateRow(Status.INCOMPARABLE, label, split, why="other cases were asked")
             continue
         yield _answered(golden, now, label, split, reason)
         old, new = _of_split(before, split), _of_split(after, split)
@@ -198,20 +198,20 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[Line]:
             yield _line(label, split, _fact(golden, now, value), pairs, why, failure)
 
 
-def _answered(golden: Snapshot, now: Snapshot, label: str, split: str, reason: str) -> Line:
+def _answered(golden: Snapshot, now: Snapshot, label: str, split: str, reason: str) -> GateRow:
     """The line for the number of cases that the method answered."""
     old, new = (
         sum(f"{split} {case}" in each.rows.get(label, {}) for case in each.smoke.get(split, ()))
         for each in (golden, now)
     )
-    mark, why = Mark.SAME, reason
+    status, why = Status.SAME, reason
     if reason:
-        mark = Mark.INCOMPARABLE
+        status = Status.INCOMPARABLE
     elif first := _first_problem(golden, now, label, split):
-        mark, why = Mark.FAILING, first
+        status, why = Status.FAILING, first
     elif new > old:
-        mark = Mark.BETTER
-    return Line(mark, label, split, "answered", "cases", float(old), float(new), why=why)
+        status = Status.BETTER
+    return GateRow(status, label, split, "answered", "cases", float(old), float(new), why=why)
 
 
 def _first_problem(golden: Snapshot, now: Snapshot, label: str, split: str) -> str:
@@ -237,15 +237,15 @@ def _merged(table: Table) -> dict[str, float]:
     return {column: number for row in table.values() for column, number in row.items()}
 
 
-def _limit(now: Snapshot, value: str, learned: bool) -> Limit:
+def _limit(now: Snapshot, value: str, learned: bool) -> Tolerance:
     tolerance = now.values.get(value, {}).get("tolerance", EXACT.absolute)
     if learned:
-        return Limit(LEARNED.absolute * tolerance, LEARNED.relative)
-    return Limit(tolerance, RELATIVE)
+        return Tolerance(LEARNED.absolute * tolerance, LEARNED.relative)
+    return Tolerance(tolerance, RELATIVE)
 
 
 # ----------------------------------------------------------------------------------------------- rows
-Pair = tuple[str, float | None, float | None, Limit]
+Pair = tuple[str, float | None, float | None, Tolerance]
 """Name of a number, golden, now, and by how much it may differ."""
 
 
@@ -269,29 +269,29 @@ def _fact(golden: Snapshot, now: Snapshot, value: str) -> dict[str, Any]:
 
 def _line(
     subject: str, where: str, fact: Mapping[str, Any], pairs: list[Pair], why: str, failure: str
-) -> Line:
+) -> GateRow:
     """why: the numbers cannot be compared; failure: the error of values that are gone."""
     gone = [name for name, old, new, _ in pairs if old is not None and new is None]
     come = [name for name, old, new, _ in pairs if old is None and new is not None]
     both = [
-        (limit.passed(old, new), name, old, new)
+        (limit.ratio(old, new), name, old, new)
         for name, old, new, limit in pairs
         if old is not None and new is not None
     ]
     moved = [each for each in both if not each[0] <= 1.0]
-    passed, before, after = _shown(both, moved)
-    mark = Mark.SAME
+    ratio, before, after = _shown(both, moved)
+    status = Status.SAME
     if why:
-        mark = Mark.INCOMPARABLE
+        status = Status.INCOMPARABLE
     elif gone:
-        mark = Mark.FAILING
+        status = Status.FAILING
         why = failure or "no value any more" + _first(gone)
     elif moved:
-        mark = Mark.MOVED if subject == FROZEN else _direction(fact, before, after)
+        status = Status.MOVED if subject == FROZEN else _direction(fact, before, after)
         why = _most(moved, len(both))
     elif come:
-        mark, why = Mark.MOVED, "a value where there was none" + _first(come)
-    return Line(mark, subject, where, fact["id"], fact["unit"], before, after, passed, why)
+        status, why = Status.MOVED, "a value where there was none" + _first(come)
+    return GateRow(status, subject, where, fact["id"], fact["unit"], before, after, ratio, why)
 
 
 def _shown(
@@ -318,16 +318,16 @@ def _first(names: list[str]) -> str:
     return f": {names[0].strip()}{more}" if names[0] else ""
 
 
-def _direction(fact: Mapping[str, Any], before: float | None, after: float | None) -> Mark:
+def _direction(fact: Mapping[str, Any], before: float | None, after: float | None) -> Status:
     """Better or worse; a value that has no better side has moved."""
     assert before is not None
     assert after is not None
     better, goal = fact["better"], fact.get("goal", 1.0)
     if better == "lower":
-        return Mark.BETTER if after < before else Mark.WORSE
+        return Status.BETTER if after < before else Status.WORSE
     if better == "higher":
-        return Mark.BETTER if after > before else Mark.WORSE
+        return Status.BETTER if after > before else Status.WORSE
     if better == "target" and min(before, after, goal) > 0:
         nearer = abs(math.log(after / goal)) < abs(math.log(before / goal))
-        return Mark.BETTER if nearer else Mark.WORSE
-    return Mark.MOVED
+        return Status.BETTER if nearer else Status.WORSE
+    return Status.MOVED

@@ -24,7 +24,7 @@ FOLDER = "frozen"
 
 
 @dataclass(frozen=True)
-class Frozen:
+class FrozenCase:
     """One case and several predictions of it.
 
     predictions: name of the fault -> prediction. origin: what it was made from, and how.
@@ -36,17 +36,17 @@ class Frozen:
     origin: str
 
 
-def write(folder: Path, frozen: Frozen) -> None:
+def write(folder: Path, frozen: FrozenCase) -> None:
     """One file ``<name>.npz``. Raises FileError."""
     parts = {"case": frozen.case, "predictions": frozen.predictions, "origin": frozen.origin}
     packing.write(folder / f"{frozen.name}.npz", parts)
 
 
-def read(path: Path) -> Frozen:
+def read(path: Path) -> FrozenCase:
     """Raises FileError where the file is missing, damaged, from a newer version or something else."""
     parts = packing.read(path)
     try:
-        return Frozen(path.stem, parts["case"], parts["predictions"], parts["origin"])
+        return FrozenCase(path.stem, parts["case"], parts["predictions"], parts["origin"])
     except (KeyError, TypeError) as error:
         raise FileError(path, f"is not a frozen case with predictions ({error})") from error
 
@@ -105,7 +105,7 @@ def _columns(metric: Metric | SetMetric, case: Case, prediction: Prediction) -> 
     return set_features(metric, case, prediction)
 
 
-def _asked(frozen: Frozen) -> Iterator[tuple[str, Case, Prediction]]:
+def _asked(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:
     """Every prediction with its case; one of them also without labels, and one without any right answer."""
     for name, prediction in frozen.predictions.items():
         yield f"{frozen.name}/{name}", frozen.case, prediction

@@ -10,7 +10,7 @@ from retarget_bench import defaults
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.gate import compare, golden, report, smoke, snapshot
-from retarget_bench.verification.gate.compare import Line, Mark
+from retarget_bench.verification.gate.compare import GateRow, Status
 from retarget_bench.verification.gate.snapshot import GateRequest, Progress, Snapshot
 
 
@@ -18,7 +18,7 @@ from retarget_bench.verification.gate.snapshot import GateRequest, Progress, Sna
 class GateOutcome:
     """The result of a check. verdict: 0 same, 1 moved, 2 could not measure."""
 
-    lines: Sequence[Line]
+    lines: Sequence[GateRow]
     now: Snapshot
 
     @property
@@ -54,7 +54,7 @@ def check(
     now = snapshot.measure(_request(folder, before, methods, dataset, accept), progress)
     if before is None:
         before = Snapshot(now.complete, now.dataset, now.smoke, {}, {})
-    gone = [Line(Mark.MOVED, label, why="forgotten") for label in forget]
+    gone = [GateRow(Status.MOVED, label, why="forgotten") for label in forget]
     return GateOutcome([*gone, *compare.compare(before, now)], now)
 
 
@@ -102,4 +102,4 @@ def _wanted(before: Snapshot | None, spec: Spec) -> dict[str, list[str]] | None:
 
 
 def nothing_moved(found: GateOutcome) -> bool:
-    return all(line.mark is Mark.SAME for line in found.lines) and bool(found.lines)
+    return all(line.status is Status.SAME for line in found.lines) and bool(found.lines)

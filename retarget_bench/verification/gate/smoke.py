@@ -143,7 +143,7 @@ def method_facts(spec: Spec) -> dict[str, str]:
 
 @dataclass(frozen=True)
 class _Part(EvaluationUnit):
-    """A cell of a few chosen cases."""
+    """A unit of a few chosen cases."""
 
     chosen: tuple[CaseInfo, ...] = ()
 
@@ -209,7 +209,7 @@ def _rows(
     entries: Mapping[tuple[str, str], Sequence[CaseResult]],
 ) -> Answers:
     """The rows as their files give them back, and the means as a table would show them."""
-    places = []
+    written = []
     for split, infos in asked:
         listed = entries.get((label, split), [])
         answered = {entry.case for entry in listed}
@@ -217,17 +217,17 @@ def _rows(
         part = _Part(plan=plan, dataset=asked.spec, split=split, method=spec, chosen=chosen)
         if part.infos:
             store.write_results(part.paths, header_of(part, listed), listed, part.infos)
-            places.append(part.paths)
+            written.append(part.paths)
     index = {key: value.index for key, value in declared_values(plans.metrics(plan.metrics)).items()}
     answers = Answers()
-    for place in places:
-        for entry in store.read_results(place).entries:
-            name = f"{place.split} {entry.case}"
+    for paths in written:
+        for entry in store.read_results(paths).entries:
+            name = f"{paths.split} {entry.case}"
             if entry.status == "ok":
                 answers.table[name] = flat(without_arrays(entry.values, index))
             else:
                 answers.problems[name] = f"{entry.status}: {entry.message}"
-    for section in summary.split_summaries(places):
+    for section in summary.split_summaries(written):
         (means,) = section.scores
         curves = {
             key: {index: mean.value for index, mean in curve.items()} for key, curve in means.curves.items()

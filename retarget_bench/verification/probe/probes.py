@@ -25,7 +25,7 @@ TURN = 2.0
 
 Places = np.ndarray
 """``(frames, joints, 3)`` metres."""
-Bring = Callable[[Places, Places], tuple[Places, Places]]
+Alignment = Callable[[Places, Places], tuple[Places, Places]]
 """(new answer, plain answer) -> both where they must be equal."""
 
 
@@ -42,7 +42,7 @@ class ProbeQuestion:
     """plain: the question whose answer is compared with (mostly the question itself)."""
 
     question: ProbeCase
-    bring: Bring
+    bring: Alignment
     plain: ProbeCase
 
 
@@ -77,7 +77,7 @@ def _source(rewritten: Callable[[Motion], Motion]) -> Callable[[ProbeCase], Prob
 
 
 def _target(
-    rewritten: Callable[[Character], Character], bring: Bring = _same
+    rewritten: Callable[[Character], Character], bring: Alignment = _same
 ) -> Callable[[ProbeCase], ProbeQuestion]:
     """The question with another target."""
     return lambda q: ProbeQuestion(ProbeCase(q.source, rewritten(q.target)), bring, q)

@@ -84,23 +84,23 @@ def entries(replies: Sequence[Reply]) -> list[CaseResult]:
 
 
 def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> list[ResultPaths]:
-    """Write the rows of one method, a result per split; gives their places."""
+    """Write the rows of one method, a result per split; gives their paths."""
     plan = Plan(methods=(method,), datasets=(dataset,), task=TASK, root=root)
-    places = []
+    written = []
     for split in dict.fromkeys(reply.subject.info.split for reply in replies):
         mine = [reply for reply in replies if reply.subject.info.split == split]
-        cell = EvaluationUnit(plan, dataset, split, method)
+        unit = EvaluationUnit(plan, dataset, split, method)
         listed = entries(mine)
-        header = _header(cell, listed, mine)
-        cell.paths.folder.mkdir(parents=True, exist_ok=True)
+        header = _header(unit, listed, mine)
+        unit.paths.folder.mkdir(parents=True, exist_ok=True)
         infos = {reply.subject.info.id: reply.subject.info for reply in mine}
-        records.write_results(cell.paths, header, listed, list(infos.values()))
-        places.append(cell.paths)
-    return places
+        records.write_results(unit.paths, header, listed, list(infos.values()))
+        written.append(unit.paths)
+    return written
 
 
-def _header(cell: EvaluationUnit, listed: Sequence[CaseResult], replies: Sequence[Reply]) -> ResultHeader:
-    header = header_of(cell, listed)
+def _header(unit: EvaluationUnit, listed: Sequence[CaseResult], replies: Sequence[Reply]) -> ResultHeader:
+    header = header_of(unit, listed)
     code = code_hash(package_code("verification.probe"))
     keys = {"prediction_key": header.keys["prediction_key"], "score_key": digest(f"probes {code}", 16)}
     values = {value.id: replace(DeclaredValue.of(value, TASK), needs=()) for value in VALUES}
