@@ -152,7 +152,7 @@ def bench(capsys, *arguments: str) -> tuple[int, str, str]:
 
 @pytest.fixture(scope="module")
 def runs(tmp_path_factory) -> Path:
-    """Results of three methods on the smallest embedded data, one of them with a post-process."""
+    """Results of three methods on the smallest embedded data, one of them with a post-processor."""
     root = tmp_path_factory.mktemp("plots") / "runs"
     with pytest.raises(SystemExit) as stop:
         cli.main(

@@ -53,7 +53,7 @@ class MethodCard:
 class Context:
     """All that a method may know beside the source motion and the target character.
 
-    ground: the case's floor, for post-processes (``post.py``); None for methods, and where it is not known.
+    ground: the case's floor, for post-processors; None for methods, and where it is not known.
     The privileged inputs are None unless the card's ``needs`` names them.
     second_reference: another answer that is as right as the reference (``Case.alternative``).
     other_clips: motions of the target in other clips of the split (of the others where it has none), in a

@@ -140,7 +140,7 @@ def _kept(plan: Plan, paths: ResultPaths, key: str, case: Case) -> Outcome | Non
 
 
 def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) -> dict[str, Outcome]:
-    # post-processes follow the very answers that the method gives alone
+    # post-processors follow the very answers that the method gives alone
     asked, source, name = method(spec), dataset(data, plan.task), str(known_as(spec).alone)
     contexts = [
         stage_one.context_for(asked, source, case, store.case_seed(plan.seed, name, case.info.id))

@@ -14,7 +14,6 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.motion.motion import Motion, Positions
 
 Action = Literal["idle", "move", "sit"]
-ACTIONS: tuple[Action, ...] = ("idle", "move", "sit")
 
 TOUCHING = 0.3
 """Hip heights over the floor below which a joint of hips or tail touches it: joints lie inside the body.

@@ -1,9 +1,9 @@
 """Post-processors, which change the answers of any method, and methods composed with them.
 
-``pan+footfix`` is the method ``pan`` whose every answer goes through the post-process ``footfix``;
-``a+b+c`` goes through ``b``, then ``c``. A post-process is a plug-in like any other: a callable that takes
-its parameters as keywords and returns an object of the shape of ``Post``. It is asked once per answer, sees
-what the method could see without privileges, and the floor; never the reference.
+``pan+footfix`` is the method ``pan`` whose every answer goes through the post-processor ``footfix``;
+``a+b+c`` goes through ``b``, then ``c``. A post-processor is a plug-in like any other: a callable that
+takes its parameters as keywords and returns an object of the shape of ``Post``. It is asked once per
+answer, sees what the method could see without privileges, and the floor; never the reference.
 """
 
 from __future__ import annotations
@@ -64,12 +64,12 @@ class Post(Protocol):
 
 
 def composed(method: Method, posts: Sequence[Post]) -> Composed:
-    """A method with post-processes as a method; it takes batches where the method does."""
+    """A method with post-processors as a method; it takes batches where the method does."""
     return (ComposedBatch if takes_batches(method) else Composed)(method, posts)
 
 
 class Composed:
-    """A method whose answers go through post-processes, one after the other.
+    """A method whose answers go through post-processors, one after the other.
 
     It needs, accepts and was trained on what the method is; it supports what all of them support.
     """
@@ -104,7 +104,7 @@ class Composed:
     def _processed(
         self, answer: object, source: Prediction, target: Character, context: Context
     ) -> Prediction:
-        """The answer after every post-process. Raises NotSupported, and Invalid naming who is at fault."""
+        """The answer after every post-processor. Raises NotSupported, and Invalid naming the plug-in."""
         case = Case(_NO_CASE, source, target)
         bare = Context(
             seed=context.seed, device=context.device, precision=context.precision, ground=context.ground
@@ -125,7 +125,7 @@ class Composed:
 
 
 class ComposedBatch(Composed):
-    """The same of a method that takes several cases at once; the post-processes take one at a time."""
+    """The same of a method that takes several cases at once; the post-processors take one at a time."""
 
     method: BatchMethod
 

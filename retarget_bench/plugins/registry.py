@@ -28,7 +28,7 @@ from retarget_bench.plugins.spec import NAME, Spec
 
 Kind = Literal["methods", "metrics", "datasets", "posts"]
 KINDS: tuple[Kind, ...] = ("methods", "metrics", "datasets", "posts")
-SINGULAR = {"methods": "method", "metrics": "metric", "datasets": "data set", "posts": "post-process"}
+SINGULAR = {"methods": "method", "metrics": "metric", "datasets": "data set", "posts": "post-processor"}
 ROOMS: dict[Kind, str] = {
     "methods": "methods",
     "metrics": "metrics",
@@ -188,7 +188,7 @@ def add_file(path: str | Path) -> PluginEntry:
     if kind is None:
         raise BenchError(
             f"{path}: its plugin has none of retarget (a method), compute (a metric), cases (a data set) "
-            "and process (a post-process)"
+            "and process (a post-processor)"
         )
     _FILES[path] = PluginEntry(path.stem, kind, str(path), module, path=file)
     return _FILES[path]
@@ -233,18 +233,20 @@ def load(kind: Kind, name: str) -> Callable[..., Any]:
 
 
 def canonical(kind: Kind, spec: Spec | str) -> Spec:
-    """The spec with typed values and without those that equal a default, and so its post-processes;
+    """The spec with typed values and without those that equal a default, and so its post-processors;
     raises BenchError, also where what is no method is given some."""
     spec = Spec.parse(spec)
     if spec.posts and kind != "methods":
         several = "; several at once are for bench train alone" if kind == "datasets" else ""
-        raise BenchError(f"{spec}: post-processes follow a method, and this is a {SINGULAR[kind]}{several}")
+        raise BenchError(
+            f"{spec}: post-processors follow a method, and this is a {SINGULAR[kind]}{several}"
+        )
     fitted = parameters.fit(spec.alone, load(kind, spec.name))
     return Spec(fitted.name, fitted.parameters, tuple(canonical("posts", post) for post in spec.posts))
 
 
 def create(kind: Kind, spec: Spec | str) -> Any:
-    """The plug-in object for a spec, built with its parameters; a method with its post-processes as one.
+    """The plug-in object for a spec, built with its parameters; a method with its post-processors as one.
 
     Raises BenchError: unknown names and parameters with the known ones; whatever the plug-in's own code
     raises, with its origin. A BenchError of the plug-in passes as it is.

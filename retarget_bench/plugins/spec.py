@@ -10,7 +10,7 @@ The grammar::
 Bare text ends at a comma or a closing bracket; spaces around it do not count. Text that holds one of
 these, a quote or an equals sign, or that would read as a number or a truth value, is quoted; in quotes
 a backslash makes the next quote or backslash an ordinary character and is itself ordinary before
-anything else. A plus sign outside brackets belongs to no name: what follows it are post-processes, which
+anything else. A plus sign outside brackets belongs to no name: what follows it are post-processors, which
 work on the answers of the method before them, in this order.
 """
 
@@ -41,7 +41,7 @@ _QUOTED = re.compile(r"\"((?:\\.|[^\"\\])*)\"|'((?:\\.|[^'\\])*)'", re.DOTALL)
 class Spec:
     """A plug-in's name and the parameters it is asked for with.
 
-    posts: the post-processes of a method, in their order; they have none of their own.
+    posts: the post-processors of a method, in their order; they have none of their own.
 
     Two are equal when they are written alike: ``a[n=1]``, ``a[n=1.0]`` and ``a[n=true]`` differ.
     """
@@ -64,7 +64,7 @@ class Spec:
 
     @property
     def alone(self) -> Spec:
-        """The method without its post-processes."""
+        """The method without its post-processors."""
         return Spec(self.name, self.parameters)
 
     @property
@@ -75,7 +75,7 @@ class Spec:
     @property
     def slug(self) -> str:
         """A file name: the plug-in's name, and eight hex digits of its parameters where it has some, or of
-        everything where it has post-processes."""
+        everything where it has post-processors."""
         if not (self.parameters or self.posts):
             return files.slug(self.name)
         facts = [[post.name, post.parameters] for post in self.posts]
@@ -193,5 +193,5 @@ class _Reader:
         found = repr(self.text[self.at]) if self.at < len(self.text) else "the end"
         return BenchError(
             f"{self.text or 'an empty name'}: expected {wanted} at character {self.at + 1}, found {found}; "
-            "it is written name[parameter=value,parameter=value], a post-process behind it as +name[...]"
+            "it is written name[parameter=value,parameter=value], a post-processor behind it as +name[...]"
         )

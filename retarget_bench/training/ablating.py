@@ -71,7 +71,7 @@ def find(method: Spec, name: str) -> Ablation:
     Raises BenchError, with those that there are, or where the method already says what rows change.
     """
     if method.posts:
-        raise BenchError(f"{method}: post-processes have no part in an ablation; ablate {method.alone}")
+        raise BenchError(f"{method}: post-processors have no part in an ablation; ablate {method.alone}")
     offered: Mapping[str, Ablation] = getattr(plan.method(method), "ablations", {})
     if not offered:
         raise BenchError(f"{method.name} offers no ablation")

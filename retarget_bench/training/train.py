@@ -280,7 +280,7 @@ class _Trainee:
 
     def __init__(self, spec: Spec) -> None:
         if spec.posts:
-            raise BenchError(f"{spec}: post-processes learn nothing; train {spec.alone}")
+            raise BenchError(f"{spec}: post-processors learn nothing; train {spec.alone}")
         built: Any = plan.method(spec)
         if not all(hasattr(built, name) for name in ("presets", "prepare", "training_module")):
             raise BenchError(f"{spec.name} has nothing to train; bench info {spec.name} says what it is")

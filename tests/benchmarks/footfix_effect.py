@@ -1,4 +1,4 @@
-"""What the post-process footfix does to foot contacts: means of methods alone and with it, on puppets.
+"""What the post-processor footfix does to foot contacts: means of methods alone and with it, on puppets.
 
     python tests/benchmarks/footfix_effect.py [METHOD...]
 

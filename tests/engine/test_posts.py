@@ -1,4 +1,4 @@
-"""Methods followed by post-processes: rows, keys, what is inherited, and what becomes of a fault."""
+"""Methods followed by post-processors: rows, keys, what is inherited, and what becomes of a fault."""
 
 from __future__ import annotations
 
@@ -253,9 +253,9 @@ def test_nobody_can_change_what_others_are_given(tmp_path):
 @pytest.mark.parametrize(
     ("spec", "words"),
     [
-        ("toy_method+toy_pots", "no post-process is called 'toy_pots'; did you mean toy_post?"),
+        ("toy_method+toy_pots", "no post-processor is called 'toy_pots'; did you mean toy_post?"),
         ("toy_method+toy_method", r"\(toy_method is a method\)"),
-        ("toy_post", r"no method is called 'toy_post'.*\(toy_post is a post-process\)"),
+        ("toy_post", r"no method is called 'toy_post'.*\(toy_post is a post-processor\)"),
         ("toy_method+toy_post[high=1]", "toy_post has no parameter 'high'"),
     ],
 )
@@ -265,9 +265,9 @@ def test_wrong_names_are_answered_with_a_sentence(spec, words):
 
 
 def test_only_methods_are_followed_by_anything():
-    with pytest.raises(BenchError, match="post-processes follow a method, and this is a data set"):
+    with pytest.raises(BenchError, match="post-processors follow a method, and this is a data set"):
         registry.create("datasets", "toy_cases+toy_post")
-    with pytest.raises(BenchError, match="post-processes follow a method, and this is a metric"):
+    with pytest.raises(BenchError, match="post-processors follow a method, and this is a metric"):
         registry.create("metrics", "position+toy_post")
 
 

@@ -1,4 +1,4 @@
-"""The post-process fit: methods that give positions get rotations, rows of them and say so."""
+"""The post-processor fit: methods that give positions get rotations, rows of them and say so."""
 
 from __future__ import annotations
 

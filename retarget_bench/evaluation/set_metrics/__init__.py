@@ -1,7 +1,7 @@
 """Values of whole sets of results (FID and its kin): their features, draws, numbers and files.
 
 For each case, ``collect`` has the set metrics make feature vectors, which wait in files of their own until
-the cell is complete. Then ``evaluate`` draws the sets, and writes for every value and target structure one
+the unit is complete. Then ``evaluate`` draws the sets, and writes for every value and target structure one
 row to ``<method>.sets.csv`` beside the rows; the features go to ``<method>.features.npz``, from which every
 number can be computed again. The features are as disposable as predictions; the rows are what is kept.
 """

@@ -1,4 +1,4 @@
-"""One line that says what the post-process does; bench list shows it."""
+"""One line that says what the post-processor does; bench list shows it."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class MyPost:
     def process(self, prediction: Prediction, source: Prediction, *, context: Context) -> Prediction:
         """Another motion of prediction.character: as many frames, at the same rate.
 
-        prediction is what the method, or the post-process before this one, gave: a Motion, or Positions
+        prediction is what the method, or the post-processor before this one, gave: a Motion, or Positions
         where the card accepts them too. source is what the method was given. context.ground is the floor,
         or None; context.seed is the only randomness that may be used.
         """

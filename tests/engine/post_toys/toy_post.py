@@ -1,4 +1,4 @@
-"""A post-process whose behaviour is chosen by its parameter ``does``."""
+"""A post-processor whose behaviour is chosen by its parameter ``does``."""
 
 import numpy as np
 
