@@ -1,4 +1,4 @@
-"""What is used when nothing is said. The only place where the engine names plug-ins."""
+"""Defaults of the command line, the only place where the core names plug-ins."""
 
 DATASET = "puppets[size=tiny]"
 METHOD = "ik"

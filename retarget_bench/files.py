@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import csv
 import hashlib
 import os
 import re
 import secrets
 import sys
-from collections.abc import Container, Iterator
+from collections.abc import Container, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from itertools import count
 from pathlib import Path
@@ -44,6 +45,14 @@ def write_text(path: str | Path, text: str) -> None:
     """Write UTF-8 with LF line ends, atomically."""
     with atomic(path) as temporary:
         temporary.write_text(text, encoding="utf-8", newline="\n")
+
+
+def write_csv(path: str | Path, fields: Sequence[str], rows: Iterable[Sequence[object]]) -> None:
+    """Write a heading and rows as comma-separated UTF-8 with LF line ends, atomically."""
+    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(fields)
+        writer.writerows(rows)
 
 
 def cache_folder() -> Path:

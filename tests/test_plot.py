@@ -18,6 +18,7 @@ from retarget_bench.figures.data import lines
 from retarget_bench.figures.data import model as data
 from retarget_bench.figures.plotting import canvas, drawing
 from retarget_bench.results import result_matrix
+from tests.engine.stored import header
 
 EPSILONS = ("0.05", "0.1", "1", "4")
 
@@ -31,8 +32,8 @@ def score(label: str, values: dict[str, list[float]], *, control: bool = False, 
         }
         for value, numbers in values.items()
     }
-    header = {"method": {"label": label, "control": control, "privileged": list(sees)}}
-    return MethodSummary(label, header, {}, curves, None)
+    about = header(label, [], "cross", control=control, privileged=sees)
+    return MethodSummary(label, about, {}, curves, None)
 
 
 def both(recalls: list[float], precisions: list[float]) -> dict[str, list[float]]:
@@ -137,7 +138,7 @@ def test_nothing_of_how_others_draw_is_changed(tmp_path, sections):
 
 
 def test_colours_of_methods_do_not_repeat_soon():
-    headers = {f"m{k}": {"method": {"control": False, "privileged": []}} for k in range(8)}
+    headers = {f"m{k}": header(f"m{k}", [], "cross") for k in range(8)}
     assert len({look["color"] for look in canvas.looks(headers).values()}) == 8
 
 

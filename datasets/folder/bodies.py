@@ -1,4 +1,4 @@
-"""Which bodies and clips lie in the folders that a user gives."""
+"""Bodies and clips found in the user's folders."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which clips are tested, which steer training and which are trained on."""
+"""Division of clips into test, validation and training."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which takes lie in the two folders, and which part of the data set each belongs to."""
+"""Takes in the two folders, and the part of the data set that each belongs to."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which files a Mixamo folder holds: ``Character/clip.bvh``, and ``test_list.txt`` where there is one."""
+"""Files of a Mixamo folder: ``Character/clip.bvh``, and ``test_list.txt`` if present."""
 
 from __future__ import annotations
 

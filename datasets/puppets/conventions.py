@@ -1,4 +1,4 @@
-"""What all rooms agree on: frame rate, sides, gravity."""
+"""Shared conventions: frame rate, sides, gravity."""
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.tasks import levels
+from retarget_bench.evaluation.tasks import questions
 from retarget_bench.motion.roles import BODY_PARTS
 from retarget_bench.results import case_metadata, compatibility, store
 from retarget_bench.results.columns import Key
@@ -56,10 +56,10 @@ def structures_of(matrix: ResultMatrix) -> dict[str, str]:
     """Case -> structure of its target, sorted by structure. Raises BenchError where results lack it."""
     found: dict[str, str] = {}
     for row in matrix.rows:
-        mine = case_metadata.read_structures(row.place)
+        mine = case_metadata.read_structures(row.paths)
         if mine is None:
             raise BenchError(
-                f"{row.place.folder} lacks the structures of the bodies; bench run --overwrite always "
+                f"{row.paths.folder} lacks the structures of the bodies; bench run --overwrite always "
                 "writes them"
             )
         found |= mine
@@ -69,15 +69,15 @@ def structures_of(matrix: ResultMatrix) -> dict[str, str]:
 
 def _levels(matrix: ResultMatrix) -> dict[str, str]:
     conditions = {
-        case: each for row in matrix.rows for case, each in case_metadata.read_conditions(row.place).items()
+        case: each for row in matrix.rows for case, each in case_metadata.read_conditions(row.paths).items()
     }
     if not conditions:
         raise BenchError(
             f"{matrix.dataset}, {matrix.split}: these cases have no levels; those of bench task "
             "denoise and joint-completion do"
         )
-    ordered = sorted(matrix.cases, key=lambda info: levels.order(conditions.get(info.id, {})))
-    return {info.id: levels.name(conditions.get(info.id, {})) for info in ordered}
+    ordered = sorted(matrix.cases, key=lambda info: questions.level_order(conditions.get(info.id, {})))
+    return {info.id: questions.level_name(conditions.get(info.id, {})) for info in ordered}
 
 
 # ---------------------------------------------------------------------------------------------- joints
@@ -93,7 +93,7 @@ def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
         fresh = {key for key in values if not newest.stale_value(row.header, key)}
         fresh = set() if newest.stale_data(row.header) else fresh
         name_of = _part_of(row) if by == "part" else _own_name
-        draws.append([_joint_means(matrix, place, fresh, name_of) for place in row.places])
+        draws.append([_joint_means(matrix, place, fresh, name_of) for place in row.all_paths])
     groups = {group for row in draws for draw in row for group in draw}
     order = {part: rank for rank, part in enumerate(BODY_PARTS)}
     plain = {key: replace(value, index="") for key, value in values.items()}
@@ -103,7 +103,7 @@ def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
             values=plain,
             part=group,
             rows=tuple(
-                replace(row, draws=tuple(draw.get(group, {}) for draw in each))
+                replace(row, runs=tuple(draw.get(group, {}) for draw in each))
                 for row, each in zip(matrix.rows, draws, strict=True)
             ),
         )
@@ -112,10 +112,10 @@ def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
 
 
 def _part_of(row: MethodRow) -> NameOf:
-    parts = case_metadata.read_parts(row.place)
+    parts = case_metadata.read_parts(row.paths)
     if parts is None:
         raise BenchError(
-            f"{row.place.folder} lacks the body parts of the joints; bench score, or bench run --overwrite "
+            f"{row.paths.folder} lacks the body parts of the joints; bench score, or bench run --overwrite "
             "always, writes them"
         )
     return lambda target, joint: parts.get((target, joint), UNKNOWN)
@@ -171,7 +171,7 @@ def _by_point(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
             values=values,
             part=point,
             rows=tuple(
-                replace(row, draws=tuple(_at_point(draw, values, point) for draw in row.draws))
+                replace(row, runs=tuple(_at_point(draw, values, point) for draw in row.runs))
                 for row in matrix.rows
             ),
         )
@@ -220,10 +220,10 @@ def _by_seen(matrix: ResultMatrix) -> list[ResultMatrix]:
     fallback: Any = next((each for each in manifests if each), None)
     names = []
     for row, manifest in zip(matrix.rows, manifests, strict=True):
-        unseen = None if manifest else case_metadata.read_unseen(row.place)
+        unseen = None if manifest else case_metadata.read_unseen(row.paths)
         if unseen is None and not (manifest or fallback):
             raise BenchError(
-                f"{row.place.folder} lacks what was seen in training; the data set has no training part, "
+                f"{row.paths.folder} lacks what was seen in training; the data set has no training part, "
                 "or the results are older than this metadata (bench run --overwrite always writes it)"
             )
         names.append([_seen_group(unseen, manifest or fallback, case) for case in matrix.cases])

@@ -168,8 +168,8 @@ def _notes(first: MethodRow, second: MethodRow) -> list[str]:
             notes.append(f"{row.label} is a control")
         if counts.ok < counts.asked:
             notes.append(f"{row.label} answered {counts.ok} of {counts.asked} cases")
-        if len(row.draws) > 1:
-            notes.append(f"{row.label}: mean of {len(row.draws)} seeds in every case")
+        if len(row.runs) > 1:
+            notes.append(f"{row.label}: mean of {len(row.runs)} seeds in every case")
     one, two = (compatibility.metric_versions(row.header) for row in (first, second))
     notes += [
         f"{name} scored them in versions {one[name]} and {two[name]}: its values are left out"

@@ -95,19 +95,19 @@ def explain(results: Results, selves: Results | None = None) -> Explanation:
     found = (_reading(id_, value, results, selves) for id_, value in known.items())
     readings = tuple(sorted(filter(None, found), key=lambda reading: reading.id != FIRST))
     if not readings:
-        raise BenchError(f"{label} has no position error on {results.place.split}: no case has a reference")
+        raise BenchError(f"{label} has no position error on {results.paths.split}: no case has a reference")
     factors = tuple(_factor(a, b) for a, b in combinations(readings, 2))
     header = results.header
     if header.method.stochastic and (seeds := header.seeds):
         label += f", seed {seeds[0]}"
-    return Explanation(header.dataset.label, results.place.split, label, readings, factors)
+    return Explanation(header.dataset.label, results.paths.split, label, readings, factors)
 
 
 def _reading(
     id_: str, value: DeclaredValue, results: Results, selves: Results | None
 ) -> ProtocolReading | None:
     pooled = [results]
-    if value.with_self and results.place.split == "intra" and selves is not None:
+    if value.with_self and results.paths.split == "intra" and selves is not None:
         pooled.append(selves)
     cases, by_clip = {}, {}  # type: dict[str, float], dict[str, list[float]]
     for each in pooled:

@@ -157,7 +157,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     own = [info for info, own in zip(matrix.cases, matrix.own, strict=True) if own]
     scores = [
         MethodSummary(
-            row.label, row.header, {}, {}, _fps(row.place), sets=[] if matrix.part else sets.read(row.place)
+            row.label, row.header, {}, {}, _fps(row.paths), sets=[] if matrix.part else sets.read(row.paths)
         )
         for row in matrix.rows
     ]
@@ -246,8 +246,8 @@ def _add_spreads(
 ) -> None:
     """The spread over seeds, of methods that ran with several: of the mean over the same cases."""
     for score, row, kept in zip(section.scores, matrix.rows, common, strict=True):
-        if value in score.means and len(row.draws) > 1:
-            draws = np.array([draw[value, ""] for draw in row.draws])
+        if value in score.means and len(row.runs) > 1:
+            draws = np.array([draw[value, ""] for draw in row.runs])
             there = ~np.isnan(draws).any(axis=0) & (True if kept is None else kept)
             means = statistics.per_clip(draws[:, there], matrix.clips[there]).mean(axis=1)
             score.spread[value] = float(means.std(ddof=1))

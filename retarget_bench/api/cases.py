@@ -20,7 +20,7 @@ TASKS = ("retarget", "reconstruct", "denoise", "upsample")
 
 @dataclass(frozen=True, eq=False)
 class Contacts:
-    """Which contact joints are planted in which frame.
+    """Planted contact joints, by frame.
 
     roles: the roles of the contact joints (``left_foot``, ``left_toe``, ...).
     planted: ``(frames, len(roles))`` bool: rests, and has rested since the frame before.
@@ -56,7 +56,7 @@ class Touch:
 
 @dataclass(frozen=True)
 class CaseInfo:
-    """What is known of a case without loading it. Only this travels between processes.
+    """Facts about a case that need no loading. Only this travels between processes.
 
     id:     ``dataset/source>target/clip``, stable for ever.
     clip:   the source clip: the cluster of the statistics.

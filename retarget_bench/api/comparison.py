@@ -21,7 +21,7 @@ RATE = 30.0
 
 @dataclass(frozen=True, eq=False)
 class ContactLabels:
-    """Which joints of the target should be planted when.
+    """Planted joints of the target, by frame.
 
     joints:  ``(contacts,)`` joint indices of the target.
     planted: ``(frames, contacts)`` bool, what is asked for.

@@ -13,7 +13,7 @@ from retarget_bench.motion.motion import Motion
 
 @dataclass(frozen=True)
 class DatasetCard:
-    """What a data set is, under which terms, and how to get it.
+    """Description of a data set, its licence, and how to get it.
 
     locations: parameters that say where files lie: no part of what results are known by; the content is.
     """
@@ -62,7 +62,7 @@ class RealDataset(Dataset, Protocol):
 
 
 class TrainingClips(Protocol):
-    """What one character performs for training: motions, each made when it is asked for."""
+    """Training motions of one character, each made when it is asked for."""
 
     @property
     def names(self) -> Sequence[str]: ...
@@ -78,7 +78,7 @@ class TrainingDataset(Dataset, Protocol):
         of the test or of ``validation()``. Empty where there is nothing to train on."""
 
     def validation(self) -> Dataset:
-        """What training is steered by: cases that share no clip with the test and none with
+        """The validation part: cases that share no clip with the test and none with
         ``training()``, best with characters that ``training()`` does not have."""
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:

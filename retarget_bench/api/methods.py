@@ -17,7 +17,7 @@ Parameters = Mapping[str, str | int | float | bool]
 
 @dataclass(frozen=True)
 class MethodCard:
-    """What a method is, and what it asks for.
+    """Description of a method, and its needs.
 
     accepts:    the kinds of source it can read: ``motion`` (rotations) and/or ``positions``.
     needs:      privileged inputs, out of ``reference``, ``second_reference``, ``target_motions``,

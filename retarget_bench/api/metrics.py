@@ -76,7 +76,7 @@ class Metric(Protocol):
 
 @dataclass(frozen=True, eq=False)
 class CaseFeatures:
-    """What a set metric keeps of one case: its windows as feature vectors.
+    """Features of one case for a set metric: its windows as feature vectors.
 
     generated: ``(windows, d)`` float32, of the prediction.
     real:      ``(windows, d)`` float32, of the same windows of the reference; no rows without one.
@@ -121,7 +121,7 @@ class SetMetric(Protocol):
         """The features of a case; no windows where the clip is too short."""
 
     def least(self, value_id: str) -> int:
-        """How many windows each set needs for a value to mean anything."""
+        """The fewest windows in each set for which a value means anything."""
 
     def value(self, value_id: str, real: Sample, generated: Sample) -> float:
         """A value of two sets; not a number where it is undefined."""

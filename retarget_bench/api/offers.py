@@ -1,4 +1,4 @@
-"""What plug-ins may offer beyond their contract, and the functions by which the engine reads it.
+"""Optional offers of plug-ins beyond their contract, and the functions by which the engine reads them.
 
 Each protocol is one optional method or attribute. A plug-in offers it by having it; nothing is declared.
 """
@@ -57,7 +57,7 @@ class OffersReal(Protocol):
 @runtime_checkable
 class OffersUnseen(Protocol):
     def unseen(self, info: CaseInfo) -> Collection[str]:
-        """Which of ``source``, ``target`` and ``kind`` of a case the training part does not have."""
+        """Those of ``source``, ``target`` and ``kind`` of a case that the training part does not have."""
 
 
 @runtime_checkable
@@ -75,7 +75,7 @@ class OffersParts(Protocol):
 @runtime_checkable
 class OffersLabels(Protocol):
     def labels(self, info: CaseInfo) -> FrameLabels:
-        """What a data set knows of every frame of a case, for exports."""
+        """Labels of every frame of a case, for exports."""
 
 
 class FrameLabels(Protocol):
@@ -99,7 +99,7 @@ def validation(data: object) -> Dataset | None:
 
 
 def data_manifest(data: object) -> Manifest:
-    """What a data set's training part has; empty where it does not say."""
+    """The manifest of a data set's training part; empty where it offers none."""
     return data.training_manifest() if isinstance(data, OffersTrainingManifest) else {}
 
 
@@ -128,14 +128,14 @@ class OffersWeights(Protocol):
 
     @property
     def weights_label(self) -> str:
-        """What results call weights that are given by a path."""
+        """The name in results of weights that are given by a path."""
 
 
 @runtime_checkable
 class OffersManifest(Protocol):
     @property
     def training_manifest(self) -> Manifest | None:
-        """What the weights were trained on; None: untrained."""
+        """The training data of the weights; None: untrained."""
 
 
 def weights_hash(method: object) -> str:
@@ -147,7 +147,7 @@ def weights_label(method: object) -> str:
 
 
 def method_manifest(method: object) -> Manifest | None:
-    """What a method's weights were trained on; None where it is untrained or does not say."""
+    """The training data of a method's weights; None where it is untrained or does not say."""
     return method.training_manifest if isinstance(method, OffersManifest) else None
 
 

@@ -145,7 +145,7 @@ def _of_folders(
     found = []
     for matrix, asked in zip(matrices, values, strict=True):
         one, two = (
-            {row.header.method.label: row for row in matrix.rows if row.place.root == folder}
+            {row.header.method.label: row for row in matrix.rows if row.paths.root == folder}
             for folder in folders
         )
         found += [pairwise.compare(matrix, one[label], two[label], asked) for label in one if label in two]

@@ -17,12 +17,12 @@ def command(files: tuple[str, ...], unit: str, up: str, root_place: str, roles: 
     Joints and their roles, unit, up axis, rest pose, frame rate and floor: what every other command goes
     by. The options tell it better, and are the same in bench retarget.
     """
-    from retarget_bench.motion import doctor
+    from retarget_bench.motion.importer import load
 
     unreadable = 0
     for number, file in enumerate(files):
         try:
-            text = doctor.examine(file, unit=unit, up=up, root=root_place, roles=roles).text()
+            text = load(file, unit=unit, up=up, root=root_place, roles=roles).findings.text()
         except BenchError as error:
             click.echo(f"bench: {error}", err=True)
             unreadable += 1

@@ -1,4 +1,4 @@
-"""How much a learned method heeds each joint: what it may offer to be looked at, and as numbers.
+"""Attention weights of learned methods: read from a method, checked, and written as a table.
 
 A method may have ``attention(source)``, beside what the contracts in ``api.py`` ask of it. It is never
 called by a run.
@@ -6,7 +6,6 @@ called by a run.
 
 from __future__ import annotations
 
-import csv
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -16,7 +15,7 @@ import numpy as np
 
 from retarget_bench.api import Method
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.files import atomic
+from retarget_bench.files import write_csv
 from retarget_bench.motion.motion import Motion
 
 SLACK = 1e-4
@@ -25,7 +24,7 @@ COLUMNS = ("frame", "seconds", "part", "joint", "weight")
 
 
 class Attentive(Method, Protocol):
-    """A method that can say what it heeds."""
+    """A method that offers its attention weights."""
 
     def attention(self, source: Motion) -> Mapping[str, Any]:
         """The keys of ``Attention``; ``note`` may be left out. Raises NotSupported where there is none."""
@@ -33,11 +32,11 @@ class Attentive(Method, Protocol):
 
 @dataclass(frozen=True, eq=False)
 class Attention:
-    """How much each part of a body heeds each joint, frame by frame.
+    """Attention of each body part to each joint, frame by frame.
 
-    parts:   what heeds: names of body parts.
-    joints:  ``(n,)`` the joints of the source's character that are heeded by any part.
-    sees:    ``(parts, n)`` bool: the joint is one that the part can heed.
+    parts:   names of body parts.
+    joints:  ``(n,)`` the joints of the source's character that any part attends to.
+    sees:    ``(parts, n)`` bool: the part can attend to the joint.
     weights: ``(frames, parts, n)`` from 0 to 1, at the source's frames; 0 where the part does not see.
              Those of a part add up to at most 1: the rest goes to what is no joint of this body.
     note:    a sentence on how the body was understood, or "".
@@ -57,7 +56,7 @@ class Attention:
 
 
 def ask(method: Method, source: Motion, name: str) -> Attention:
-    """What a method heeds in a motion; name: of the method, for messages.
+    """The attention of a method to a motion; name: of the method, for messages.
 
     Raises NotSupported where it does not say, and BenchError where what it says is none of that."""
     heeds = getattr(method, "attention", None)
@@ -84,7 +83,7 @@ def ask(method: Method, source: Motion, name: str) -> Attention:
 
 
 def _wrong(found: Attention, source: Motion) -> str:
-    """What is not as ``Attention`` says; "" where all is."""
+    """The first way in which a value breaks the rules of ``Attention``; "" for none."""
     parts, joints = len(found.parts), len(found.joints)
     if found.weights.shape != (source.frames, parts, joints) or found.sees.shape != (parts, joints):
         return (
@@ -98,7 +97,7 @@ def _wrong(found: Attention, source: Motion) -> str:
     weights = found.weights
     if not np.isfinite(weights).all() or weights.min() < -SLACK or weights.sum(-1).max() > 1.0 + SLACK:
         return "weights that are not finite, are below 0, or add up to more than 1"
-    return "" if not weights[:, ~found.sees].any() else "a part heeds a joint that it does not see"
+    return "" if not weights[:, ~found.sees].any() else "a part attends to a joint that it does not see"
 
 
 def frames_at(seconds: Sequence[float], source: Motion) -> list[int]:
@@ -113,11 +112,15 @@ def frames_at(seconds: Sequence[float], source: Motion) -> list[int]:
 def write(path: Path, found: Attention, source: Motion, frames: Sequence[int]) -> None:
     """A row of ``COLUMNS`` per frame asked for, part, and joint that the part sees. Raises FileError."""
     names = [source.skeleton.names[joint] for joint in found.joints]
-    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        rows = csv.writer(file, lineterminator="\n")
-        rows.writerow(COLUMNS)
-        for frame in frames:
-            time = f"{frame / source.fps:.6g}"
-            for part, joint in np.argwhere(found.sees):
-                weight = f"{found.weights[frame, part, joint]:.6g}"
-                rows.writerow((frame, time, found.parts[part], names[joint], weight))
+    rows = [
+        (
+            frame,
+            f"{frame / source.fps:.6g}",
+            found.parts[part],
+            names[joint],
+            f"{found.weights[frame, part, joint]:.6g}",
+        )
+        for frame in frames
+        for part, joint in np.argwhere(found.sees)
+    ]
+    write_csv(path, COLUMNS, rows)

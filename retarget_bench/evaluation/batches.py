@@ -1,4 +1,4 @@
-"""Which cases a method that takes several at once is asked together."""
+"""Batches of cases for methods that take several at once."""
 
 from __future__ import annotations
 

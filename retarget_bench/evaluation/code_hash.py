@@ -1,4 +1,4 @@
-"""Hashes of what code says: comments, docstrings, blank lines and the engine's own layout do not count."""
+"""Hashes of statements: comments, docstrings, blank lines and the engine's own layout do not count."""
 
 from __future__ import annotations
 
@@ -8,9 +8,9 @@ import io
 import tokenize
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from types import ModuleType
 
 ENGINE = "retarget_bench"
+FOLDER = Path(__file__).resolve().parents[1]
 
 
 def code_hash(files: Iterable[tuple[str, Path]]) -> str:
@@ -31,29 +31,40 @@ def relative_to(folder: Path, paths: Iterable[Path]) -> Iterator[tuple[str, Path
         yield (path.relative_to(folder).as_posix() if inside else path.name), path
 
 
-def package_code(package: ModuleType) -> Iterator[tuple[str, Path]]:
-    """Every Python file of a package, however deep, under its name relative to the package's folder."""
-    folder = _file(package).parent
+def package_code(name: str) -> Iterator[tuple[str, Path]]:
+    """Every Python file of a package of the engine, however deep, under its name relative to the folder
+    that the package lies in. Nothing is imported."""
+    folder = FOLDER.joinpath(*name.split("."))
     files = (path for path in folder.rglob("*.py") if "__pycache__" not in path.parts)
-    return ((f"{folder.name}/{name}", path) for name, path in relative_to(folder, files))
+    return relative_to(folder.parent, files)
 
 
-def module_code(module: ModuleType) -> Iterator[tuple[str, Path]]:
-    """One module's file."""
-    yield _file(module).name, _file(module)
+def module_code(name: str) -> Iterator[tuple[str, Path]]:
+    """The file of one module of the engine."""
+    path = FOLDER.joinpath(*name.split(".")).with_suffix(".py")
+    yield path.name, path
 
 
-def _file(module: ModuleType) -> Path:
-    if module.__file__ is None:
-        raise ValueError(f"{module.__name__} has no file")
-    return Path(module.__file__)
+def imports(path: Path, name: str) -> bool:
+    """Whether a Python file imports a package of the engine, or anything in it, by its full name."""
+    try:
+        tree = ast.parse(path.read_bytes())
+    except (SyntaxError, ValueError):
+        return False
+    found: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            found |= {each.name for each in node.names}
+        elif isinstance(node, ast.ImportFrom) and not node.level:
+            found |= {f"{node.module}.{each.name}" for each in node.names}
+    return any(f"{each}.".startswith(f"{ENGINE}.{name}.") for each in found)
 
 
 def statements(source: bytes) -> str:
     """A module's text without comments, docstrings, blank lines and trailing space.
 
-    What is imported from the engine is listed once, by name and without the modules that it comes from, so
-    that these can move. The text depends on no version of Python.
+    Imports from the engine are listed once, by name and without their modules, so that modules can move.
+    The text depends on no version of Python.
     """
     try:
         tree = ast.parse(source)

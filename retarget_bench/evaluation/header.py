@@ -97,7 +97,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
 
 
 def _posts(unit: EvaluationUnit) -> Iterator[dict[str, Any]]:
-    """What was done to the method's answers, in order."""
+    """Facts of the post-processors, in order."""
     for post in unit.known_as.posts:
         facts: dict[str, Any] = {"name": post.name, "parameters": dict(post.parameters)}
         if not unit.plan.external:
@@ -107,7 +107,7 @@ def _posts(unit: EvaluationUnit) -> Iterator[dict[str, Any]]:
 
 
 def _manifest(asked: Method) -> dict[str, tuple[str, ...]] | None:
-    """What a method's weights were trained on (characters, structures, kinds, clips); None: untrained."""
+    """The training data of a method's weights (characters, structures, kinds, clips); None: untrained."""
     manifest = offers.method_manifest(asked)
     return None if manifest is None else {key: tuple(map(str, names)) for key, names in manifest.items()}
 

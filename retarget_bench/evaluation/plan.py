@@ -1,4 +1,4 @@
-"""What shall be run: methods x data sets x splits, and the identity of every result."""
+"""Plans (methods x data sets x splits) and the keys of their results."""
 
 from __future__ import annotations
 
@@ -9,7 +9,6 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from retarget_bench import motion
 from retarget_bench.api import (
     SPLITS,
     CaseInfo,
@@ -18,12 +17,11 @@ from retarget_bench.api import (
     Method,
     Metric,
     SetMetric,
-    comparison,
     offers,
 )
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.batches import RULE, batches
-from retarget_bench.evaluation.code_hash import code_hash, module_code, package_code, relative_to
+from retarget_bench.evaluation.code_hash import code_hash, imports, module_code, package_code, relative_to
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import digest, slug
@@ -37,6 +35,8 @@ Stage = Literal["run", "predict", "score"]
 
 OWN_CASES = (RETARGET, "probe")
 """Tasks whose cases are the data set's own."""
+LAYERS = "training.layers"
+"""The package of layers that learned methods share."""
 
 
 @dataclass(frozen=True)
@@ -108,14 +108,14 @@ def _built(names: tuple[str, ...]) -> tuple[Any, ...]:
 class EvaluationUnit:
     """One method on one split of one data set: a result file and what it is known by.
 
-    draw: which of several seeds of a stochastic method this is; ``plan.seed`` is that seed.
+    seed_number: which of several seeds of a stochastic method this is; ``plan.seed`` is that seed.
     """
 
     plan: Plan
     dataset: Spec
     split: str
     method: Spec
-    draw: int = 0
+    seed_number: int = 0
 
     @property
     def data(self) -> Dataset:
@@ -131,14 +131,14 @@ class EvaluationUnit:
         return self.method if self.plan.external else known_as(self.method)
 
     @cached_property
-    def place(self) -> store.ResultPaths:
-        name = self.known_as.slug + (f".seed-{self.draw}" if self.draw else "")
+    def paths(self) -> store.ResultPaths:
+        name = self.known_as.slug + (f".seed-{self.seed_number}" if self.seed_number else "")
         task = Spec.parse(self.plan.task).slug
         return store.ResultPaths(self.plan.root, dataset_slug(self.dataset), task, self.split, name)
 
     @cached_property
     def prediction_facts(self) -> dict[str, Any]:
-        """What predictions depend on; the case is added per case."""
+        """Facts that predictions depend on; ``case_key`` adds the case."""
         facts = {
             "method": self.method.name,
             "parameters": dict(self.known_as.parameters),
@@ -194,7 +194,7 @@ class EvaluationUnit:
 
 
 def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
-    """Every cell of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
+    """Every unit of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
     if unknown := [split for split in plan.splits if split not in SPLITS]:
         raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
     methods = plan.methods if plan.external else _distinct(plan.methods)
@@ -204,15 +204,15 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
         for split in dict.fromkeys(plan.splits):
             if split in offered:
                 found += [
-                    EvaluationUnit(replace(plan, seed=plan.seed + draw), spec, split, each, draw)
+                    EvaluationUnit(replace(plan, seed=plan.seed + number), spec, split, each, number)
                     for each in dict.fromkeys(methods)
-                    for draw in range(_draws(plan, each))
+                    for number in range(_seeds(plan, each))
                 ]
     return found
 
 
-def _draws(plan: Plan, spec: Spec) -> int:
-    """With how many seeds a method runs."""
+def _seeds(plan: Plan, spec: Spec) -> int:
+    """The number of seeds that a method runs with."""
     stochastic = not plan.external and offers.method_card(method(spec)).stochastic
     return plan.seeds if stochastic else 1
 
@@ -266,14 +266,12 @@ def dataset_slug(spec: Spec) -> str:
 # ---------------------------------------------------------------------------------------------- hashes
 @cache
 def method_code(spec: Spec) -> str:
-    """A hash of the plug-in's own files, of those of its post-processes and of the engine's motion room."""
-    return code_hash(
-        [
-            *_own_code("methods", spec.name),
-            *(file for post in spec.posts for file in _own_code("posts", post.name)),
-            *package_code(motion),
-        ]
-    )
+    """A hash of the plug-in's own files, of those of its post-processors, of ``motion/`` and, where any of
+    these files imports from the layers that learned methods share, of those."""
+    own = list(_own_code("methods", spec.name))
+    own += [file for post in spec.posts for file in _own_code("posts", post.name)]
+    shared = package_code(LAYERS) if any(imports(path, LAYERS) for _, path in own) else ()
+    return code_hash([*own, *package_code("motion"), *shared])
 
 
 @cache
@@ -281,7 +279,7 @@ def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
     """Metric name -> ``version+code``; the engine's comparison counts as code of each."""
     return {
         metric.card.name: f"{metric.card.version}+"
-        + code_hash([*_own_code("metrics", Spec.parse(name).name), *module_code(comparison)])
+        + code_hash([*_own_code("metrics", Spec.parse(name).name), *module_code("api.comparison")])
         for name, metric in zip(names, _built(names), strict=True)
     }
 

@@ -34,7 +34,7 @@ from retarget_bench.plugins.post_processors import Composed
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a method gave for one case: a prediction, or a status with a message."""
+    """The outcome of one case: a prediction, or a status with a message."""
 
     status: str
     message: str = ""
@@ -94,14 +94,14 @@ def _at_once(method: Method, pairs: Sequence[tuple[Case, Context]]) -> list[Outc
 
 
 def ask_batch(method: BatchMethod, pairs: Sequence[tuple[Case, Context]]) -> Sequence[object]:
-    """What a method's ``retarget_batch`` gives for cases that it does not refuse, as it gives it."""
+    """The unchecked answers of ``retarget_batch`` to cases that the method does not refuse."""
     sources = [case.source.copy() for case, _ in pairs]
     targets = [case.target for case, _ in pairs]
     return method.retarget_batch(sources, targets, contexts=[context for _, context in pairs])
 
 
 def refusal(method: Method, case: Case) -> str | None:
-    """Why a method cannot be asked this case, or None."""
+    """The reason why a method cannot be asked this case, or None."""
     if not case.source.frames:
         return EMPTY
     kind = "motion" if isinstance(case.source, Motion) else "positions"
@@ -194,7 +194,7 @@ _CASTS: dict[int, tuple[Dataset, Mapping[str, Mapping[str, TrainingClips]] | Non
 
 
 def _training(dataset: Dataset) -> Mapping[str, Mapping[str, TrainingClips]] | None:
-    """What a data set has to train on; the same object as long as the process lives."""
+    """The training part of a data set; the same object as long as the process lives."""
     if id(dataset) not in _CASTS:
         # the data set is kept beside it, lest another one be given its id
         _CASTS[id(dataset)] = dataset, offers.training(dataset) or None
@@ -276,7 +276,7 @@ def read_prediction(path: Path, target: Character, fps: float) -> Prediction:
 
 
 def _joint_order(path: Path, names: np.ndarray | None, target: Character) -> list[int] | slice:
-    """Where each joint of the target stands in the file."""
+    """The position of each joint of the target in the file."""
     if names is None:
         return slice(None)
     given = {str(name): index for index, name in enumerate(np.atleast_1d(names))}

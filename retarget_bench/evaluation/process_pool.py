@@ -113,7 +113,7 @@ class _Worker:
 
 @contextmanager
 def _deaf_to_interrupts() -> Iterator[None]:
-    """Processes that start in here never hear Ctrl-C, not even while they import: the parent decides."""
+    """Processes that start in here ignore Ctrl-C, also while they import: the parent decides."""
     if threading.current_thread() is not threading.main_thread():
         yield  # only the main thread may change what a signal does
         return
@@ -125,7 +125,7 @@ def _deaf_to_interrupts() -> Iterator[None]:
 
 
 def _serve(pipe: Connection, function: Function) -> None:
-    """A worker's life: payloads in, (result, error) out, until the pipe closes."""
+    """Loop of a worker process: payloads in, (result, error) out, until the pipe closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # the parent decides
     while True:
         try:

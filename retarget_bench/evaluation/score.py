@@ -28,7 +28,7 @@ def score(metrics: Sequence[Metric], case: Case, prediction: Prediction) -> Valu
 
 
 def missing(value: Value, case: Case, prediction: Prediction) -> str:
-    """What a value needs and this case lacks; "" where it applies."""
+    """The first need of a value that this case lacks; "" where it applies."""
     has = {
         "reference": case.reference is not None,
         "contacts": case.contacts is not None,

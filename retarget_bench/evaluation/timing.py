@@ -1,4 +1,4 @@
-"""How fast a method is: measured on its own, in one process and one thread, after a warm-up.
+"""Speed of methods: measured alone, in one process and one thread, after a warm-up.
 
 Times stand in files of their own, never in rows or keys: they differ from run to run and machine to
 machine, and rows must not.
@@ -8,16 +8,17 @@ from __future__ import annotations
 
 import csv
 import time
-from collections.abc import Iterable, Sequence
-from typing import Any
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.plan import Plan, dataset, evaluation_units, method
 from retarget_bench.evaluation.predict import context_for, predict
 from retarget_bench.evaluation.process_pool import LocalPool
-from retarget_bench.evaluation.worker import know
-from retarget_bench.files import atomic
+from retarget_bench.evaluation.worker import register_plugins
+from retarget_bench.files import write_csv
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths, case_seed
 
 CASES = 5
@@ -26,43 +27,50 @@ ENOUGH_SECONDS = 0.5
 FIELDS = ("case", "frames", "seconds")
 
 
+@dataclass(frozen=True)
+class TimingJob:
+    """A method that is to be timed on some cases of a data set."""
+
+    plan: Plan
+    dataset: Spec
+    method: Spec
+    cases: tuple[CaseInfo, ...]
+
+
 def measure(plan: Plan) -> None:
-    """Write times for every cell of a plan that has results but no times newer than them."""
+    """Write times for every unit of a plan that has results but no times newer than them."""
     wanted = [
-        cell
-        for cell in evaluation_units(plan)
-        if plan.external is None and not cell.draw and _stale(cell.place)
+        unit
+        for unit in evaluation_units(plan)
+        if plan.external is None and not unit.seed_number and _stale(unit.paths)
     ]
-    jobs = [
-        {"plan": plan, "dataset": cell.dataset, "method": cell.method, "cases": spread(cell.infos)}
-        for cell in wanted
-    ]
+    jobs = [TimingJob(plan, unit.dataset, unit.method, spread(unit.infos)) for unit in wanted]
     for done in LocalPool(1).run(time_method, jobs):
         if done.result is not None:
-            _write(wanted[done.job].place, done.result)
+            rows = ((case, frames, f"{seconds:.6g}") for case, frames, seconds in done.result)
+            write_csv(wanted[done.job].paths.timing, FIELDS, rows)
 
 
-def spread(infos: Sequence[CaseInfo]) -> list[CaseInfo]:
+def spread(infos: Sequence[CaseInfo]) -> tuple[CaseInfo, ...]:
     """A few cases, evenly spread over the list."""
     step = max(1, len(infos) // CASES)
-    return list(infos[::step][:CASES])
+    return tuple(infos[::step][:CASES])
 
 
-def time_method(job: dict[str, Any]) -> list[tuple[str, int, float]]:
+def time_method(job: TimingJob) -> list[tuple[str, int, float]]:
     """(case, frames, median seconds) for a few cases, the first of which was run once before."""
-    plan: Plan = job["plan"]
-    know(plan.plugin_files)
-    asked, data = method(job["method"]), dataset(job["dataset"])
+    register_plugins(job.plan.plugin_files)
+    asked, data = method(job.method), dataset(job.dataset)
     times: list[tuple[str, int, float]] = []
     spent = 0.0
-    for info in job["cases"]:
+    for info in job.cases:
         if spent > ENOUGH_SECONDS:
             break
         try:
             case = data.load(info)
         except BenchError:
             continue
-        context = context_for(asked, data, case, case_seed(plan.seed, str(job["method"]), info.id))
+        context = context_for(asked, data, case, case_seed(job.plan.seed, str(job.method), info.id))
         if not times and predict(asked, case, context).prediction is None:
             continue
         seconds = []
@@ -76,25 +84,18 @@ def time_method(job: dict[str, Any]) -> list[tuple[str, int, float]]:
     return times
 
 
-def read(place: ResultPaths) -> list[tuple[int, float]]:
+def read(paths: ResultPaths) -> list[tuple[int, float]]:
     """(frames, seconds) of the timed cases; empty where none were timed."""
     try:
-        with place.timing.open(encoding="utf-8", newline="") as file:
+        with paths.timing.open(encoding="utf-8", newline="") as file:
             return [(int(row["frames"]), float(row["seconds"])) for row in csv.DictReader(file)]
     except FileNotFoundError:
         return []
     except (OSError, ValueError, KeyError, TypeError) as error:
-        raise FileError(place.timing, f"cannot be read as times ({error}); delete it") from error
+        raise FileError(paths.timing, f"cannot be read as times ({error}); delete it") from error
 
 
-def _stale(place: ResultPaths) -> bool:
-    if not place.rows.exists():
+def _stale(paths: ResultPaths) -> bool:
+    if not paths.rows.exists():
         return False
-    return not place.timing.exists() or place.timing.stat().st_mtime < place.rows.stat().st_mtime
-
-
-def _write(place: ResultPaths, times: Iterable[tuple[str, int, float]]) -> None:
-    with atomic(place.timing) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(FIELDS)
-        writer.writerows((case, frames, f"{seconds:.6g}") for case, frames, seconds in times)
+    return not paths.timing.exists() or paths.timing.stat().st_mtime < paths.rows.stat().st_mtime

@@ -1,4 +1,4 @@
-"""What a worker process does with a case or a batch: predict with every method that lacks it, and score."""
+"""Jobs of the worker processes: predict a case or a batch with every method that lacks it, and score."""
 
 from __future__ import annotations
 
@@ -7,7 +7,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
-from typing import Any
 
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.api.offers import offers_real
@@ -34,87 +33,106 @@ class CannotStore(BenchError):
 
 @dataclass(frozen=True)
 class Stop:
-    """What a worker answers when nobody's prediction can be kept: the run must end and say why."""
+    """The result of a job whose predictions cannot be stored: the run must end with this reason."""
 
     reason: str
 
 
-def work(job: dict[str, Any]) -> list[tuple[ResultPaths, CaseResult]] | Stop:
-    """One job of ``run._jobs``: an entry per method and case that it lacks."""
-    plan: Plan = job["plan"]
-    know(plan.plugin_files)
-    cases, lost = _loaded(job["dataset"], plan.task, job["split"], job["cases"])
-    real = offers_real(dataset(job["dataset"], plan.task))
+@dataclass(frozen=True)
+class JobPart:
+    """A method and what it lacks of a job's cases. keys: case id -> key of its prediction."""
+
+    method: Spec
+    paths: ResultPaths
+    keys: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class CaseJob:
+    """Cases that are loaded once, and the methods that lack some of them.
+
+    A method is given all ``cases`` at once, because how a batch is composed decides how results round.
+    """
+
+    plan: Plan
+    dataset: Spec
+    split: str
+    cases: tuple[str, ...]
+    parts: tuple[JobPart, ...] = ()
+
+
+def work(job: CaseJob) -> list[tuple[ResultPaths, CaseResult]] | Stop:
+    """Predict and score: a result per method and case that it lacks."""
+    plan = job.plan
+    register_plugins(plan.plugin_files)
+    cases, lost = _loaded(job)
+    real = offers_real(dataset(job.dataset, plan.task))
     found = [
-        (place, CaseResult(case, "failed", lost[case]))
-        for _, place, wanted in job["cells"]
-        for case in wanted
+        (part.paths, CaseResult(case, "failed", lost[case]))
+        for part in job.parts
+        for case in part.keys
         if case in lost
     ]
     try:
-        for spec, place, keys in job["cells"]:
-            outcomes = _outcomes(plan, job["dataset"], spec, place, keys, cases)
-            found += [(place, _entry(plan, place, cases[case], outcomes[case], real)) for case in outcomes]
+        for part in job.parts:
+            found += [
+                (part.paths, _entry(plan, part.paths, cases[case], outcome, real))
+                for case, outcome in _outcomes(job, part, cases).items()
+            ]
     except CannotStore as error:
         return Stop(str(error))
     return found
 
 
-def _loaded(
-    data: Spec, task: str, split: str, ids: Sequence[str]
-) -> tuple[dict[str, Case], dict[str, str]]:
+def _loaded(job: CaseJob) -> tuple[dict[str, Case], dict[str, str]]:
     """The cases that can be loaded, and why the others cannot."""
     cases: dict[str, Case] = {}
     lost: dict[str, str] = {}
-    for each in ids:
+    for each in job.cases:
         try:
-            cases[each] = dataset(data, task).load(_infos(data, task, split)[each])
+            infos = _infos(job.dataset, job.plan.task, job.split)
+            cases[each] = dataset(job.dataset, job.plan.task).load(infos[each])
         except BenchError as error:
             lost[each] = str(error)
     return cases, lost
 
 
-def _entry(plan: Plan, place: ResultPaths, case: Case, outcome: Outcome, real: bool) -> CaseResult:
+def _entry(plan: Plan, paths: ResultPaths, case: Case, outcome: Outcome, real: bool) -> CaseResult:
     if outcome.prediction is None or plan.stage == "predict":
         return CaseResult(case.info.id, outcome.status, outcome.message)
     scored = stage_one.as_scored(outcome.prediction)
-    _keep_features(plan, place, case, scored, real)
+    _keep_features(plan, paths, case, scored, real)
     return CaseResult(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
 
 
-def _keep_features(plan: Plan, place: ResultPaths, case: Case, scored: Prediction, real: bool) -> None:
-    """What set metrics need of the case, for when the cell is complete. Raises CannotStore."""
+def _keep_features(plan: Plan, paths: ResultPaths, case: Case, scored: Prediction, real: bool) -> None:
+    """Store features of the case for the set metrics, computed once the unit is complete. Raises
+    CannotStore."""
     if asked := set_metrics(plan.metrics):
         arrays = collect(asked, case, scored, real)
         try:
-            set_files.put(place, case.info.id, arrays)
+            set_files.put(paths, case.info.id, arrays)
         except FileError as error:
             raise CannotStore(str(error)) from error
 
 
-def _outcomes(
-    plan: Plan,
-    data: Spec,
-    spec: Spec,
-    place: ResultPaths,
-    keys: Mapping[str, str],
-    cases: Mapping[str, Case],
-) -> dict[str, Outcome]:
-    """What came of every case that has a key: a prediction that is there, or a new one, which is then
-    stored. All ``cases`` are asked where any is new."""
-    found = {case: _kept(plan, place, keys[case], cases[case]) for case in keys if case in cases}
+def _outcomes(job: CaseJob, part: JobPart, cases: Mapping[str, Case]) -> dict[str, Outcome]:
+    """The outcome of every case that has a key: from a stored prediction, or from a new one, which is then
+    stored. The method is given all ``cases`` where any is new."""
+    plan, paths = job.plan, part.paths
+    found = {case: _kept(plan, paths, key, cases[case]) for case, key in part.keys.items() if case in cases}
     new = [case for case, outcome in found.items() if outcome is None]
-    made = _predicted(plan, data, spec, cases) if new else {}
+    made = _predicted(plan, job.dataset, part.method, cases) if new else {}
     for case in new:
-        _store(place, keys[case], cases[case], made[case])
+        _store(paths, part.keys[case], cases[case], made[case])
     return {case: outcome or made[case] for case, outcome in found.items()}
 
 
-def _kept(plan: Plan, place: ResultPaths, key: str, case: Case) -> Outcome | None:
-    """What need not be asked, or must not; None where the method is to be asked."""
+def _kept(plan: Plan, paths: ResultPaths, key: str, case: Case) -> Outcome | None:
+    """The outcome where the method need not or must not be asked; None where it is to be."""
     if plan.external is not None:
         return elsewhere(plan.external, case)
-    stored = None if plan.redo == "always" else _stored(place, key, case)
+    stored = None if plan.redo == "always" else _stored(paths, key, case)
     retry = plan.redo == "failed" and stored is not None and stored.status in ("failed", "invalid")
     if stored is not None and not retry:
         return stored
@@ -132,9 +150,9 @@ def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) ->
 
 
 # ------------------------------------------------------------------------------------- stored outcomes
-def _store(place: ResultPaths, key: str, case: Case, outcome: Outcome) -> None:
+def _store(paths: ResultPaths, key: str, case: Case, outcome: Outcome) -> None:
     """A prediction as ``.npz``, a refusal or failure as ``.json``; never both. Raises CannotStore."""
-    path = place.prediction(case.info.id)
+    path = paths.prediction(case.info.id)
     note = path.with_suffix(".json")
     facts = {"key": key, "status": outcome.status, "message": outcome.message}
     try:
@@ -150,9 +168,9 @@ def _store(place: ResultPaths, key: str, case: Case, outcome: Outcome) -> None:
         raise CannotStore(f"{path}: cannot be replaced ({error.strerror})") from error
 
 
-def _stored(place: ResultPaths, key: str, case: Case) -> Outcome | None:
+def _stored(paths: ResultPaths, key: str, case: Case) -> Outcome | None:
     """The outcome that an earlier run stored under this key, or None."""
-    path = place.prediction(case.info.id)
+    path = paths.prediction(case.info.id)
     if path.exists():
         if stage_one.stored_key(path) != key:
             return None
@@ -183,7 +201,7 @@ def _checked(path: Path, case: Case) -> Outcome:
 
 # ---------------------------------------------------------------------------------- process-wide state
 @cache
-def know(files: Sequence[str]) -> None:
+def register_plugins(files: Sequence[str]) -> None:
     """Register the plug-in files that the run was started with."""
     for file in files:
         registry.add_file(file)

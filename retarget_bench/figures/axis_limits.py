@@ -1,4 +1,4 @@
-"""Where the axes and colour scales of charts end: what is far worse than most is left out."""
+"""Ends of axes and colour scales: far worse results are left out and marked at the edge."""
 
 from __future__ import annotations
 

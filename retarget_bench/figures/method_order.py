@@ -1,4 +1,4 @@
-"""The order in which methods are known everywhere: by rank in the tables, so that each keeps its colour."""
+"""The order of methods, by rank in the tables; it decides their colours everywhere."""
 
 from __future__ import annotations
 

@@ -1,5 +1,4 @@
-"""Colours and line styles of methods, colours of motions and the colour scale of errors, everywhere the
-same.
+"""Colours and line styles of methods and motions, and the colour scale of errors.
 
 Eight colours that stay apart for people who are colour-blind, of which any two that follow each other
 differ in grey too, each dark enough for a thin line on white (a contrast of 3). Beyond eight they start
@@ -43,7 +42,7 @@ def control(index: int) -> str:
 
 @dataclass(frozen=True)
 class MethodStyle:
-    """How a method is drawn.
+    """The colour, mark and line of a method.
 
     name: ``m3``, ``c0`` of a control: its place, and the class of its marks on a page. shape: of its marks,
     below ``SHAPES``. dash: of its lines: full, dashed, dotted, dash-dot or long.

@@ -29,7 +29,7 @@ SECONDS = 1.0
 
 
 def action(motion: Motion | Positions, floor: float = 0.0) -> Action:
-    """What is mostly done in a clip. floor: its height in metres.
+    """The main action of a clip. floor: its height in metres.
 
     Raises NotSupported for a body without hips or of no height.
     """
@@ -47,7 +47,7 @@ def action(motion: Motion | Positions, floor: float = 0.0) -> Action:
 
 
 def going(level: np.ndarray, fps: float) -> float:
-    """How fast a path ``(frames, 2)`` on the floor is gone along: the mean size of its velocities, each an
+    """The speed along a path ``(frames, 2)`` on the floor: the mean size of its velocities, each an
     average over a second or over the whole of a shorter clip, in units of the path per second."""
     frames = len(level)
     if frames < 2:

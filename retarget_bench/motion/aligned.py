@@ -93,7 +93,7 @@ class Aligned:
         return {joint: rank for rank, joint in enumerate(self.joints)}
 
     def _parent(self, joint: int) -> int:
-        """Where in ``joints`` the nearest one above stands; -1 for the hips."""
+        """The index in ``joints`` of the nearest one above; -1 for the hips."""
         if joint == self.joints[0]:
             return -1
         seen: Sequence[int] = [

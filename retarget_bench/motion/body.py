@@ -40,7 +40,7 @@ class PosedBody:
         return [self.joint[role] for role in roles if role in self.joint]
 
     def sideways(self, side: str) -> np.ndarray:
-        """Where an arm points in the reference pose: out for bipeds, down for the fore legs of others."""
+        """Direction of an arm in the reference pose: out for bipeds, down for the fore legs of others."""
         if self.quadruped:
             return DOWN
         return LEFT if side == "left" else -LEFT

@@ -133,7 +133,7 @@ class Character:
 
 @dataclass(frozen=True, eq=False)
 class Motion:
-    """What a character does, as rotations.
+    """A motion of a character, as rotations.
 
     rotations: ``(frames, joints, 4)`` local unit quaternions, w first.
     root:      ``(frames, 3)`` metres, the root joint's place in the world (Y up).
@@ -267,7 +267,7 @@ class Positions:
 
 
 def resampled_frames(frames: int, fps: float, wanted: float) -> int:
-    """How many frames ``resample`` makes of so many."""
+    """The number of frames that ``resample`` makes of so many."""
     if step := _whole_step(fps, wanted):
         return len(range(0, frames, step))
     return len(_grid(frames, fps, wanted)[0]) if frames else 0
@@ -279,7 +279,7 @@ def _check_fps(fps: float) -> None:
 
 
 def _whole_step(fps: float, wanted: float) -> int | None:
-    """How many frames to step by when the rates differ by a whole factor, else None.
+    """The step in frames when the rates differ by a whole factor, else None.
 
     Frame times in files are rounded (0.016667, .0083333), so 0.1 % counts as whole.
     """
@@ -297,4 +297,4 @@ def _grid(frames: int, fps: float, wanted: float) -> tuple[np.ndarray, np.ndarra
 
 
 Prediction = Motion | Positions
-"""What a method may answer with, and what a source may be."""
+"""An answer of a method, or a source."""

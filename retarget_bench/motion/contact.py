@@ -1,4 +1,4 @@
-"""Which joints are planted, told from how fast they move."""
+"""Planted joints, found by their speed."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which joint of one body answers to which joint of another, and how orientations are carried over.
+"""Correspondence of the joints of two bodies, and of their orientations.
 
 Joints answer to each other by role. Spines and necks of different counts are shared out along the chain
 (equal counts one to one, the last always to the last, because it carries the arms or the head). A target
@@ -44,7 +44,7 @@ def correspondence(source: Character, target: Character) -> np.ndarray:
 
 
 def shares(wanted: int, given: int) -> list[int]:
-    """Which of ``given`` links in a row answers to each of ``wanted`` ones; -1 where there are none.
+    """For each of ``wanted`` links, the one of ``given`` that corresponds; -1 where there is none.
 
     Link k of n ends at the share k/n of the chain and takes the link that ends nearest to it.
     """

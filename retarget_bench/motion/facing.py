@@ -1,4 +1,4 @@
-"""Where a character faces, and vectors seen from there.
+"""Facing direction of a character, and vectors relative to it.
 
 The forward direction is square to the line from the right to the left, hips and shoulders together, level.
 Directions on the floor are unit complex numbers z + ix: 1 is forward along +Z, i is +X, the left.
@@ -14,7 +14,7 @@ SIDES = (("left_up_leg", "right_up_leg"), ("left_arm", "right_arm"))
 
 
 def unknown(character: Character) -> str:
-    """Why nobody can tell where a character faces, as a sentence; "" where one can."""
+    """The reason why a character has no facing direction, as a sentence; "" where it has one."""
     if any(a in character.joint_of and b in character.joint_of for a, b in SIDES):
         return ""
     return f"{character.name} has neither both upper legs nor both upper arms to tell where it faces"

@@ -1,4 +1,4 @@
-"""How a motion file was understood, and what to say where that is wrong."""
+"""Findings about a motion file, with the options that override them."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 @dataclass(frozen=True)
 class Reading:
-    """What the file does not say and somebody had to decide.
+    """Decisions that the file itself leaves open.
 
     unit:        name and metres of one unit of the file.
     unit_told:   whether the user said it, and did not leave it to a guess; likewise ``up_told``.
@@ -30,7 +30,7 @@ class Reading:
 
 @dataclass(frozen=True)
 class Findings:
-    """What importing a file found and decided.
+    """Facts and decisions of one import.
 
     joints:    (joint name, role or the reason why it has none), see ``roles.explain``.
     missing:   essential roles that no joint has.
@@ -63,7 +63,7 @@ class Findings:
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What a person should look at, with the cure."""
+        """Doubtful points, with the option that settles each."""
         out = []
         unit, told = self.reading.unit[0], self.reading.unit_told
         if self.missing:

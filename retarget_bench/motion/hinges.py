@@ -37,7 +37,7 @@ _ONE_AXIS = float(np.cos(np.radians(13.0)))
 _SOME = 500
 """Frames of a sample that are looked at."""
 _MIRROR = np.array([1.0, -1.0, -1.0])
-"""What an axis of the left is on the right."""
+"""Factors that turn an axis of the left into that of the right."""
 
 
 def measured(

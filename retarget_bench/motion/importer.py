@@ -28,7 +28,7 @@ from retarget_bench.motion.skeleton import Skeleton
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 """Metres of one unit. ``cmu``: inches over 0.45, of the CMU motion capture files."""
 _RARE = {"m": 0.0, "cm": 0.0, "mm": 0.3, "dm": 0.5, "cmu": 0.7, "inch": 1.1}
-"""How much worse a unit must fit to be passed over, as the logarithm of a size ratio."""
+"""Margin by which a worse unit is passed over, as the logarithm of a size ratio."""
 _TALL = {False: 1.6, True: 1.0}
 """Metres of role height that are typical: on two legs, on four."""
 
@@ -42,7 +42,7 @@ UP_AXES = {
 }
 """Up axis of a file -> the turn (rotation vector) that makes it +Y."""
 _USUAL = {"y": 1.0, "z": 0.9, "x": 0.5, "-y": 0.5, "-z": 0.5, "-x": 0.5}
-"""How usual an up axis is: what a body that mostly lies or sits is weighed with."""
+"""Prior weight of an up axis, for bodies that mostly lie or sit."""
 _SAMPLE = 2000
 """Frames that are looked at to find out about a body."""
 

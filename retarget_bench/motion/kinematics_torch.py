@@ -165,7 +165,8 @@ def _kinematics(local: Tensor, offsets: Tensor, tree: Tree) -> tuple[Tensor, Ten
     local: rotations ``(rows, 4, s, f)``. offsets: ``(rows, 3, 1 or s, 1)``.
     """
     if local.requires_grad and torch.is_grad_enabled():
-        chain = _recorded_chain(tree, torch.nn.functional.normalize(local, dim=1))
+        squares = (local * local).sum(1, keepdim=True)  # torch's own norm takes longer along an inner axis
+        chain = _recorded_chain(tree, local * squares.clamp_min(1e-24).rsqrt())
     else:
         chain = _chain(tree, local)
     bones = _turn(chain.index_select(0, tree.above).unbind(1), (offsets * tree.inner).unbind(1))

@@ -16,7 +16,7 @@ _BLOCK = 64
 
 
 class MovingJoints(Protocol):
-    """What a mesh needs of a motion."""
+    """The part of a motion that a mesh needs."""
 
     @property
     def skeleton(self) -> Skeleton: ...

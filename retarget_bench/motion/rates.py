@@ -29,7 +29,7 @@ def at(source: Prediction, frames: int, fps: float) -> Prediction:
 
 
 def covering(frames: int, fps: float) -> int:
-    """How many frames at 30 per second reach the end of so many at ``fps``."""
+    """The number of frames at 30 per second that reach the end of so many at ``fps``."""
     return int(np.ceil((frames - 1) * _ratio(FPS, fps) - 1e-6)) + 1
 
 

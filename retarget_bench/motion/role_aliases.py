@@ -1,4 +1,4 @@
-"""How rigs spell the parts of a body: a table from name stems to roles, and how names are cut into stems.
+"""Spellings of body parts in rigs: a table from name stems to roles, and the cutting of names into stems.
 
 A name is cut into a side (left, right or none), a stem (lower case letters) and numbers. What a stem can
 mean is listed best meaning first; where it can mean two things (``LeftHip`` is the upper leg in one rig
@@ -85,7 +85,7 @@ FINGERS = {
     "little": "pinky",
 }
 NUMBERED_FINGERS = ("thumb", "index", "middle", "ring", "pinky")
-"""What finger1 to finger5 mean."""
+"""The fingers finger1 to finger5."""
 
 HELPER_WORDS = _words(
     "helper twist share split roll dummy joint pelvis metacarpal metatarsal base fingers ik pole"

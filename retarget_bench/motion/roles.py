@@ -1,4 +1,4 @@
-"""What joints mean: from joint names to anatomy.
+"""Roles of joints: from joint names to anatomy.
 
 A role is a word such as ``hips``, ``spine_2``, ``left_forearm`` or ``right_toe``. Names decide, through
 the table of ``role_aliases.py``, and the tree checks: the joints of a limb must hang below each other in

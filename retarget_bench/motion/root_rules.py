@@ -1,4 +1,4 @@
-"""How far a smaller or larger body travels: the ratio by which a source's root path is scaled.
+"""Root rules: the ratio by which a source's root path is scaled for a smaller or larger body.
 
 Height and path are scaled by the same ratio about the world's origin, so the floor (y = 0) stays the floor
 and turning the source about the vertical axis turns the result. A source that stands on another height

@@ -37,11 +37,11 @@ STAND = {
     "leg": -40.0,
     "foot": 5.0,
 }
-"""How a four-legged body stands: degrees of each bone from straight down, forward is positive (the means of
+"""Stance of a four-legged body: degrees of each bone from straight down, forward is positive (the means of
 a dog that stands and walks)."""
 
 _FLAT_FOOT = np.radians(25.0)
-"""How far the line from foot to toe slopes down where no sample shows it."""
+"""Slope of the line from foot to toe where no sample shows it."""
 _ENOUGH_BEND = np.sin(np.radians(4.0))
 """A joint that bends less than this on average does not show its axis."""
 _CLEAR_BEND = np.sin(np.radians(20.0))
@@ -68,7 +68,7 @@ def reference_pose(body: PosedBody, sample: np.ndarray) -> np.ndarray:
 
 
 class Typical:
-    """What a body does most of the time: its upright frames and its mean rotations in them."""
+    """The typical motion of a body: its upright frames and its mean rotations in them."""
 
     def __init__(self, body: PosedBody, sample: np.ndarray) -> None:
         self.body, self.sample = body, sample

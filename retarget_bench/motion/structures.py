@@ -184,7 +184,7 @@ def _reduced(character: Character, kept: list[int]) -> Skeleton:
 
 
 def _parent(skeleton: Skeleton, kept: Sequence[int], joint: int) -> int:
-    """Where in ``kept`` the nearest kept joint above stands; -1 for the first."""
+    """The index in ``kept`` of the nearest kept joint above; -1 for the first."""
     above = next((j for j in ancestors(skeleton, joint) if j in kept), None)
     if above is None and joint != kept[0]:
         raise SkeletonError(

@@ -13,7 +13,7 @@ from retarget_bench.motion.motion import Motion, Positions
 FARTHEST = 1e5
 """Metres from the origin beyond which no prediction is taken seriously."""
 UNIT_TOLERANCE = 1e-3
-"""How far from 1 the length of a predicted quaternion may be; it is then normalised."""
+"""Largest difference from 1 of the length of a predicted quaternion, which is then normalised."""
 EMPTY = "there is nothing to answer: the source has no frames"
 
 

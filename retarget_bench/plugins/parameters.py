@@ -130,7 +130,7 @@ def _sentence(factory: Callable[..., Any]) -> str:
 
 
 def _card_lines(factory: Callable[..., Any]) -> dict[str, str]:
-    """What the card says of each parameter; a card that is made with the object needs it to be built."""
+    """The card's line for each parameter; a card that is made with the object needs it to be built."""
     try:
         card = getattr(factory, "card", None) or factory().card
         return {str(name): f": {line}" for name, line in card.parameters.items()}

@@ -1,4 +1,4 @@
-"""Post-processes: what may be done to the answers of any method, and a method together with them.
+"""Post-processors, which change the answers of any method, and methods composed with them.
 
 ``pan+footfix`` is the method ``pan`` whose every answer goes through the post-process ``footfix``;
 ``a+b+c`` goes through ``b``, then ``c``. A post-process is a plug-in like any other: a callable that takes
@@ -31,7 +31,7 @@ from retarget_bench.plugins.answers import Invalid, verified
 
 @dataclass(frozen=True)
 class PostCard:
-    """What a post-process is, and which answers it works on.
+    """Description of a post-processor, and the answers that it works on.
 
     accepts:    the kinds of answer that it takes: ``motion`` (rotations) and/or ``positions``.
     stochastic: the result depends on ``context.seed``.

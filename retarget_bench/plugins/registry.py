@@ -35,7 +35,7 @@ ROOMS: dict[Kind, str] = {
     "datasets": "datasets",
     "posts": "methods/posts",
 }
-"""Where the built-in ones lie."""
+"""The folders of the built-in plug-ins."""
 BUILT_IN = "built-in"
 _FILE_MODULE = "retarget_bench_file_"
 _MARKS: dict[Kind, tuple[str, ...]] = {

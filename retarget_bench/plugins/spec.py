@@ -1,4 +1,4 @@
-"""How a plug-in and its parameters are written: ``copy_rotations[root_rule=height,scale=1.5]``.
+"""Specs, the written form of a plug-in and its parameters: ``copy_rotations[root_rule=height,scale=1.5]``.
 
 The grammar::
 

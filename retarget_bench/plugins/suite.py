@@ -25,7 +25,7 @@ Names = Annotated[list[str], BeforeValidator(_listed)]
 
 
 class Suite(BaseModel):
-    """What a suite file may say; everything has the command line's default where it is left out."""
+    """The entries of a suite file; each has the command line's default where it is left out."""
 
     model_config = ConfigDict(extra="forbid", strict=True)
 

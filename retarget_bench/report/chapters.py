@@ -1,4 +1,4 @@
-"""What a report is about: one chapter for every task and data set that there are results of."""
+"""The chapters of a report: one per task and data set."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.tasks import levels
+from retarget_bench.evaluation.tasks import questions
 from retarget_bench.figures import method_order
 from retarget_bench.figures.data import values
 from retarget_bench.motion.character import Character
@@ -92,11 +92,11 @@ class Split:
         structures: dict[str, str] = {}
         conditions: dict[str, dict[str, float]] = {}
         for row in self.matrix.rows:
-            structures |= case_metadata.read_structures(row.place) or {}
-            conditions |= case_metadata.read_conditions(row.place)
+            structures |= case_metadata.read_structures(row.paths) or {}
+            conditions |= case_metadata.read_conditions(row.paths)
         found["structure"] = [structures.get(info.target, UNKNOWN) for info in cases]
         if conditions:
-            found["level"] = [levels.name(conditions.get(info.id, {})) for info in cases]
+            found["level"] = [questions.level_name(conditions.get(info.id, {})) for info in cases]
         return found
 
 

@@ -1,4 +1,4 @@
-"""Which cases a report shows in motion: the worst, typical and best ones, of many kinds and pairs."""
+"""Choice of the cases that a report plays: worst, typical and best, of many kinds and pairs."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the page's script knows of the cases: who they are, their numbers, and what went wrong."""
+"""The data of cases for the page's script: names, numbers and failures."""
 
 from __future__ import annotations
 
@@ -205,7 +205,7 @@ def _lost(
         for problem in row.header.problems:
             why = printable(f"{problem.status}: {problem.message}")
             mine |= {str(position[case]): why for case in problem.cases if case in position}
-        folder = row.place.folder / row.place.method
+        folder = row.paths.folder / row.paths.method
         stored = {path.name for path in folder.iterdir()} if folder.is_dir() else set()
         for case, number in position.items():
             if f"{case_file(case)}.npz" not in stored:

@@ -1,4 +1,4 @@
-"""Which tables a chapter has: the usual ones with all values of sets, or those of the columns asked for."""
+"""The tables of a chapter."""
 
 from __future__ import annotations
 

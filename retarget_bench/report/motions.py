@@ -1,4 +1,4 @@
-"""The scenes of a report, packed, as many as fit; and what is to be said of those that are not there."""
+"""Packed scenes of a report, as many as fit, and notes on those left out."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ def motions(
             found.reasons[each] = chapter.absent
             continue
         try:
-            places = [row.place for row in split.matrix.rows]
+            places = [row.paths for row in split.matrix.rows]
             scene = scenes.of_case(places, case, dataset=chapter.data)
             text = player.data(packed(scene, skins))
         except BenchError as error:

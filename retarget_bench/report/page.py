@@ -1,4 +1,4 @@
-"""The page: everything that a report holds, in one file that asks nobody for anything."""
+"""The self-contained HTML report."""
 
 from __future__ import annotations
 

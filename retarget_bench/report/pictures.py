@@ -1,4 +1,4 @@
-"""The charts of a chapter, with headings and how to read them: those that there are data for."""
+"""The charts of a chapter, with headings and reading help."""
 
 from __future__ import annotations
 

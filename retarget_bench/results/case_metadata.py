@@ -1,4 +1,4 @@
-"""What is known of a split's cases beyond the case list: bodies, what is unseen, and how hard a case is.
+"""Metadata of the cases of a split: structures, body parts, unseen bodies and kinds, conditions.
 
 Small files lie beside ``cases.csv``. Results written before there were any load without them.
 
@@ -10,14 +10,13 @@ Small files lie beside ``cases.csv``. Results written before there were any load
 
 from __future__ import annotations
 
-import csv
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo, Dataset
 from retarget_bench.api.offers import OffersConditions, OffersUnseen
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic
+from retarget_bench.files import write_csv
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.roles import body_part
 from retarget_bench.results import store
@@ -29,30 +28,30 @@ STRUCTURES_FIELDS = ("target", "structure")
 CONDITIONS_FIELDS = ("case", "condition", "value")
 
 
-def write(place: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
+def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     """The marks of a split: a file of each kind that the data set knows."""
     bodies = data.characters()
     targets = sorted({info.target for info in infos} & set(bodies))
     rows = [(name, joint, part) for name in targets for joint, part in parts(bodies[name]).items()]
-    _write(_path(place, "parts"), PARTS_FIELDS, rows)
-    _write(
-        _path(place, "structures"), STRUCTURES_FIELDS, [(name, bodies[name].structure) for name in targets]
+    write_csv(_path(paths, "parts"), PARTS_FIELDS, rows)
+    write_csv(
+        _path(paths, "structures"), STRUCTURES_FIELDS, [(name, bodies[name].structure) for name in targets]
     )
-    _write_conditions(place, data, infos)
+    _write_conditions(paths, data, infos)
     if not isinstance(data, OffersUnseen):
-        _path(place, "unseen").unlink(missing_ok=True)
+        _path(paths, "unseen").unlink(missing_ok=True)
     else:
         marks = [(info.id, "+".join(sorted(data.unseen(info)))) for info in infos]
-        _write(_path(place, "unseen"), UNSEEN_FIELDS, sorted(marks))
+        write_csv(_path(paths, "unseen"), UNSEEN_FIELDS, sorted(marks))
 
 
-def _write_conditions(place: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
+def _write_conditions(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
     if not isinstance(data, OffersConditions):
         return
     rows = [
         (info.id, name, f"{number:.9g}") for info in infos for name, number in data.conditions(info).items()
     ]
-    _write(_path(place, "conditions"), CONDITIONS_FIELDS, sorted(rows))
+    write_csv(_path(paths, "conditions"), CONDITIONS_FIELDS, sorted(rows))
 
 
 def parts(body: Character) -> dict[str, str]:
@@ -67,32 +66,32 @@ def parts(body: Character) -> dict[str, str]:
     return found
 
 
-def read_parts(place: ResultPaths) -> dict[tuple[str, str], str] | None:
+def read_parts(paths: ResultPaths) -> dict[tuple[str, str], str] | None:
     """(target, joint) -> part of the body; None where the results are older than these marks."""
-    path = _path(place, "parts")
+    path = _path(paths, "parts")
     if not path.exists():
         return None
     return {(target, joint): part for target, joint, part in store.read_csv(path, PARTS_FIELDS)}
 
 
-def read_unseen(place: ResultPaths) -> dict[str, frozenset[str]] | None:
+def read_unseen(paths: ResultPaths) -> dict[str, frozenset[str]] | None:
     """Case -> what of it the data set's training part does not have; None where it does not say."""
-    path = _path(place, "unseen")
+    path = _path(paths, "unseen")
     if not path.exists():
         return None
     rows = store.read_csv(path, UNSEEN_FIELDS)
     return {case: frozenset(words.split("+")) if words else frozenset() for case, words in rows}
 
 
-def read_structures(place: ResultPaths) -> dict[str, str] | None:
+def read_structures(paths: ResultPaths) -> dict[str, str] | None:
     """Target -> its structure; None where the results are older than these marks."""
-    path = _path(place, "structures")
+    path = _path(paths, "structures")
     return dict(store.read_csv(path, STRUCTURES_FIELDS)) if path.exists() else None
 
 
-def read_conditions(place: ResultPaths) -> dict[str, dict[str, float]]:
+def read_conditions(paths: ResultPaths) -> dict[str, dict[str, float]]:
     """Case -> condition -> number; empty where the task has none. Raises FileError."""
-    path = _path(place, "conditions")
+    path = _path(paths, "conditions")
     found: dict[str, dict[str, float]] = {}
     rows = store.read_csv(path, CONDITIONS_FIELDS) if path.exists() else []
     for line, (case, name, text) in enumerate(rows, 2):
@@ -104,7 +103,7 @@ def read_conditions(place: ResultPaths) -> dict[str, dict[str, float]]:
 
 
 def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[str]:
-    """What of a case a training manifest does not have, out of ``source``, ``target`` and ``kind``.
+    """The parts of a case that a training manifest lacks, out of ``source``, ``target`` and ``kind``.
 
     The motion counts as known where training had its kind, or, where kinds are not known, its clip.
     """
@@ -117,12 +116,5 @@ def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[s
     return frozenset(word for word, there in known.items() if not there)
 
 
-def _path(place: ResultPaths, what: str) -> Path:
-    return place.folder / f"cases.{what}.csv"
-
-
-def _write(path: Path, fields: Sequence[str], rows: Iterable[Sequence[str]]) -> None:
-    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(fields)
-        writer.writerows(rows)
+def _path(paths: ResultPaths, what: str) -> Path:
+    return paths.folder / f"cases.{what}.csv"

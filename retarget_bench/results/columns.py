@@ -33,39 +33,39 @@ class Columns:
     numbers: (value id, index or "") -> ``(cases,)``, nan where a case has no such number.
     """
 
-    place: ResultPaths
+    paths: ResultPaths
     header: ResultHeader
     cases: tuple[CaseInfo, ...]
     numbers: dict[Key, np.ndarray]
 
 
-def read(place: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
-    """The rows and case list at a place: the numbers that may stand beside the newest results.
+def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
+    """The rows and case list at a paths: the numbers that may stand beside the newest results.
 
     Raises FileError when a file is missing, damaged or from a newer version.
     """
     if newest.stale_data(header):  # the case list beside the rows is that of the newer data
-        return Columns(place, header, (), {})
-    cases = tuple(store.read_cases(place.cases, place.task, place.split))
+        return Columns(paths, header, (), {})
+    cases = tuple(store.read_cases(paths.cases, paths.task, paths.split))
     position = {info.id: number for number, info in enumerate(cases)}
-    found = _fast(place, position) if _is_large(place) else None
-    numbers = _slow(place, position) if found is None else found
+    found = _fast(paths, position) if _is_large(paths) else None
+    numbers = _slow(paths, position) if found is None else found
     stale = {value for value, _ in numbers if newest.stale_value(header, value)}
-    return Columns(place, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})
+    return Columns(paths, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})
 
 
-def _is_large(place: ResultPaths) -> bool:
+def _is_large(paths: ResultPaths) -> bool:
     try:
-        return place.rows.stat().st_size >= LARGE
+        return paths.rows.stat().st_size >= LARGE
     except OSError:
         return False
 
 
-def _slow(place: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray]:
+def _slow(paths: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray]:
     numbers: dict[Key, np.ndarray] = {}
-    for case, entry in store.read_rows(place.rows).items():
+    for case, entry in store.read_rows(paths.rows).items():
         if case not in position:
-            raise FileError(place.rows, f"names case {case!r}, which {place.cases} does not list")
+            raise FileError(paths.rows, f"names case {case!r}, which {paths.cases} does not list")
         for value_id, value in entry.values.items():
             for index, number in value.items() if isinstance(value, dict) else (("", value),):
                 key = value_id, index
@@ -75,7 +75,7 @@ def _slow(place: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray]
     return numbers
 
 
-def _fast(place: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray] | None:
+def _fast(paths: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray] | None:
     """The same by pandas; None where anything is not as it should be."""
     import pandas as pd
 
@@ -85,7 +85,7 @@ def _fast(place: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray]
     text = dict.fromkeys(store.ROW_FIELDS[:3], "category")
     try:
         rows = pd.read_csv(
-            place.rows,
+            paths.rows,
             dtype=text | {"value": "float64"},
             na_filter=False,
             **exact,

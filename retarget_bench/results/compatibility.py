@@ -1,4 +1,4 @@
-"""Which results may meet in one table: those of the newest data, and of every metric in its newest version.
+"""Results that may share a table: those of the newest data, with every metric in its newest version.
 
 What counts is the version that a metric's card declares, which moves when any of its numbers does. Other
 code under the same version is told in a note: it should give the same numbers.
@@ -24,7 +24,7 @@ class Newest:
     metric_of: Mapping[str, str]
 
     def stale_data(self, header: ResultHeader) -> str:
-        """Why no number of a result may stand here; "" where its data are those of the newest."""
+        """The reason why no number of a result may stand here; "" where its data are the newest."""
         content = header.dataset.content
         if content == self.content:
             return ""
@@ -34,7 +34,7 @@ class Newest:
         )
 
     def stale_value(self, header: ResultHeader, value: str) -> str:
-        """Why a value of a result may not stand here; "" where its metric is the newest."""
+        """The reason why a value of a result may not stand here; "" where its metric is the newest."""
         metric = self.metric_of.get(value, "")
         if metric not in (had := metric_versions(header)) or had[metric] == self.metrics[metric]:
             return ""

@@ -107,7 +107,7 @@ class DeclaredValue(_Part):
 
 @dataclass(frozen=True, kw_only=True)
 class Counts(_Part):
-    """How many cases were asked for, and how each ended."""
+    """Numbers of cases: asked for, and by outcome."""
 
     asked: int
     ok: int

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import SPLITS, CaseInfo
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.columns import Columns, Key
 from retarget_bench.results.header import DeclaredValue, ResultHeader
-from retarget_bench.results.labels import with_current_labels
 from retarget_bench.results.store import ResultPaths
 
 
@@ -23,26 +24,26 @@ class MethodRow:
     """One method: what its header says, and for every seed that it was run with its numbers.
 
     header: of the first seed, with the counts and problems of all.
-    places: of the results, per seed.
-    draws:  per seed (value id, index) -> ``(cases,)``.
+    all_paths: of the results, per seed.
+    runs:   per seed (value id, index) -> ``(cases,)``.
     """
 
     label: str
     header: ResultHeader
-    places: tuple[ResultPaths, ...]
-    draws: tuple[Mapping[Key, np.ndarray], ...]
+    all_paths: tuple[ResultPaths, ...]
+    runs: tuple[Mapping[Key, np.ndarray], ...]
 
     @property
-    def place(self) -> ResultPaths:
-        return self.places[0]
+    def paths(self) -> ResultPaths:
+        return self.all_paths[0]
 
     def number(self, key: Key) -> np.ndarray | None:
         """``(cases,)``: the mean over seeds, nan where any seed has none; None where no case has one."""
-        if not all(key in draw for draw in self.draws):
+        if not all(key in run for run in self.runs):
             return None
-        if len(self.draws) == 1:
-            return self.draws[0][key]
-        return np.mean([draw[key] for draw in self.draws], axis=0)
+        if len(self.runs) == 1:
+            return self.runs[0][key]
+        return np.mean([run[key] for run in self.runs], axis=0)
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ class ResultMatrix:
     @cached_property
     def keys(self) -> list[Key]:
         """Every value, and point of a curve, that any method has."""
-        return list(dict.fromkeys(key for row in self.rows for draw in row.draws for key in draw))
+        return list(dict.fromkeys(key for row in self.rows for run in row.runs for key in run))
 
     def numbers(self, key: Key) -> np.ndarray:
         """``(methods, cases)``; nan where there is none."""
@@ -93,11 +94,11 @@ class ResultMatrix:
                 for info, mine in zip(self.cases, np.logical_and(keep, self.own), strict=True)
                 if mine
             }
-            draws = tuple(
-                {key: np.where(keep, column, np.nan)[some] for key, column in draw.items()}
-                for draw in row.draws
+            runs = tuple(
+                {key: np.where(keep, column, np.nan)[some] for key, column in run.items()}
+                for run in row.runs
             )
-            rows.append(replace(row, header=row.header.counted(ids), draws=draws))
+            rows.append(replace(row, header=row.header.counted(ids), runs=runs))
         cases = tuple(info for info, keep in zip(self.cases, some, strict=True) if keep)
         return replace(self, cases=cases, own=self.own[some], rows=tuple(rows), part=part)
 
@@ -106,32 +107,30 @@ class ResultMatrix:
         rows = tuple(
             replace(
                 row,
-                draws=tuple(
-                    {key: each for key, each in draw.items() if key[0] == value} for draw in row.draws
-                ),
+                runs=tuple({key: each for key, each in run.items() if key[0] == value} for run in row.runs),
             )
             for row in self.rows
         )
         return replace(self, rows=rows, values={value: self.values[value]} if value in self.values else {})
 
 
-def result_matrices(places: Iterable[ResultPaths]) -> list[ResultMatrix]:
-    """The results at these places, by data set and split (self, intra, cross).
+def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
+    """Results by data set and split (self, intra, cross).
 
     Numbers on other data, or of another version of a metric, than the newest of a data set's results are
     left out, and so are further seeds of a method that another version of it ran with, or on other data.
-    A place that is named twice counts once.
+    Results that are named twice count once.
     """
     once: dict[Path, ResultPaths] = {}
-    for place in places:
-        once.setdefault(place.header.resolve(), place)
-    there = [(place, store.read_header(place.header)) for place in once.values()]
+    for paths in results:
+        once.setdefault(paths.header.resolve(), paths)
+    there = [(paths, store.read_header(paths.header)) for paths in once.values()]
     newest = compatibility.newest_by_label(header for _, header in there)
     grouped: dict[tuple[str, str, str], list[Columns]] = {}
-    for place, header in there:
+    for paths, header in there:
         label = header.dataset.label
-        found = columns.read(place, header, newest[label])
-        grouped.setdefault((label, place.task, place.split), []).append(found)
+        found = columns.read(paths, header, newest[label])
+        grouped.setdefault((label, paths.task, paths.split), []).append(found)
     order = {split: rank for rank, split in enumerate(SPLITS)}
     keys = sorted(grouped, key=lambda key: (*key[:2], order.get(key[2], len(order))))
     return [_matrix(grouped[key], key[0], grouped.get((*key[:2], "self"), [])) for key in keys]
@@ -142,14 +141,14 @@ def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> 
     for each in sorted(found, key=lambda each: each.header.date):
         values |= each.header.values
     pooled = {key for key, value in values.items() if value.with_self}
-    split = found[0].place.split
+    split = found[0].paths.split
     extra = selves if pooled and split == "intra" else ()
     infos = {info.id: (info, True) for each in found for info in each.cases}
     infos |= {i.id: (i, False) for each in extra for i in each.cases if i.id not in infos}
     ordered = sorted(infos.values(), key=lambda pair: (pair[0].clip, pair[0].id))
     position = {info.id: number for number, (info, _) in enumerate(ordered)}
     own_self = {_identity(each): each for each in extra}
-    draws = [
+    runs = [
         (each, _aligned(each, own_self.get(_identity(each)), pooled, split, position)) for each in found
     ]
     return ResultMatrix(
@@ -157,13 +156,13 @@ def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> 
         split=split,
         cases=tuple(info for info, _ in ordered),
         own=np.array([own for _, own in ordered]),
-        rows=_rows(draws),
+        rows=_rows(runs),
         values=with_current_labels(values),
     )
 
 
 def _identity(found: Columns) -> tuple[Any, ...]:
-    return found.place.root, found.place.dataset, found.place.task, found.place.method
+    return found.paths.root, found.paths.dataset, found.paths.task, found.paths.method
 
 
 def _aligned(
@@ -185,13 +184,13 @@ def _aligned(
 
 
 # ----------------------------------------------------------------------------------------------- seeds
-def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[MethodRow, ...]:
+def _rows(runs: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[MethodRow, ...]:
     """One row per method: results under several seeds together. Equal labels of several roots are told
     apart by their folders."""
     grouped: dict[tuple[str, str], list[tuple[Columns, dict[Key, np.ndarray]]]] = {}
-    for found, numbers in draws:
+    for found, numbers in runs:
         label = found.header.method.label
-        grouped.setdefault((label, str(found.place.root)), []).append((found, numbers))
+        grouped.setdefault((label, str(found.paths.root)), []).append((found, numbers))
     labels = [label for label, _ in grouped]
     rows = []
     for (label, root), each in grouped.items():
@@ -201,8 +200,8 @@ def _rows(draws: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Metho
         each = [pair for pair in each if _same_version(pair[0], first)]
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
         seeds = tuple(numbers for _, numbers in each)
-        places = tuple(found.place for found, _ in each)
-        rows.append(MethodRow(shown, _header([found for found, _ in each]), places, seeds))
+        all_paths = tuple(found.paths for found, _ in each)
+        rows.append(MethodRow(shown, _header([found for found, _ in each]), all_paths, seeds))
     return tuple(rows)
 
 
@@ -222,3 +221,28 @@ def _same_version(found: Columns, first: Columns) -> bool:
     one, other = found.header, first.header
     same_data = one.dataset.content == other.dataset.content
     return same_data and (one.method, one.metrics) == (other.method, other.metrics)
+
+
+def with_current_labels(values: Mapping[str, DeclaredValue]) -> dict[str, DeclaredValue]:
+    """The same declarations, with label and meaning as the installed metric has them.
+
+    values: by id. A value is unchanged where its metric is not installed, or gives it another unit.
+    """
+    installed = {
+        value.id: value
+        for metric in dict.fromkeys(each.metric for each in values.values())
+        for value in _values_of(metric)
+    }
+    return {
+        key: replace(each, label=installed[key].label, meaning=installed[key].meaning)
+        if key in installed and installed[key].unit == each.unit
+        else each
+        for key, each in values.items()
+    }
+
+
+def _values_of(metric: str) -> tuple[Any, ...]:
+    try:
+        return tuple(registry.create("metrics", metric).card.values) if metric else ()
+    except BenchError:
+        return ()

@@ -26,7 +26,7 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, digest, slug, write_text
+from retarget_bench.files import atomic, digest, slug, write_csv, write_text
 from retarget_bench.results.header import SCHEMA, DeclaredValue, ResultHeader, parsed
 
 ROW_FIELDS = ("case", "value_id", "index", "value")
@@ -39,7 +39,7 @@ Values = dict[str, float | dict[str, float]]
 
 @dataclass(frozen=True)
 class ResultPaths:
-    """Where the results of one method on one split of a data set lie."""
+    """Paths of the results of one method on one split of a data set."""
 
     root: Path
     dataset: str
@@ -81,7 +81,7 @@ class ResultPaths:
 
 @dataclass
 class CaseResult:
-    """What came out of one case."""
+    """The result of one case."""
 
     case: str
     status: str
@@ -93,7 +93,7 @@ class CaseResult:
 class Results:
     """The results of one method on one split, read back."""
 
-    place: ResultPaths
+    paths: ResultPaths
     header: ResultHeader
     entries: list[CaseResult]
     cases: dict[str, CaseInfo]
@@ -116,21 +116,21 @@ def case_seed(base: int, method: str, case_id: str) -> int:
 
 # --------------------------------------------------------------------------------------------- journal
 def open_journal(
-    place: ResultPaths, keys: Mapping[str, str], *, anew: bool = False
+    paths: ResultPaths, keys: Mapping[str, str], *, anew: bool = False
 ) -> dict[str, CaseResult]:
     """The finished cases of an interrupted run with the same keys; a stale journal is begun anew.
 
     The journal is left ending on a whole line, ready to be appended to.
     """
     try:
-        done, whole = ({}, 0) if anew else _read_journal(place.journal, keys)
+        done, whole = ({}, 0) if anew else _read_journal(paths.journal, keys)
         if not whole:
-            write_text(place.journal, json.dumps({"schema": SCHEMA, **keys}) + "\n")
-        elif whole < place.journal.stat().st_size:
-            with place.journal.open("r+b") as file:
+            write_text(paths.journal, json.dumps({"schema": SCHEMA, **keys}) + "\n")
+        elif whole < paths.journal.stat().st_size:
+            with paths.journal.open("r+b") as file:
                 file.truncate(whole)
     except OSError as error:
-        raise FileError(place.journal, f"cannot be continued ({error.strerror})") from error
+        raise FileError(paths.journal, f"cannot be continued ({error.strerror})") from error
     return done
 
 
@@ -156,31 +156,29 @@ def _read_journal(path: Path, keys: Mapping[str, str]) -> tuple[dict[str, CaseRe
     return done, length
 
 
-def append_journal(place: ResultPaths, entry: CaseResult) -> None:
+def append_journal(paths: ResultPaths, entry: CaseResult) -> None:
     """One line, written at once."""
     line = json.dumps(asdict(entry), allow_nan=False) + "\n"
     try:
-        with place.journal.open("ab", buffering=0) as file:
+        with paths.journal.open("ab", buffering=0) as file:
             file.write(line.encode())
     except OSError as error:
-        raise FileError(place.journal, f"cannot be written ({error.strerror})") from error
+        raise FileError(paths.journal, f"cannot be written ({error.strerror})") from error
 
 
 # --------------------------------------------------------------------------------------------- writing
 def write_results(
-    place: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
+    paths: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
 ) -> None:
     """Rows, arrays and case list, then the header (whose presence says that all is there)."""
-    write_cases(place.cases, infos)
+    write_cases(paths.cases, infos)
     rows, arrays = _flatten(entries, header.values)
-    with atomic(place.rows) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(ROW_FIELDS)
-        writer.writerows((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
-    with atomic(place.arrays) as temporary, temporary.open("wb") as stream:
+    texts = ((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
+    write_csv(paths.rows, ROW_FIELDS, texts)
+    with atomic(paths.arrays) as temporary, temporary.open("wb") as stream:
         np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
-    write_text(place.header, json.dumps(header.plain(), indent=1, ensure_ascii=False) + "\n")
-    place.journal.unlink(missing_ok=True)
+    write_text(paths.header, json.dumps(header.plain(), indent=1, ensure_ascii=False) + "\n")
+    paths.journal.unlink(missing_ok=True)
 
 
 def _flatten(
@@ -209,11 +207,9 @@ def _flatten(
 
 def write_cases(path: Path, infos: Sequence[CaseInfo]) -> None:
     """The case list beside the rows; sorted by case id."""
-    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(CASE_FIELDS)
-        for info in sorted(infos, key=lambda info: info.id):
-            writer.writerow((info.id, info.source, info.target, info.clip, info.kind, info.frames))
+    ordered = sorted(infos, key=lambda info: info.id)
+    rows = ((info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered)
+    write_csv(path, CASE_FIELDS, rows)
 
 
 # --------------------------------------------------------------------------------------------- reading
@@ -240,20 +236,20 @@ def read_header_facts(path: Path) -> dict[str, Any]:
     return dict(facts)
 
 
-def read_results(place: ResultPaths) -> Results:
+def read_results(paths: ResultPaths) -> Results:
     """Everything that is known of one method on one split.
 
     Raises FileError when a file is missing, damaged or from a newer version.
     """
-    header = read_header(place.header)
-    cases = {info.id: info for info in read_cases(place.cases, place.task, place.split)}
-    entries = read_rows(place.rows)
+    header = read_header(paths.header)
+    cases = {info.id: info for info in read_cases(paths.cases, paths.task, paths.split)}
+    entries = read_rows(paths.rows)
     for problem in header.problems:
         for case in problem.cases:
             entries[case] = CaseResult(case, problem.status, problem.message)
     if strangers := entries.keys() - cases.keys():
-        raise FileError(place.rows, f"names case {min(strangers)!r}, which {place.cases} does not list")
-    return Results(place, header, [entries[case] for case in sorted(entries)], cases)
+        raise FileError(paths.rows, f"names case {min(strangers)!r}, which {paths.cases} does not list")
+    return Results(paths, header, [entries[case] for case in sorted(entries)], cases)
 
 
 def read_rows(path: Path) -> dict[str, CaseResult]:
@@ -301,13 +297,13 @@ def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
     return rows
 
 
-def read_arrays(place: ResultPaths) -> dict[str, np.ndarray]:
+def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
     """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
     try:
-        with np.load(place.arrays) as file:
+        with np.load(paths.arrays) as file:
             return {name: file[name] for name in file.files}
     except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise FileError(place.arrays, f"cannot be read ({error}); run the method again") from error
+        raise FileError(paths.arrays, f"cannot be read ({error}); run the method again") from error
 
 
 def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:

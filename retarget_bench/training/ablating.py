@@ -151,7 +151,7 @@ def numbers_of(asked: plan.Plan, trained: Sequence[TrainedRow]) -> list[Numbers]
     """What every row scored, from the results of a plan that was carried out."""
     places: dict[Spec, list[ResultPaths]] = {}
     for cell in plan.evaluation_units(asked):
-        places.setdefault(cell.known_as, []).append(cell.place)
+        places.setdefault(cell.known_as, []).append(cell.paths)
     return [_numbers(places[plan.known_as(each.ready)]) for each in trained]
 
 

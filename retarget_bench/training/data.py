@@ -13,7 +13,7 @@ import numpy as np
 from retarget_bench.api import Dataset, offers
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation.plan import method
-from retarget_bench.evaluation.worker import know
+from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Spec
@@ -206,7 +206,7 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
 def clips_of(job: Mapping[str, Any]) -> tuple[list[ClipArrays], int, list[str]]:
     """The clips of one character as arrays, the number of those left out since their body is another one,
     and those that cannot be used, each with the reason; what a worker process does."""
-    know(job["plugins"])
+    register_plugins(job["plugins"])
     name, asked, data = job["character"], method(job["method"]), dataset(job["dataset"])
     (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
     body = _bodies(data, {name: clips})[name]

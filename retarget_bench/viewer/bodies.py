@@ -1,4 +1,4 @@
-"""The drawn surface of a body: how thick its bones are, and the pieces that a picture is made of."""
+"""Drawn bodies: thickness of bones, and the polygons of a picture."""
 
 from __future__ import annotations
 

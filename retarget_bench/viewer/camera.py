@@ -1,4 +1,4 @@
-"""Where one looks from: a perspective camera that is fitted to what moves, and what it follows."""
+"""A perspective camera fitted to the motion that it shows."""
 
 from __future__ import annotations
 

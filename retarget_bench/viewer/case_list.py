@@ -1,4 +1,4 @@
-"""Cases to choose from: those of results, also of a run that goes on, or motion files."""
+"""The cases offered by the live view: of finished or running results, or of motion files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pictures written as files: clips (.mp4, .gif, .webp) and stills (.png), whole or not at all."""
+"""Writing clips (.mp4, .gif, .webp) and stills (.png), atomically."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Colours of drawn bodies: who is who, left and right, light and shadow."""
+"""Colours of figures in pictures: roles, left and right, light and shadow."""
 
 from __future__ import annotations
 

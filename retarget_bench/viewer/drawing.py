@@ -1,4 +1,4 @@
-"""Scenes as pictures, without a display: figures side by side or overlaid, and sheets of moments."""
+"""Drawing scenes without a display: side by side, overlaid, and contact sheets."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ GAP = 4
 
 @dataclass(frozen=True)
 class DrawingStyle:
-    """How a scene is drawn.
+    """Options of a drawn scene.
 
     size: width and height, pixels. view: one of ``VIEWS``. overlay: all figures in one panel.
     skin: with skins, where bodies have one. camera: ``fit`` stands still, ``follow`` goes along; ``auto``

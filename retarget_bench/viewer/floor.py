@@ -1,4 +1,4 @@
-"""The floor that bodies stand on: a grid that fades out, a field of heights, shadows and contacts."""
+"""The drawn floor: grid or height field, shadows and contacts."""
 
 from __future__ import annotations
 
@@ -109,7 +109,7 @@ def tiled(ground: Ground, target: np.ndarray, reach: float) -> np.ndarray:
 def shadows(
     pen: ImageDraw, solid: Solid, frame: int, floor: float, camera: Camera, target: np.ndarray
 ) -> None:
-    """What a body throws on a flat floor."""
+    """The shadow of a body on a flat floor."""
     ends, radii, _ = solid.bones(frame)
     fallen = ends - (np.maximum(ends[..., 1:2] - floor, 0.0) / SUN[1]) * SUN
     fallen[..., 1] = floor

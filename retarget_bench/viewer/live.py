@@ -1,4 +1,4 @@
-"""A page in the browser, on this machine alone: scenes in three dimensions, played and scrubbed (viser)."""
+"""The live view: scenes in three dimensions in a local browser page (viser)."""
 
 from __future__ import annotations
 

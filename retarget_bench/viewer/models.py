@@ -1,4 +1,4 @@
-"""Bodies as triangles, frame by frame: bones as rounded tubes, skins as they are."""
+"""Triangle meshes of bodies per frame: bones as rounded tubes, skins as they are."""
 
 from __future__ import annotations
 

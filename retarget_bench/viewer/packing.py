@@ -1,4 +1,4 @@
-"""Scenes made small for pages: numbers as whole steps, changes in place of values, deflated.
+"""Compact encoding of scenes for pages: quantised, delta-coded, deflated.
 
 A scene is one JSON object. What people read (labels, messages, values) is in it as text; all series are in
 ``data``: whole numbers, the second differences over frames of every coordinate, joint by joint, as

@@ -1,4 +1,4 @@
-"""The player for pages: its script and style, and scenes as they lie in a page."""
+"""The player of pages: script, style, and packed scenes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Results that can be shown, finished or being made; and the case, methods or files that a name means."""
+"""Finding results, cases and files by name, for everything that shows motion."""
 
 from __future__ import annotations
 
@@ -123,7 +123,7 @@ def unfinished(root: Path, task: str = "retarget") -> list[ResultPaths]:
 def read_unfinished(
     place: ResultPaths, dataset: Spec | None = None, root: str | None = None
 ) -> StoredResults:
-    """What is known of results that are being made; their values are those of finished cases.
+    """Results of a running evaluation: the values of finished cases.
 
     dataset: None: the one that finished results beside them name, or the usual one. root: where its files
     lie, if not as usual.

@@ -1,4 +1,4 @@
-"""A scene, what the viewer shows of a case: figures of motions, and which joints rest on the ground."""
+"""A scene: the figures of one case and the joints that rest on the ground."""
 
 from __future__ import annotations
 

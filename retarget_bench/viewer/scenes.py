@@ -1,4 +1,4 @@
-"""Scenes of cases with results, of cases that methods are asked for now, and of motion files."""
+"""Building scenes from results, from methods asked now, and from motion files."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Sheets: a row for every figure, a column for every moment, as papers and READMEs show motion."""
+"""Contact sheets: a row per figure, a column per moment."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Skins made small for pages: few triangles, few joints for each corner, whole numbers."""
+"""Compact skins for pages: few triangles, few joints per corner, integers."""
 
 from __future__ import annotations
 

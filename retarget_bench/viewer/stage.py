@@ -1,4 +1,4 @@
-"""A stage: figures on a floor, seen by one camera, as a picture of any frame."""
+"""Figures on a floor seen by one camera, as a picture of any frame."""
 
 from __future__ import annotations
 

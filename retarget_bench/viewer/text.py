@@ -1,4 +1,4 @@
-"""Words in pictures: a font with many scripts, and names of any kind made harmless and short."""
+"""Text in pictures: a font with many scripts, and safe, short names."""
 
 from __future__ import annotations
 

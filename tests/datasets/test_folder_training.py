@@ -14,7 +14,7 @@ from retarget_bench.datasets.folder.parts import part_of, unusable
 from retarget_bench.errors import BenchError, NotSupported, Unusable
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.poses import poses
+from retarget_bench.motion.completion import poses
 from retarget_bench.training.clips import training_clips
 from tests.datasets.conftest import skeleton, structure_a
 

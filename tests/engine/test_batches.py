@@ -151,7 +151,7 @@ def test_an_interrupt_is_told_and_ends_a_validation(monkeypatch, where):
 def test_what_dies_beside_a_batch_does_not_move_it(tmp_path):
     (alone,) = carry_out(tmp_path / "a", "toy_batches")
     _, beside = carry_out(tmp_path / "b", "toy_batches[does=die]", "toy_batches")
-    assert beside.place.rows.read_bytes() == alone.place.rows.read_bytes()
+    assert beside.paths.rows.read_bytes() == alone.paths.rows.read_bytes()
 
 
 def test_progress_counts_cases(tmp_path):
@@ -162,30 +162,30 @@ def test_progress_counts_cases(tmp_path):
 
 def test_what_is_missing_of_a_batch_is_made_by_the_whole_batch_and_stored_alone(tmp_path):
     (first,) = carry_out(tmp_path, "toy_batches")
-    wanted = first.place.rows.read_bytes()
-    files = sorted((first.place.folder / "toy_batches").glob("*.npz"))
+    wanted = first.paths.rows.read_bytes()
+    files = sorted((first.paths.folder / "toy_batches").glob("*.npz"))
     before = {file: file.stat().st_mtime_ns for file in files[1:]}
     content = files[0].read_bytes()
     files[0].unlink()
-    first.place.header.unlink()
+    first.paths.header.unlink()
     (again,) = carry_out(tmp_path, "toy_batches")
-    assert again.place.rows.read_bytes() == wanted
+    assert again.paths.rows.read_bytes() == wanted
     assert files[0].read_bytes() == content
     assert {file: file.stat().st_mtime_ns for file in files[1:]} == before
 
 
 def test_cases_that_a_journal_holds_stay_part_of_their_batch(tmp_path):
     (first,) = carry_out(tmp_path, "toy_batches")
-    wanted = first.place.rows.read_bytes()
-    first.place.header.unlink()
-    for file in (first.place.folder / "toy_batches").glob("*.npz"):
+    wanted = first.paths.rows.read_bytes()
+    first.paths.header.unlink()
+    for file in (first.paths.folder / "toy_batches").glob("*.npz"):
         file.unlink()
-    store.open_journal(first.place, first.header.keys)
+    store.open_journal(first.paths, first.header.keys)
     for entry in first.entries[:2]:
-        store.append_journal(first.place, entry)
+        store.append_journal(first.paths, entry)
     (again,) = carry_out(tmp_path, "toy_batches")
-    assert again.place.rows.read_bytes() == wanted
-    assert len(list((first.place.folder / "toy_batches").glob("*.npz"))) == 4
+    assert again.paths.rows.read_bytes() == wanted
+    assert len(list((first.paths.folder / "toy_batches").glob("*.npz"))) == 4
 
 
 @pytest.mark.processes
@@ -195,7 +195,7 @@ def test_predict_then_score_and_more_processes_give_the_same_bytes(tmp_path):
         asked(tmp_path / "b", "toy_batches", clips=20, stage="predict", jobs=2), lambda done, total: None
     )
     (apart,) = carry_out(tmp_path / "b", "toy_batches", clips=20, stage="score")
-    assert apart.place.rows.read_bytes() == both.place.rows.read_bytes()
+    assert apart.paths.rows.read_bytes() == both.paths.rows.read_bytes()
     assert {name: getattr(both.header.counts, name) for name in STATUSES} == {
         **dict.fromkeys(STATUSES, 0),
         "ok": 40,
@@ -209,7 +209,7 @@ def test_killed_at_any_moment_gives_the_same_bytes(tmp_path):
     line += ["-d", "toy_cases[clips=20]", "-s", "intra", *toys, "--out", str(tmp_path)]
     environment = os.environ | {"PYTHONPATH": str(HERE.parents[1])}
     (whole,) = carry_out(tmp_path / "whole", "toy_batches[does=wait]", clips=20)
-    folder = tmp_path / whole.place.folder.relative_to(tmp_path / "whole")
+    folder = tmp_path / whole.paths.folder.relative_to(tmp_path / "whole")
     for predictions in (1, 9, 21):
         process = subprocess.Popen(line, env=environment, start_new_session=True, stderr=subprocess.DEVNULL)
         while process.poll() is None and len(list(folder.rglob("*.npz"))) < predictions:
@@ -219,8 +219,8 @@ def test_killed_at_any_moment_gives_the_same_bytes(tmp_path):
         for header in folder.glob("*.json"):
             header.unlink()
     subprocess.run(line, env=environment, check=True, capture_output=True)
-    made = folder / whole.place.rows.name
-    assert made.read_bytes() == whole.place.rows.read_bytes()
+    made = folder / whole.paths.rows.name
+    assert made.read_bytes() == whole.paths.rows.read_bytes()
 
 
 def test_only_methods_that_take_batches_are_known_by_them(tmp_path):

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
@@ -125,13 +127,67 @@ def test_a_method_is_known_by_its_statements_and_by_those_of_the_motion_room(own
     changed(own / "own_method.py", "version=", "licence='mine', version=")
     second = method_code()
     assert second != first
-    some = list(package_code(plan.motion))
+    some = list(package_code("motion"))
     monkeypatch.setattr(plan, "package_code", lambda _: some[1:])
     assert method_code() not in (first, second)
 
 
+SHARED = "from retarget_bench.training.layers.masks import frame_mask\n"
+OTHER_WAYS = (
+    "import retarget_bench.training.layers.masks\n",
+    "from retarget_bench.training import layers\n",
+    "def late():\n    from retarget_bench.training.layers import exported\n",
+)
+NOT_SHARED = (
+    "",
+    "import retarget_bench.training\n",
+    "from retarget_bench.training.layers_of_old import frame_mask\n",
+    "from retarget_bench.training.weights import layers\n",
+    "text = 'from retarget_bench.training.layers import exported'\n",
+)
+
+
+def without_a_layer(name: str) -> list[tuple[str, Path]]:
+    return list(package_code(name))[name == plan.LAYERS :]
+
+
+@pytest.mark.parametrize("text", [SHARED, *OTHER_WAYS, *NOT_SHARED])
+def test_shared_layers_count_for_methods_that_import_from_them(own, monkeypatch, text):
+    path = own / "own_method.py"
+    path.write_text(path.read_text(encoding="utf-8") + text, encoding="utf-8")
+    first = method_code()
+    monkeypatch.setattr(plan, "package_code", without_a_layer)
+    assert (method_code() != first) == (text not in NOT_SHARED)
+
+
+def test_shared_layers_count_for_post_processors_likewise(own, tmp_path, monkeypatch):
+    path = tmp_path / "own_post.py"
+    path.write_text(SHARED, encoding="utf-8")
+    monkeypatch.setattr(registry, "code_files", _files(registry.code_files, "posts", "own_post", path))
+    monkeypatch.setattr(registry, "home", _home(registry.home, "own_post", tmp_path))
+    alone, composed = Spec("own_method"), Spec("own_method", posts=(Spec("own_post"),))
+    plan.method_code.cache_clear()
+    first = plan.method_code(alone), plan.method_code(composed)
+    monkeypatch.setattr(plan, "package_code", without_a_layer)
+    plan.method_code.cache_clear()
+    assert plan.method_code(alone) == first[0]
+    assert plan.method_code(composed) != first[1]
+
+
+def test_code_is_hashed_without_importing_it():
+    names = {name for name, _ in package_code(plan.LAYERS)}
+    assert {"layers/__init__.py", "layers/masks.py"} <= names
+    code = (
+        "import sys; from retarget_bench.evaluation.plan import method_code as code; "
+        "from retarget_bench.plugins.spec import Spec; "
+        "print(len(code(Spec('nkn'))), 'torch' in sys.modules)"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.split() == ["8", "False"]
+
+
 def test_names_of_the_motion_room_are_relative_to_it():
-    names = [name for name, _ in package_code(plan.motion)]
+    names = [name for name, _ in package_code("motion")]
     assert len(set(names)) == len(names)
     assert {"motion/rotation.py", "motion/bvh/__init__.py", "motion/fitting/fit.py"} <= set(names)
 

@@ -27,7 +27,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.results import result_matrix as panel
 from retarget_bench.results import store
-from retarget_bench.results.header import parsed
+from retarget_bench.results.header import ResultHeader, parsed
 from retarget_bench.results.store import CaseResult, ResultPaths
 from tests.engine.stored import header
 
@@ -198,7 +198,7 @@ def test_who_is_slower_and_worse_is_not_at_the_front():
 
 def front(points: list[tuple[float, float]], better: str) -> list[tuple[float, float]]:
     marks = [Mark("m", fps, Mean(number, 9, 9), Cases("cross")) for fps, number in points]
-    return [(mark.at, mark.mean.value) for mark in rows.best(marks, {"better": better, "goal": 1.0})]
+    return [(mark.at, mark.mean.value) for mark in rows.best(marks, replace(LOWER, better=better))]
 
 
 def test_kinds_stand_with_the_farthest_off_at_the_top(plotted, results):
@@ -284,8 +284,8 @@ def test_words_stay_words_in_every_kind(results, tmp_path, kind):
 
 
 # ------------------------------------------------------------------------------------------------ the edge
-def about(**controls: bool) -> dict[str, dict]:
-    return {name: {"method": {"control": control, "privileged": []}} for name, control in controls.items()}
+def about(**controls: bool) -> dict[str, ResultHeader]:
+    return {name: header(name, [], "cross", control=control) for name, control in controls.items()}
 
 
 def test_what_is_far_worse_stands_outside_with_its_number(tmp_path, monkeypatch):
@@ -293,7 +293,7 @@ def test_what_is_far_worse_stands_outside_with_its_number(tmp_path, monkeypatch)
     monkeypatch.setattr(Figure, "savefig", lambda self, path, **_: (made.append(self), path.touch()))
     means = {"a": [Mean(2.0, 9, 9)], "b": [Mean(3.0, 9, 9)], "still": [Mean(291.4, 9, 9)]}
     headers = about(a=False, b=False, still=True)
-    low, end, cut = limits(means, headers, {"better": "lower"})
+    low, end, cut = limits(means, headers, LOWER)
     assert (low, end, cut) == (-MARGIN * end, ROOM * 2.5, True)
     marks = {label: (Mark(label, 0, each[0], Cases("cross")),) for label, each in means.items()}
     chart = RowChart("cross", "cross", Axis("error", low, end, cut), ("walk",), marks)
@@ -321,10 +321,10 @@ def test_axes_without_anything_far_worse_show_everything(declared, numbers):
 def test_intervals_of_what_stands_within_lengthen_an_axis_up_to_twice():
     means = {"a": [Mean(2.0, 20, 20, Interval(1.0, 7.0))], "b": [Mean(90.0, 20, 20, Interval(50.0, 99.0))]}
     headers = about(a=False, b=True)
-    assert limits(means, headers, {"better": "lower"})[1] == 7.0
-    assert limits(means, headers, {"better": "lower"}, bands=True)[1] == 5.0
+    assert limits(means, headers, LOWER)[1] == 7.0
+    assert limits(means, headers, LOWER, bands=True)[1] == 5.0
     means["a"] = [Mean(2.0, 20, 20, Interval(1.0, 700.0))]
-    assert limits(means, headers, {"better": "lower"})[1] == 10.0
+    assert limits(means, headers, LOWER)[1] == 10.0
 
 
 @pytest.mark.parametrize(

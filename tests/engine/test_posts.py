@@ -42,7 +42,7 @@ def roots(results: store.Results) -> dict[str, np.ndarray]:
     """Case -> the predicted root path, in single precision."""
     found = {}
     for entry in results.entries:
-        with np.load(results.place.prediction(entry.case)) as file:
+        with np.load(results.paths.prediction(entry.case)) as file:
             found[entry.case] = file["root"]
     return found
 
@@ -65,8 +65,8 @@ def test_every_answer_goes_through_them_in_their_order(tmp_path):
 
 def test_what_does_nothing_gives_the_same_rows(tmp_path):
     plain, same = carry_out(tmp_path, "toy_method", "toy_method+toy_post+toy_post")
-    assert plain.place.rows.read_bytes() == same.place.rows.read_bytes()
-    assert plain.place.rows != same.place.rows
+    assert plain.paths.rows.read_bytes() == same.paths.rows.read_bytes()
+    assert plain.paths.rows != same.paths.rows
 
 
 def test_a_stochastic_method_draws_as_it_does_alone(tmp_path):
@@ -81,7 +81,7 @@ def test_batches_stay_batches(tmp_path):
     plain, same, lifted = carry_out(
         tmp_path, "toy_batches", "toy_batches+toy_post", "toy_batches+toy_post[by=0.5]"
     )
-    assert plain.place.rows.read_bytes() == same.place.rows.read_bytes()
+    assert plain.paths.rows.read_bytes() == same.paths.rows.read_bytes()
     offs = {case: root - roots(lifted)[case] for case, root in roots(plain).items()}
     assert all(off == pytest.approx(np.tile([0, -0.5, 0], (12, 1)), abs=1e-6) for off in offs.values())
     built = registry.create("methods", "toy_batches+toy_post")
@@ -129,7 +129,7 @@ def test_rows_say_what_was_done(tmp_path):
     (post,) = method.posts
     assert (post["name"], post["version"], post["parameters"]) == ("toy_post", "7", {"by": 0.5})
     assert post["origin"].endswith("toy_post.py")
-    (section,) = summary.split_summaries([results.place])
+    (section,) = summary.split_summaries([results.paths])
     assert [score.label for score in section.scores] == ["toy_method+toy_post[by=0.5]"]
 
 
@@ -137,7 +137,7 @@ def test_privilege_and_control_are_inherited(tmp_path):
     peeking, control = carry_out(tmp_path, "toy_method[does=peek]+toy_post", "reference+toy_post[by=0.1]")
     assert peeking.header.method.privileged == ("reference",)
     assert control.header.method.control
-    (section,) = summary.split_summaries([peeking.place, control.place])
+    (section,) = summary.split_summaries([peeking.paths, control.paths])
     assert {score.unranked for score in section.scores} == {"sees reference", "control"}
 
 
@@ -174,7 +174,7 @@ def test_keys_differ_with_the_post_processes_and_not_without(tmp_path):
     keys = [cell.keys["prediction_key"] for cell in found]
     assert len(set(keys)) == 4
     assert keys[2] == keys[4]
-    assert found[2].place == found[4].place
+    assert found[2].paths == found[4].paths
     assert "posts" not in found[0].prediction_facts
 
 
@@ -196,11 +196,11 @@ def test_the_code_of_a_post_process_counts(tmp_path, monkeypatch):
 
 def test_a_finished_cell_is_not_asked_again(tmp_path):
     (first,) = carry_out(tmp_path, "toy_method+toy_post[by=1]")
-    stamp = first.place.header.stat().st_mtime_ns
+    stamp = first.paths.header.stat().st_mtime_ns
     totals = []
     runner.run(asked(tmp_path, "toy_method+toy_post[by=1]"), lambda done, total: totals.append(total))
     assert totals == [0]
-    assert first.place.header.stat().st_mtime_ns == stamp
+    assert first.paths.header.stat().st_mtime_ns == stamp
 
 
 # ------------------------------------------------------------------------------------------------ faults
@@ -247,7 +247,7 @@ def test_nobody_can_change_what_others_are_given(tmp_path):
     plain, after = carry_out(tmp_path, "toy_method", "toy_method+toy_post[does=overwrite]+toy_post")
     assert all(not root.any() for root in roots(after).values())
     again, _ = carry_out(tmp_path, "toy_method", "toy_method+toy_post[does=overwrite]", redo="always")
-    assert again.place.rows.read_bytes() == plain.place.rows.read_bytes()
+    assert again.paths.rows.read_bytes() == plain.paths.rows.read_bytes()
 
 
 @pytest.mark.parametrize(
@@ -281,7 +281,7 @@ def test_a_folder_made_elsewhere_may_be_called_so(tmp_path):
         )
         predict.write_prediction(folder / f"{store.case_file(info.id)}.npz", answer, "")
     (results,) = carry_out(tmp_path, "pan+their_own[n=2]", stage="score", external=folder)
-    header = json.loads(results.place.header.read_text())
+    header = json.loads(results.paths.header.read_text())
     assert header["counts"]["ok"] == 6
     assert header["method"]["label"] == "pan+their_own[n=2]"
     assert header["method"]["posts"] == [{"name": "their_own", "parameters": {"n": 2}}]

@@ -19,8 +19,7 @@ from retarget_bench.plugins.registry import create
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.verification.probe import report
-from retarget_bench.verification.probe.asking import Subject, ask, pieces, spread, subject
-from retarget_bench.verification.probe.blindness import dependence
+from retarget_bench.verification.probe.asking import Subject, ask, dependence, pieces, spread, subject
 from retarget_bench.verification.probe.probes import PROBES, ProbeCase, deviation
 
 pytestmark = pytest.mark.usefixtures("in_process")

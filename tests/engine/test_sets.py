@@ -14,7 +14,7 @@ from retarget_bench.api import CaseFeatures, CaseInfo
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.plan import Plan
-from retarget_bench.evaluation.set_metrics import draw, files, jackknife
+from retarget_bench.evaluation.set_metrics import draw, evaluate, files
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
@@ -123,9 +123,9 @@ def test_the_jackknife_of_a_mean_is_its_textbook_error():
     random = np.random.default_rng(2)
     values = random.normal(size=(10, 7))
     without = [np.delete(values, group, axis=0).mean() for group in range(10)]
-    assert jackknife.deviation(without) == pytest.approx(values.mean(axis=1).std(ddof=1) / np.sqrt(10))
-    low, high = jackknife.interval(values.mean(), without)
-    assert (high - low) / 2 == pytest.approx(2.262157 * jackknife.deviation(without), rel=1e-6)
+    assert evaluate.deviation(without) == pytest.approx(values.mean(axis=1).std(ddof=1) / np.sqrt(10))
+    low, high = evaluate.interval(values.mean(), without)
+    assert (high - low) / 2 == pytest.approx(2.262157 * evaluate.deviation(without), rel=1e-6)
     assert (high + low) / 2 == pytest.approx(values.mean())
 
 
@@ -135,7 +135,7 @@ def test_the_interval_holds_the_truth_as_often_as_it_says():
     for _ in range(1000):
         values = random.exponential(size=(10, 30)) - 1.0
         without = [np.delete(values, group, axis=0).mean() for group in range(10)]
-        low, high = jackknife.interval(values.mean(), without)
+        low, high = evaluate.interval(values.mean(), without)
         hits += low <= 0 <= high
     assert 930 <= hits <= 970
 
@@ -143,7 +143,7 @@ def test_the_interval_holds_the_truth_as_often_as_it_says():
 def test_groups_are_about_equally_large_and_hold_whole_clips():
     random = np.random.default_rng(4)
     clips = {f"c{number}": int(random.integers(1, 40)) for number in range(83)}
-    groups = jackknife.groups_of(clips)
+    groups = evaluate.groups_of(clips)
     sizes = Counter(dict.fromkeys(range(10), 0))
     for clip, group in groups.items():
         sizes[group] += clips[clip]

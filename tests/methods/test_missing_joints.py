@@ -14,8 +14,8 @@ from retarget_bench.evaluation.tasks.reduced import reduced
 from retarget_bench.methods.linear_joints import LinearJoints, regression
 from retarget_bench.methods.nearest_pose import NearestPose
 from retarget_bench.motion import completion, facing, rotation
+from retarget_bench.motion.completion import poses
 from retarget_bench.motion.motion import Positions
-from retarget_bench.motion.poses import poses
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tasks" / "toys"))
 from toy_people import Clips, body, swing

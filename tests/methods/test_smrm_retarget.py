@@ -28,8 +28,8 @@ def training_module():
 
 
 @pytest.fixture(scope="module")
-def method(module):
-    return module.method()
+def method(training_module):
+    return training_module.method()
 
 
 def carried(method, source, target):
@@ -158,11 +158,11 @@ def test_answers_depend_on_source_and_target(method):
     assert np.abs(pose[0] - pose[1]).max() > 1e-4
 
 
-def test_training_goes_on_as_it_was(module):
-    module.generator.train()
-    carried(module.method(), smrm_material.dances("one", (10,))[0], BODIES["tall"])
-    assert module.generator.training
-    assert module.generator.encoder.training
+def test_training_goes_on_as_it_was(training_module):
+    training_module.generator.train()
+    carried(training_module.method(), smrm_material.dances("one", (10,))[0], BODIES["tall"])
+    assert training_module.generator.training
+    assert training_module.generator.encoder.training
 
 
 def test_says_what_it_cannot_do(method):

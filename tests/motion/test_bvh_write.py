@@ -13,8 +13,8 @@ from hypothesis.extra import numpy as hnp
 
 from retarget_bench.errors import FileError, NotSupported, SkeletonError
 from retarget_bench.motion import bvh, kinematics, rotation
-from retarget_bench.motion.bvh.digits import number_text, table_text
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS, Document, Hierarchy
+from retarget_bench.motion.bvh.writing import number_text, table_text
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import EndSite, Skeleton
 from tests.examples import examples

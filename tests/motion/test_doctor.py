@@ -9,7 +9,7 @@ from alignment_rigs import BONES, performance, t_pose
 from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.doctor import examine
+from retarget_bench.motion.importer import load
 from retarget_bench.motion.roles import load_overrides
 
 
@@ -24,7 +24,7 @@ def file(tmp_path):
 
 
 def test_a_file_that_is_understood(file):
-    found = examine(file)
+    found = load(file).findings
     assert dict(found.joints)["LeftForeArm"] == "left_forearm"
     assert found.missing == ()
     assert found.not_understood == ()
@@ -35,12 +35,12 @@ def test_a_file_that_is_understood(file):
     for part in ("cm = 0.01 m (guessed)", "up axis    y (guessed)", "left_forearm", "--unit cm --up y"):
         assert part in text
     assert "roles.toml" not in text
-    assert "as told" in examine(file, unit="cm").text()
+    assert "as told" in load(file, unit="cm").findings.text()
 
 
 def test_feet_off_the_floor_are_reported(file):
     """Hips 1.2 m up on legs that reach down 0.98 m at most, bent a little."""
-    found = examine(file)
+    found = load(file).findings
     assert 0.22 < found.floor < 0.35
     assert any("above the floor" in warning for warning in found.warnings)
 
@@ -52,7 +52,7 @@ def test_the_proposed_role_file_is_the_way_out(file, tmp_path):
     for name in sorted(codes, key=len, reverse=True):
         text = text.replace(f" {name}\n", f" {codes[name]}\n")
     file.write_text(text)
-    lost = examine(file)
+    lost = load(file).findings
     assert "left_arm" in lost.missing
     assert "Bone_05" in lost.not_understood
     assert any("--roles" in warning for warning in lost.warnings)
@@ -64,7 +64,7 @@ def test_the_proposed_role_file_is_the_way_out(file, tmp_path):
     known = own_roles()
     lines = [f'"{codes[name]}" = "{role}"' for name, role in known.items()]
     proposal.write_text("\n".join(lines))
-    cured = examine(file, roles=proposal)
+    cured = load(file, roles=proposal).findings
     assert cured.missing == ()
     assert cured.not_understood == ()
     assert dict(cured.joints)[codes["LeftArm"]] == "left_arm"
@@ -81,7 +81,7 @@ def own_roles() -> dict[str, str]:
 def test_names_that_toml_must_quote_survive(file, tmp_path):
     text = file.read_text()
     file.write_text(text.replace(" LeftHand\n", ' Gizmo\\"one"\n'))
-    found = examine(file)
+    found = load(file).findings
     proposal = tmp_path / "roles.toml"
     proposal.write_text(found.roles_file())
     assert list(load_overrides(proposal)) == list(found.not_understood) == ['Gizmo\\"one"']
@@ -94,25 +94,25 @@ def test_a_single_pose_and_bones_without_length(file):
     lines[start + 2 :] = [lines[start + 2]] * 2
     text = "\n".join(lines) + "\n"
     file.write_text(text)
-    assert examine(file).still
-    assert "all the same pose" in examine(file).text()
-    assert examine(file).zero_bones == ()
+    assert load(file).findings.still
+    assert "all the same pose" in load(file).findings.text()
+    assert load(file).findings.zero_bones == ()
 
 
 def test_real_files_with_traps(real_data):
     """Zero bones, a body of arbitrary size, a crawling take, a dummy root: all said."""
-    cmu = examine(real_data / "cmu_bvh/01_01.bvh")
+    cmu = load(real_data / "cmu_bvh/01_01.bvh").findings
     assert "LHipJoint" in cmu.zero_bones
-    toy = examine(real_data / "same_pairs/result/6.bvh")
+    toy = load(real_data / "same_pairs/result/6.bvh").findings
     assert any("unit is a guess" in warning and "inch" in warning for warning in toy.warnings)
-    crawl = examine(real_data / "lafan1/ground1_subject5.bvh")
+    crawl = load(real_data / "lafan1/ground1_subject5.bvh").findings
     assert any("up axis is a guess" in warning for warning in crawl.warnings)
-    bandai = examine(real_data / "bandai_namco/dataset-1_bow_giant_001.bvh")
+    bandai = load(real_data / "bandai_namco/dataset-1_bow_giant_001.bvh").findings
     assert any("joint_Root" in note for note in bandai.reading.notes)
-    dog = examine(real_data / "dog/Dog_example.bvh")
+    dog = load(real_data / "dog/Dog_example.bvh").findings
     assert dog.quadruped
     assert "four legs" in dog.text()
-    hair = dict(examine(real_data / "mixamo_san/Aj/Praying.bvh").joints)
+    hair = dict(load(real_data / "mixamo_san/Aj/Praying.bvh").findings.joints)
     assert hair["HairA"] == "extra"
     assert hair["Pelvis"] == "helper"
 
@@ -121,4 +121,4 @@ def test_files_that_are_no_motion(tmp_path):
     path = tmp_path / "note.bvh"
     path.write_text("hello")
     with pytest.raises(FileError, match=r"note\.bvh"):
-        examine(path)
+        load(path)

@@ -2,6 +2,7 @@
 
 import math
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,12 @@ from retarget_bench.figures.palette import COLOURS, CONTROLS, method_style
 from retarget_bench.figures.svg import elements, style
 from retarget_bench.figures.svg.elements import Scale
 from retarget_bench.report import chapters, choosing, page
+from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
+from tests.engine.stored import header
 
-CONTROL = {"method": {"control": True, "privileged": []}}
+LOWER = header("", [], "cross").values["mpjpe_h.world"]
+CONTROL = MethodInfo(label="still", privileged=(), control=True)
 
 
 @given(st.floats(-1e3, 1e3), st.floats(0.01, 1e4), st.integers(3, 9))
@@ -121,7 +125,7 @@ def test_means_are_over_clips_of_means_over_cases():
 )
 def test_the_worst_are_told_by_what_is_better(better, order):
     numbers = np.array([1.5, math.nan, 9.0, 0.5])
-    matrix = ResultMatrix("data", "cross", (), np.array([]), (), {"v": {"better": better, "goal": 1.0}})
+    matrix = ResultMatrix("data", "cross", (), np.array([]), (), {"v": replace(LOWER, better=better)})
     behind = values.worst(matrix, "v", numbers, "numbers")
     assert behind.worst == tuple((case, numbers[case]) for case in order)
 

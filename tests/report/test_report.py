@@ -207,7 +207,7 @@ def test_predictions_that_are_gone_are_told(results, tmp_path):
     root = tmp_path / "runs"
     shutil.copytree(results, root)
     (chapter,) = chapters.chapters([root])
-    place = chapter.splits[0].matrix.rows[0].place
+    place = chapter.splits[0].matrix.rows[0].paths
     case = chapter.splits[0].matrix.cases[0].id
     place.prediction(case).unlink()
     report(root, "-o", tmp_path / "gone.html", "--clips", 0, "--case", case)

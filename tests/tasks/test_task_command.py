@@ -179,7 +179,7 @@ def test_other_levels_and_tasks_have_other_keys_and_folders(tmp_path):
         for task in ("reconstruct[motions=2]", "denoise[levels=0,motions=2]", "denoise[levels=1,motions=2]")
     ]
     assert len({each.header.keys["prediction_key"] for each in found}) == 3
-    assert len({each.place.folder for each in found}) == 3
+    assert len({each.paths.folder for each in found}) == 3
     assert not store.find_results(tmp_path)
     assert len(store.find_results(tmp_path, "denoise")) == 2
 

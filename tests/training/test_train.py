@@ -57,7 +57,8 @@ def test_the_manifest_is_the_data_sets_without_what_the_method_left_out(toy_run,
     monkeypatch.setattr(
         data, "training", lambda self: {**training(self), "dog": {"rex": training(self)["toy"]["tall"]}}
     )
-    monkeypatch.setattr(data, "training_manifest", lambda self: {**two, "clips": ["walk"]}, raising=False)
+    one = plan.dataset(Spec("toy_walks"))
+    monkeypatch.setattr(one, "training_manifest", lambda: {**two, "clips": ["walk"]}, raising=False)
     monkeypatch.setattr(method, "unfit", lambda self, body: "on four legs" if body.name == "rex" else "")
     monkeypatch.setattr(data, "characters", _with_rex(data.characters))
     two["characters"].append("rex")

@@ -17,8 +17,8 @@ def card(folder):
 
 # --------------------------------------------------------------------- what earlier training has seen
 def _known_as(monkeypatch, **manifest):
-    data = type(plan.dataset(Spec("toy_walks")))
-    monkeypatch.setattr(data, "training_manifest", lambda self: manifest, raising=False)
+    data = plan.dataset(Spec("toy_walks"))
+    monkeypatch.setattr(data, "training_manifest", lambda: manifest, raising=False)
 
 
 def test_the_manifest_holds_what_all_generations_of_weights_have_seen(toy_run, tmp_path, monkeypatch):

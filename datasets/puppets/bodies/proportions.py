@@ -1,4 +1,4 @@
-"""How people are built: means, spreads and correlations of segment lengths, and people drawn from them.
+"""Proportions of people: means, spreads and correlations of segment lengths, and samples of them.
 
 All lengths are shares of stature. README.md says what was checked against what.
 

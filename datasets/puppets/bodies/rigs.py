@@ -1,4 +1,4 @@
-"""How bodies become characters: rest poses as their authors drew them, and motions in their rotations.
+"""Characters from bodies: rest poses as their authors drew them, and motions in their rotations.
 
 Five ways of drawing a rest pose: ``t_pose`` (every joint's axes along the world's), ``a_pose`` (likewise,
 with arms 45 degrees down), ``arms_down`` (80 degrees), ``z_up`` (a T-pose drawn with Z up, as modelling

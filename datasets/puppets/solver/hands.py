@@ -118,7 +118,7 @@ class _Held:
 
 @dataclass(frozen=True, eq=False)
 class HandPlan:
-    """What a score asks of a body's hand, worked out once for all passes.
+    """The demands of a score on a hand, computed once for all passes.
 
     on_chest, upright: ``(frames, 3)`` metres from the chest's joint, in its axes and in the world's: added
     up, they are where a free hand goes. floored: whether fingers are kept out of a flat floor. swivel:

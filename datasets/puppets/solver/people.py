@@ -96,7 +96,7 @@ class _State:
 
 @dataclass(frozen=True, eq=False)
 class _Plan:
-    """What a score asks of a body, worked out once for all passes.
+    """The demands of a score on a body, computed once for all passes.
 
     pelvis, head: ``(frames, 3, 3)`` orientations. middle: ``(frames, 3)`` metres, between the hip joints.
     root: ``(frames, 3)`` from there to the root; hips: ``(2, frames, 3)`` to either hip joint. ankles:

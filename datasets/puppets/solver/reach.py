@@ -1,4 +1,4 @@
-"""Whether a body can do what a score asks of its hands, and the floor it stands on."""
+"""Reachability of what a score asks of hands and floor, for a body."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What "the same motion" means on another body: every rule of scaling, in one place.
+"""Scaling of a performance to another body: every rule, in one place.
 
 | of the performance | measured in | on this body |
 |---|---|---|

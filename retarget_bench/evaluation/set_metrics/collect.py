@@ -1,15 +1,21 @@
-"""What set metrics keep of one finished case."""
+"""Features that set metrics make: of finished cases, and of real motion to compare them with."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import cast
 
 import numpy as np
 
-from retarget_bench.api import Case, CaseFeatures, Prediction, SetMetric
+from retarget_bench.api import Case, CaseFeatures, CaseInfo, Prediction, SetMetric
 from retarget_bench.api.comparison import Comparison
+from retarget_bench.api.offers import OffersReal
 from retarget_bench.errors import BenchError, NotSupported
+from retarget_bench.evaluation.plan import dataset, set_metrics
 from retarget_bench.evaluation.set_metrics.files import Arrays
+from retarget_bench.plugins.spec import Spec
 
 NO_REFERENCE = "needs reference motions, and this data set has none"
 PARTS = ("generated", "real", "speed")
@@ -18,7 +24,7 @@ PARTS = ("generated", "real", "speed")
 def collect(
     metrics: Sequence[SetMetric], case: Case, prediction: Prediction, elsewhere: bool = False
 ) -> Arrays:
-    """What the set metrics keep of one case, as arrays ``<metric>:<name>``.
+    """Features of one case for the set metrics, as arrays ``<metric>:<name>``.
 
     elsewhere: whether the data set has real motion to compare answers without a reference with.
     Raises BenchError where a metric breaks its contract.
@@ -50,3 +56,37 @@ def _checked(name: str, case: Case, found: CaseFeatures) -> CaseFeatures:
     if not all(np.isfinite(getattr(found, part)).all() for part in PARTS):
         raise BenchError(f"metric {name!r} gave features that are no numbers for case {case.info.id}")
     return found
+
+
+NONE = "the data set has no real motion of bodies of structure {} in this part"
+
+
+@dataclass(frozen=True, eq=False)
+class RealSet:
+    """Real motion of bodies of one structure: features and facts by case id.
+
+    reason: why there is none, or "".
+    """
+
+    features: Mapping[str, CaseFeatures]
+    infos: Mapping[str, CaseInfo]
+    reason: str = ""
+
+
+@lru_cache(maxsize=8)
+def real_set(data: Spec, metrics: tuple[str, ...], name: str, task: str, structure: str) -> RealSet:
+    """Features of the real motion of bodies of a structure; kept for all methods that a
+    process evaluates. Raises BenchError where the data set's real cases have no references."""
+    (metric,) = (each for each in set_metrics(metrics) if each.card.name == name)
+    found = cast(OffersReal, dataset(data)).real(task, structure)
+    infos = {info.id: info for info in found}
+    if not infos:
+        return RealSet({}, {}, NONE.format(structure))
+    return RealSet({each: _seen(metric, data, info) for each, info in infos.items()}, infos)
+
+
+def _seen(metric: SetMetric, data: Spec, info: CaseInfo) -> CaseFeatures:
+    case = dataset(data).load(info)
+    if case.reference is None:
+        raise BenchError(f"{info.id} is offered as real motion and has no reference")
+    return metric.features(Comparison(case, case.reference))

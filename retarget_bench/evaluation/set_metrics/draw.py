@@ -1,9 +1,9 @@
-"""Which windows make the real, the generated and the floor's set.
+"""The choice of windows for the real, the generated and the floor's set.
 
 Results are to be compared with real motion of *other* clips: against the references of the same clips a
-distance would measure accuracy, and be 0 for the references themselves. So the clips of a cell are dealt
+distance would measure accuracy, and be 0 for the references themselves. So the clips of a unit are dealt
 into two halves, and the real windows of either half stand against the generated windows of the other. Put
-the references in the place of the results, and the same two comparisons give the floor.
+the references instead of the results, and the same two comparisons give the floor.
 
 Where cases have no references, the real windows are of other motion of the target's structure and stand
 against generated ones of all clips (``draw_apart``). The floor compares the two halves of the real motion.
@@ -30,7 +30,7 @@ SEED = 0
 
 @dataclass(frozen=True, eq=False)
 class Draw:
-    """Two halves of a cell, n windows of each: real and generated windows of the same cases and frames.
+    """Two halves of a unit, n windows of each: real and generated windows of the same cases and frames.
 
     hash:  of the real windows.
     apart: the real windows are of other clips; both generated samples are then one, of all answers.
@@ -54,7 +54,7 @@ class Draw:
 
 
 def draw(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> Draw:
-    """The sets of one cell: features and facts of its cases, by case id."""
+    """The sets of one unit: features and facts of its cases, by case id."""
     sides, edges = _sides(found, infos)
     n = min(MOST, *map(len, sides))
     chosen = [_even(side, found, edges, n) for side in sides]
@@ -120,8 +120,8 @@ def _rows(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> l
     for case, each in found.items():
         info = infos[case]
         for at in range(len(each.speed)):
-            place = (info.clip, info.target, at)
-            best[place] = min(best.get(place, ("g", "", 0)), (_chance(f"{case}\n{at}"), case, at))
+            window = (info.clip, info.target, at)
+            best[window] = min(best.get(window, ("g", "", 0)), (_chance(f"{case}\n{at}"), case, at))
     return [(case, at) for _, case, at in sorted(best.values())]
 
 

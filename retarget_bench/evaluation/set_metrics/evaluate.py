@@ -1,46 +1,48 @@
-"""From the features of a cell's cases to its values: one per value id and target structure."""
+"""From the features of a unit's cases to its values: one per value id and target structure."""
 
 from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from retarget_bench.api import CaseFeatures, CaseInfo, Sample, SetMetric
 from retarget_bench.evaluation.plan import Plan, set_metrics
 from retarget_bench.evaluation.set_metrics import files
-from retarget_bench.evaluation.set_metrics.collect import PARTS
+from retarget_bench.evaluation.set_metrics.collect import PARTS, RealSet, real_set
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
 from retarget_bench.evaluation.set_metrics.files import Arrays, SetValue
-from retarget_bench.evaluation.set_metrics.jackknife import CLIPS, GROUPS, groups_of, interval
-from retarget_bench.evaluation.set_metrics.real import RealSet, real_set
-from retarget_bench.evaluation.worker import know
+from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
 Halves = tuple[Sample, Sample]
 
 
-def evaluate(job: Mapping[str, Any]) -> list[SetValue]:
-    """Gather the features of a finished cell and compute its values; what a worker process does.
+@dataclass(frozen=True)
+class SetJob:
+    """A finished unit whose sets are to be compared. infos: of the cases that have features."""
 
-    job: ``plan``, ``place``, ``dataset``, ``infos`` of the cases that have features.
-    """
-    plan: Plan = job["plan"]
-    place: ResultPaths = job["place"]
-    data: Spec = job["dataset"]
-    know(plan.plugin_files)
-    infos = {info.id: info for info in job["infos"]}
-    arrays = files.gather(place, infos)
+    plan: Plan
+    dataset: Spec
+    paths: ResultPaths
+    infos: tuple[CaseInfo, ...]
+
+
+def evaluate(job: SetJob) -> list[SetValue]:
+    """Gather the features of a finished unit and compute its values, in a worker process."""
+    plan = job.plan
+    register_plugins(plan.plugin_files)
+    infos = {info.id: info for info in job.infos}
+    arrays = files.gather(job.paths, infos)
     found = []
     for metric in set_metrics(plan.metrics):
         for structure, cases in _by_structure(arrays, infos).items():
             mine = {case: infos[case] for case in cases}
-            real = partial(real_set, data, plan.metrics, metric.card.name, plan.task, structure)
+            real = partial(real_set, job.dataset, plan.metrics, metric.card.name, plan.task, structure)
             found += _values(metric, structure, mine, arrays, real)
     return found
 
@@ -160,3 +162,40 @@ def _bounded(found: SetValue, without: Sequence[float]) -> SetValue:
     assert found.value is not None
     low, high = interval(found.value, without) or (None, None)
     return replace(found, low=low, high=high)
+
+
+GROUPS = 10
+CLIPS = 10
+"""Below so many clips no interval is given."""
+LEVEL = 0.95
+
+
+def groups_of(clips: Mapping[str, int], number: int = GROUPS) -> dict[str, int]:
+    """Clip -> group of a delete-a-group jackknife.
+
+    Clips are dealt out by size there and back, so that the groups are about equally large.
+
+    clips: clip -> windows.
+    """
+    ordered = sorted(clips, key=lambda clip: (-clips[clip], clip))
+    there_and_back = [*range(number), *reversed(range(number))]
+    return {clip: there_and_back[rank % len(there_and_back)] for rank, clip in enumerate(ordered)}
+
+
+def deviation(without: Sequence[float]) -> float:
+    """The standard error from the values without each group: sqrt((G - 1) / G sum (v_g - mean v)^2)."""
+    values = np.asarray(without, dtype=float)
+    return float(np.sqrt((len(values) - 1) / len(values) * ((values - values.mean()) ** 2).sum()))
+
+
+def interval(value: float, without: Sequence[float]) -> tuple[float, float] | None:
+    """Value -+ t(G - 1) times the jackknife's standard error; None where a value is undefined.
+
+    without: the values without each of the G groups.
+    """
+    from scipy.special import stdtrit  # type: ignore[import-untyped]
+
+    if not np.isfinite(without).all():
+        return None
+    reach = float(stdtrit(len(without) - 1, 0.5 + LEVEL / 2)) * deviation(without)
+    return value - reach, value + reach

@@ -1,4 +1,4 @@
-"""The files of sets: features of single cases, of a whole cell, and the values."""
+"""The files of sets: features of single cases, of a whole unit, and the values."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from zipfile import BadZipFile
 import numpy as np
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic
+from retarget_bench.files import atomic, write_csv
 from retarget_bench.results.store import ResultPaths, case_file
 
 Arrays = dict[str, np.ndarray]
@@ -26,7 +26,7 @@ class SetValue:
     n:       windows in each set. clips: source clips that they come from, both halves together.
     value:   None where it is not applicable; ``reason`` says why.
     low, high: 95 % interval, or None where there are too few clips for one.
-    floor:   what the references score in the place of the results.
+    floor:   what the references score instead of the results.
     real, network: hashes of the real set and of what made the features; values are comparable where both
              agree.
     """
@@ -51,43 +51,43 @@ UNPARTED = FIELDS[:-1]
 WHOLE, NUMBERS = ("n", "clips"), ("value", "low", "high", "floor")
 
 
-def values_path(place: ResultPaths) -> Path:
-    return place.folder / f"{place.method}.sets.csv"
+def values_path(paths: ResultPaths) -> Path:
+    return paths.folder / f"{paths.method}.sets.csv"
 
 
-def features_path(place: ResultPaths) -> Path:
-    return place.folder / f"{place.method}.features.npz"
+def features_path(paths: ResultPaths) -> Path:
+    return paths.folder / f"{paths.method}.features.npz"
 
 
-def waiting_folder(place: ResultPaths) -> Path:
-    """Where the features of finished cases wait for the others."""
-    return place.folder / f"{place.method}.features"
+def waiting_folder(paths: ResultPaths) -> Path:
+    """The folder of the features of finished cases, until the unit is complete."""
+    return paths.folder / f"{paths.method}.features"
 
 
 # ----------------------------------------------------------------------------------------- single cases
-def put(place: ResultPaths, case_id: str, arrays: Arrays) -> None:
+def put(paths: ResultPaths, case_id: str, arrays: Arrays) -> None:
     """Keep the features of a finished case. Raises FileError."""
-    _write(waiting_folder(place) / f"{case_file(case_id)}.npz", arrays)
+    _write(waiting_folder(paths) / f"{case_file(case_id)}.npz", arrays)
 
 
-def waits(place: ResultPaths, case_id: str) -> bool:
-    return (waiting_folder(place) / f"{case_file(case_id)}.npz").exists()
+def waits(paths: ResultPaths, case_id: str) -> bool:
+    return (waiting_folder(paths) / f"{case_file(case_id)}.npz").exists()
 
 
-def gather(place: ResultPaths, cases: Iterable[str]) -> Arrays:
+def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
     """The features of these cases as one set of arrays ``<case>/<name>``, written beside the rows."""
     found = {
         f"{case}/{name}": array
         for case in sorted(cases)
-        for name, array in _read(waiting_folder(place) / f"{case_file(case)}.npz").items()
+        for name, array in _read(waiting_folder(paths) / f"{case_file(case)}.npz").items()
     }
-    _write(features_path(place), found)
+    _write(features_path(paths), found)
     return found
 
 
-def clear(place: ResultPaths) -> None:
+def clear(paths: ResultPaths) -> None:
     """Remove what waited."""
-    shutil.rmtree(waiting_folder(place), ignore_errors=True)
+    shutil.rmtree(waiting_folder(paths), ignore_errors=True)
 
 
 def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
@@ -104,26 +104,23 @@ def _read(path: Path) -> Arrays:
 
 
 # ---------------------------------------------------------------------------------------------- values
-def write(place: ResultPaths, values: Sequence[SetValue]) -> None:
+def write(paths: ResultPaths, values: Sequence[SetValue]) -> None:
     """``<method>.sets.csv``, sorted, with nine significant digits; none where there is no value."""
-    path = values_path(place)
+    path = values_path(paths)
     if not values:
         path.unlink(missing_ok=True)
         return
     columns = FIELDS if any(value.kind for value in values) else UNPARTED
-    with atomic(path) as temporary, temporary.open("w", encoding="utf-8", newline="") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns)
-        for value in sorted(values, key=lambda value: (value.value_id, value.structure, value.kind)):
-            writer.writerow(_text(getattr(value, name)) for name in columns)
+    ordered = sorted(values, key=lambda value: (value.value_id, value.structure, value.kind))
+    write_csv(path, columns, ([_text(getattr(value, name)) for name in columns] for value in ordered))
 
 
-def read(place: ResultPaths) -> list[SetValue]:
+def read(paths: ResultPaths) -> list[SetValue]:
     """The values of a result, sorted by id, structure and kind; none where no set metric was computed.
 
     Raises FileError where the file is damaged.
     """
-    path = values_path(place)
+    path = values_path(paths)
     try:
         with path.open(encoding="utf-8", newline="") as file:
             head, *rows = list(csv.reader(file))
@@ -138,8 +135,8 @@ def read(place: ResultPaths) -> list[SetValue]:
         ) from error
 
 
-def _text(cell: object) -> str:
-    return "" if cell is None else f"{cell:.9g}" if isinstance(cell, float) else str(cell)
+def _text(value: object) -> str:
+    return "" if value is None else f"{value:.9g}" if isinstance(value, float) else str(value)
 
 
 def _value(row: Mapping[str, str]) -> SetValue:

@@ -54,7 +54,7 @@ class Derived:
         return self._data.characters()
 
     def training(self) -> offers.Cast:
-        """What the data set has to train on."""
+        """The training part of the data set."""
         return offers.training(self._data)
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
@@ -86,7 +86,7 @@ class Derived:
         )
 
     def conditions(self, info: CaseInfo) -> Mapping[str, float]:
-        """What is asked, in numbers, without loading the motion."""
+        """The conditions of a case as numbers, without loading the motion."""
         level = self._listed[info.id][1]
         return self.question.conditions(self.characters()[info.target], level) or {}
 

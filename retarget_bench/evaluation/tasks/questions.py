@@ -1,4 +1,4 @@
-"""What each task asks: from a clean motion to a source, a target and the right answer."""
+"""Questions of the derived tasks: from a clean motion to a source, a target and the right answer."""
 
 from __future__ import annotations
 
@@ -12,11 +12,11 @@ import numpy as np
 from retarget_bench.api import Prediction
 from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks import randomness
 from retarget_bench.evaluation.tasks.reduced import reduced
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.motion.roles import SIDES
+from retarget_bench.results.store import case_seed
 
 MAJOR = "major"
 MAJOR_ROLES = tuple(
@@ -31,7 +31,7 @@ LARGEST_NOISE = 100.0
 
 @dataclass(frozen=True)
 class Level:
-    """How hard a question is. word: as it is written, number: what is written; suffix: what it adds to the
+    """A difficulty. word: as it is written, number: what is written; suffix: what it adds to the
     id of a case."""
 
     word: str = ""
@@ -56,7 +56,7 @@ class TaskQuestion(Protocol):
 
     def __init__(self, levels: str = "") -> None: ...
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
-        """What is asked, in numbers; None where this body cannot be asked this."""
+        """The conditions as numbers; None where this body cannot be asked this."""
 
     def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
         """The question of a case. clean: the right answer, all joints."""
@@ -94,8 +94,8 @@ class Denoise:
         return {"noise": level.number}
 
     def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
-        seed = randomness.seed_of("denoise", case_id)
-        noise = level.number * randomness.gaussian(seed, clean.positions.shape)
+        seed = seed_of("denoise", case_id)
+        noise = level.number * gaussian(seed, clean.positions.shape)
         return DerivedQuestion(
             Positions(clean.character, clean.positions + noise, clean.fps), clean.character, clean
         )
@@ -128,8 +128,8 @@ class Upsample:
         if level.word == MAJOR:
             given = sorted(clean.character.joints(MAJOR_ROLES))
         else:
-            seed = randomness.seed_of("upsample", case_id)
-            given = whole[list(randomness.drawn(seed, len(whole), _count(len(whole), level)))].tolist()
+            seed = seed_of("upsample", case_id)
+            given = whole[list(drawn(seed, len(whole), _count(len(whole), level)))].tolist()
         target = reduced(clean.character, whole.tolist())
         reference = Positions(target, clean.positions[:, whole], clean.fps)
         if len(given) == len(whole):
@@ -189,5 +189,58 @@ def _number(word: str) -> float:
 
 
 def _count(total: int, level: Level) -> int:
-    """How many joints are given: the nearest whole number, a half upwards, and never less than two."""
+    """Number of joints that are given: the nearest whole number, a half upwards, at least two."""
     return max(FEWEST, int(np.floor(level.number * total + 0.5)))
+
+
+NONE = "no level"
+
+
+def level_name(conditions: Mapping[str, float]) -> str:
+    """``5 cm`` of noise, ``50 %`` of the joints, ``major`` joints."""
+    if "noise" in conditions:
+        return f"{100 * conditions['noise']:g} cm"
+    if MAJOR in conditions:
+        return MAJOR
+    return f"{100 * conditions['proportion']:g} %" if "proportion" in conditions else NONE
+
+
+def level_order(conditions: Mapping[str, float]) -> tuple[bool, float]:
+    """Sorts levels: by their level_number, and those without one last."""
+    number = conditions.get("noise", conditions.get("proportion"))
+    return number is None, number or 0.0
+
+
+def level_number(name: str) -> float | None:
+    """The number of a level by its name: centimetres of noise, per cent of the joints; None without."""
+    first = name.split()[0] if name else ""
+    try:
+        return float(first)
+    except ValueError:
+        return None
+
+
+# Random numbers: from the raw bits of Philox, by transforms of our own. NumPy promises to keep the bits of
+# its generators, but not the distributions that it makes of them.
+def seed_of(task: str, case_id: str) -> int:
+    """The seed of a case: adding a case moves no other one's noise or draw."""
+    return case_seed(0, task, case_id)
+
+
+def uniform(seed: int, count: int) -> np.ndarray:
+    """``(count,)`` numbers between 0 and 1, neither included."""
+    raw = np.random.Philox(key=seed).random_raw(count)
+    return np.asarray(((raw >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53)
+
+
+def gaussian(seed: int, shape: tuple[int, ...]) -> np.ndarray:
+    """Numbers of mean 0 and standard deviation 1, by the inverse of the normal distribution."""
+    from scipy.special import ndtri  # type: ignore[import-untyped]
+
+    return np.asarray(ndtri(uniform(seed, int(np.prod(shape)))).reshape(shape))
+
+
+def drawn(seed: int, total: int, count: int) -> tuple[int, ...]:
+    """``count`` of ``total`` numbers from 0 on, each as likely as any other, in increasing order."""
+    order = np.argsort(uniform(seed, total), kind="stable")
+    return tuple(sorted(order[:count].tolist()))

@@ -216,7 +216,7 @@ def _header(where: str, results: Results, manifest: Manifest) -> Iterator[Findin
 def _cases(where: str, results: Results, data: Dataset) -> Iterator[Finding]:
     counts = results.header.counts
     try:
-        wanted = {info.id for info in data.cases(results.place.task, results.place.split)}
+        wanted = {info.id for info in data.cases(results.paths.task, results.paths.split)}
     except BenchError as error:
         yield Finding("warning", f"{where}: the case list cannot be compared with the data set's ({error})")
         return
@@ -263,7 +263,7 @@ def _again(where: str, results: Results, data: Dataset, predictions: Path) -> It
         return
     names = [name for name in results.header.metrics if name in registry.working("metrics")[0]]
     answered = [entry for entry in results.entries if entry.status == "ok"]
-    infos = {info.id: info for info in data.cases(results.place.task, results.place.split)}
+    infos = {info.id: info for info in data.cases(results.paths.task, results.paths.split)}
     chosen = spread([infos[entry.case] for entry in answered if entry.case in infos])
     entries = {entry.case: entry for entry in answered}
     for info in chosen:

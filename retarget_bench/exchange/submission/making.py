@@ -6,15 +6,14 @@ import shutil
 import sys
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.plan import Plan, dataset, method
 from retarget_bench.evaluation.predict import context_for, predict
 from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics.files import values_path
-from retarget_bench.evaluation.timing import spread, time_method
-from retarget_bench.evaluation.worker import know
+from retarget_bench.evaluation.timing import TimingJob, spread, time_method
+from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.exchange.submission.manifest import CARD, CARD_SECTIONS, ROWS, write
 from retarget_bench.files import write_text
 from retarget_bench.plugins.spec import Spec
@@ -122,7 +121,7 @@ def measure(asked: Spec, data: Spec) -> Measured:
 def of_process(job: tuple[Plan, Spec, Spec]) -> tuple[float, float] | None:
     """(megabytes, frames per second), or None where no case is answered."""
     plan, asked, spec = job
-    know(plan.plugin_files)
+    register_plugins(plan.plugin_files)
     data = dataset(spec)
     infos = [info for split in data.card.splits for info in data.cases("retarget", split)]
     cases = [(info, data.load(info)) for info in spread(infos)]
@@ -131,8 +130,7 @@ def of_process(job: tuple[Plan, Spec, Spec]) -> tuple[float, float] | None:
     for info, case in cases:
         predict(built, case, context_for(built, data, case, case_seed(0, str(asked), info.id)))
     grown = _peak_mb() - before
-    listed: list[Any] = [info for info, _ in cases]
-    times = time_method({"plan": plan, "method": asked, "dataset": spec, "cases": listed})
+    times = time_method(TimingJob(plan, spec, asked, tuple(info for info, _ in cases)))
     seconds = sum(second for _, _, second in times)
     return (grown, sum(frames for _, frames, _ in times) / seconds) if seconds > 0 else None
 

@@ -1,1 +1,1 @@
-"""What every kind of chart shows, computed once from results, for files and for pages alike."""
+"""Data of all charts, computed once from results, for files and pages alike."""

@@ -82,7 +82,7 @@ def _names(matrices: Sequence[ResultMatrix]) -> dict[str, str]:
     structures: dict[str, str] = {}
     for each in matrices:
         for row in each.rows:
-            structures |= case_metadata.read_structures(row.place) or {}
+            structures |= case_metadata.read_structures(row.paths) or {}
     return {name: structures.get(name, UNKNOWN) for name in bodies}
 
 

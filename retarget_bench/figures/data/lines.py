@@ -11,7 +11,7 @@ import numpy as np
 from retarget_bench.analysis.breakdown import breakdown, structures_of
 from retarget_bench.analysis.summary import Mean, SplitSummary, split_summary
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks import levels
+from retarget_bench.evaluation.tasks import questions
 from retarget_bench.evaluation.tasks.questions import MAJOR
 from retarget_bench.figures import axis_limits
 from retarget_bench.figures.data import values
@@ -147,7 +147,9 @@ def denoise(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence
     shown = [section for section in sections if section.part in given]
     lines = _level_lines(matrix, shown, seen, AFTER, given, places)
     ticks = [
-        (at, f"{number:g}") for name, at in given.items() if (number := levels.number(name)) is not None
+        (at, f"{number:g}")
+        for name, at in given.items()
+        if (number := questions.level_number(name)) is not None
     ]
     chart = LineChart(
         matrix.split,
@@ -169,8 +171,8 @@ def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequenc
     """
     (matrix,) = values.in_order([matrix], order)
     sections = _levels(matrix)
-    given = {each.part: at for each in sections if (at := levels.number(each.part)) is not None}
-    share = major_share(row.place for row in matrix.rows)
+    given = {each.part: at for each in sections if (at := questions.level_number(each.part)) is not None}
+    share = major_share(row.paths for row in matrix.rows)
     extra = {MAJOR: share} if share is not None else {}
     charts = []
     for value, title in TITLES.items():

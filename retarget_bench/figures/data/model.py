@@ -1,5 +1,4 @@
-"""What charts show, before anything is drawn: series, means, intervals, limits and the cases behind
-marks."""
+"""Chart data before drawing: series, means, intervals, limits and the cases behind each mark."""
 
 from __future__ import annotations
 

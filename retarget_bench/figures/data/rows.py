@@ -1,4 +1,4 @@
-"""Methods beside each other: by kind of performance, by rank, over clips, and against their speed."""
+"""Charts that compare methods: by kind, by rank, over clips, and against speed."""
 
 from __future__ import annotations
 
@@ -156,7 +156,7 @@ def best(marks: Sequence[Mark], declared: DeclaredValue) -> list[Mark]:
 
 # ------------------------------------------------------------------------------------------------- clips
 def clips(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = ()) -> Figure:
-    """How the clips of every method are spread: quantiles, and a mark per clip, its cases averaged."""
+    """The distribution of each method over clips: quantiles, and a mark per clip."""
     what = values.value_of(matrices, value)
     found = values.in_order([each for each in matrices if value in each.values], order)
     charts = []

@@ -1,5 +1,4 @@
-"""What all charts are computed from: the value, the methods in order, means as in tables, the worst
-cases."""
+"""The value of a chart, its methods in order, and its means and worst cases as in tables."""
 
 from __future__ import annotations
 

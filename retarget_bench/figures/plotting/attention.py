@@ -1,4 +1,4 @@
-"""What a method attends to: PAN's Figure 8, a heat map on the skeleton, and over time below it."""
+"""Attention of a method: a heat map on the skeleton and over time (PAN, Figure 8)."""
 
 from __future__ import annotations
 

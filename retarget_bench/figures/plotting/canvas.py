@@ -1,5 +1,4 @@
-"""What files of charts share: a figure without a display, in the sizes of papers, and a file by its
-ending."""
+"""Shared parts of charts in files: figures in the sizes of papers, legends, and formats."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Any figure of charts as a file."""
+"""Drawing a figure of charts into a file."""
 
 from __future__ import annotations
 

@@ -23,7 +23,7 @@ Looks = Mapping[str, Mapping[str, Any]]
 
 
 def filled(mark: Mark, looks: Looks) -> dict[str, Any]:
-    """What matplotlib takes for a mark alone."""
+    """The matplotlib properties of a mark without a line."""
     hollow = {"markerfacecolor": "white"} if mark.hollow else {}
     return {**looks[mark.method], **hollow, "linestyle": "none"}
 

@@ -1,1 +1,1 @@
-"""Charts as inline SVG, for pages: every mark has words, and leads to the cases behind it."""
+"""Charts as inline SVG for pages, each mark with words and a link to its cases."""

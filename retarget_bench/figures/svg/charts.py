@@ -1,4 +1,4 @@
-"""Any chart as inline SVG."""
+"""Drawing a chart as inline SVG."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Elements of inline SVG: shapes, scales and axes, with words for those who do not see them.
+"""Elements of inline SVG: shapes, scales and axes, with words for screen readers.
 
 Colours are the page's own, by class (``m0``, ``m1``, ...), so that they follow light and dark; lines
 differ in dashes and marks in shape too. A mark that can be clicked is a ``pick``: what it stands for is in

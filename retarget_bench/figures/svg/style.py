@@ -1,4 +1,4 @@
-"""Rules of style for charts in a page: colours of methods and of errors, on light and on dark paper."""
+"""CSS of charts in a page: colours of methods and errors, on light and dark paper."""
 
 from __future__ import annotations
 

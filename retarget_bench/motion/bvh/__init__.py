@@ -1,6 +1,6 @@
 """BVH files, read and written.
 
-``parse`` says what a file says; ``read`` turns that into a skeleton and its motion; ``write`` goes back.
+``parse`` gives a file's content; ``read`` turns that into a skeleton and its motion; ``write`` goes back.
 Every number is kept exactly. What cannot be kept is refused with a FileError that names file and line.
 """
 
@@ -38,7 +38,7 @@ _CHUNK = 1 << 16
 
 
 def parse(path: str | Path, *, cache: bool = True) -> Document:
-    """What the file says: joints with their channels, frame time, numbers.
+    """The content of a file: joints with their channels, frame time, numbers.
 
     cache: keep what was parsed in the user's cache, under the hash of the file, and read it from there.
     Raises FileError, with file and line, for whatever is not a complete BVH file.

@@ -32,7 +32,7 @@ _SETTLED = 2.0
 
 
 def place_by_path(path: Path) -> Path | None:
-    """Where the document of this path, with its present size and times, is kept; None while it is young."""
+    """The cache file for a path with its present size and times; None while the file is young."""
     try:
         stat = path.stat()
     except OSError:
@@ -45,7 +45,7 @@ def place_by_path(path: Path) -> Path | None:
 
 
 def place_by_content(data: bytes) -> Path:
-    """Where the document of a file with this content is kept."""
+    """The cache file for the content of a BVH file."""
     return cache_folder() / "bvh" / f"{hashlib.sha256(data).hexdigest()}.bin"
 
 

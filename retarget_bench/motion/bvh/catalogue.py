@@ -1,4 +1,4 @@
-"""What a folder of BVH files holds, without parsing its motion: bodies, lengths, rates and hashes.
+"""Catalogue of a folder of BVH files, made without parsing motion: bodies, lengths, rates and hashes.
 
 A data set of thousands of files must be able to list its cases, and to say what it is made of, in the
 time that a command takes to start. So every file is looked at once, and what was found is kept under
@@ -28,7 +28,7 @@ _NUMERIC = b"0123456789+-.eE \t\r\n"
 
 @dataclass(frozen=True)
 class CatalogueEntry:
-    """What is known of one BVH file.
+    """Facts about one BVH file.
 
     content:   SHA-256 of its bytes, in hexadecimal.
     hierarchy: a short hash of its hierarchy; files with the same one have the same body.
@@ -79,7 +79,7 @@ def subfolders(folder: Path) -> list[Path]:
 
 
 def contents(folder: Path) -> str:
-    """What lies in a folder, in a few words, for messages."""
+    """The contents of a folder in a few words, for messages."""
     names = [each.name for each in _visible(folder)]
     return some(names) if names else "nothing"
 

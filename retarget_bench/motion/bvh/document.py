@@ -1,4 +1,4 @@
-"""What a BVH file says, before any of it is interpreted."""
+"""The content of a BVH file before any of it is interpreted."""
 
 from __future__ import annotations
 

@@ -60,7 +60,7 @@ def reaches_the_numbers(data: bytes) -> bool:
 
 
 def _find_motion(data: bytes) -> int:
-    """Where the line MOTION begins, or -1."""
+    """The start of the line MOTION, or -1."""
     usual = data.find(b"\nMOTION", 0, _LONGEST) + 1  # many times faster than the pattern
     found = (_MOTION.match(data, usual) if usual else None) or _MOTION.search(data, 0, _LONGEST)
     return found.start() if found else -1
@@ -105,7 +105,7 @@ _remembered_hierarchy = lru_cache(maxsize=256)(_hierarchy)
 
 
 class _Fault(Exception):
-    """What is wrong in which line."""
+    """A fault and its line."""
 
     def __init__(self, problem: str, line: int) -> None:
         super().__init__(problem)

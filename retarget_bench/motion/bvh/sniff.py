@@ -50,7 +50,7 @@ def without_mark(data: bytes) -> bytes:
 
 
 def complaint(start: bytes) -> str | None:
-    """What is wrong with a file that starts with these bytes (some thousand), or None if it may be BVH."""
+    """The fault of a file that starts with these bytes (some thousand), or None if it may be BVH."""
     if not start:
         return "is empty"
     if start.startswith(_UTF16):

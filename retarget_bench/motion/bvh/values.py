@@ -123,7 +123,7 @@ def _parse_checked(path: Path, block: bytes, frames: int, columns: int, line: in
 
 
 def _fault(words: list[bytes], columns: int, *, last: bool) -> str | None:
-    """What is wrong with the words of a frame."""
+    """The fault of the words of a frame, or None."""
     if len(words) != columns:
         reason = "the file is cut off" if last and len(words) < columns else f"there are {columns} channels"
         return f"has {len(words)} of {columns} numbers: {reason}"

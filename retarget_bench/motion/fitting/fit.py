@@ -36,7 +36,7 @@ _HOLD = 30.0
 
 @dataclass(frozen=True, eq=False)
 class Residual:
-    """How far the joints of a fitted motion are from the positions that were given.
+    """Distances of the joints of a fitted motion from the positions that were given.
 
     character: whose joints they are.
     distances: ``(frames, joints)`` metres.

@@ -1,4 +1,4 @@
-"""What the bones of a body can tell about how its joints are turned."""
+"""Evidence in a body's bones for the rotations of its joints."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _FOLDED = 0.3
 
 @dataclass(frozen=True, eq=False)
 class Sight:
-    """What is seen of one joint.
+    """The evidence for one joint's rotation.
 
     own:      children at the ends of bones that leave this joint and have a length.
     borrowed: the same of zero-length children and theirs, which stand in the same place: likely, but not

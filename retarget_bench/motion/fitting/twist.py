@@ -49,7 +49,7 @@ def twisted(tree: Tree, turned: np.ndarray, seen: np.ndarray, fps: float, noise:
 
 
 class _Choice:
-    """What speaks for one twist or another of the joints of a clip (arguments as in ``twisted``)."""
+    """Evidence for the twist of the joints of a clip (arguments as in ``twisted``)."""
 
     def __init__(self, tree: Tree, turned: np.ndarray, seen: np.ndarray, fps: float, noise: float) -> None:
         self.tree, self.turned, self.seen = tree, turned, seen

@@ -60,12 +60,12 @@ class MyDataset:
 
     @property
     def content(self) -> str:
-        """What results are known by: of files a hash, of generated data the version and parameters."""
+        """Identifies the data in result keys: a hash of files; of generated data version and parameters."""
         return f"version {self.card.version}, {self.frames} frames"
 
     @property
     def label(self) -> str:
-        """What tables call the data set."""
+        """The name of the data set in tables."""
         return "my_dataset"
 
     def characters(self) -> Mapping[str, Character]:

@@ -11,7 +11,7 @@ from retarget_bench.api.comparison import Comparison
 
 
 class MyMetric:
-    """How high the head is held, compared with the reference."""
+    """Height of the head, compared with the reference."""
 
     card = MetricCard(
         name="my_metric",

@@ -180,7 +180,7 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
     header = found[0].header
     numbers = _numbers(found)
     theirs = header.dataset.name == defaults.PAPERS_DATASET
-    structures = case_metadata.read_structures(found[0].place) or {}
+    structures = case_metadata.read_structures(found[0].paths) or {}
     trained = header.method.trained_on
     asked = {
         column.id: [

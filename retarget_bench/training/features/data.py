@@ -17,7 +17,7 @@ import numpy as np
 from retarget_bench.api import Dataset
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation.plan import dataset
-from retarget_bench.evaluation.worker import know
+from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Spec
@@ -81,7 +81,7 @@ def gather(spec: Spec, source: Source, jobs: int, progress: Progress) -> dict[st
 
 def clips_of(job: Mapping[str, Any]) -> Clips:
     """The clips of one character that are long enough, as channels; what a worker process does."""
-    know(job["plugins"])
+    register_plugins(job["plugins"])
     source, character = job["source"], job["character"]
     clips = training_clips(dataset(job["dataset"]))[source.lender][character]
     found = {}

@@ -1,4 +1,4 @@
-"""The contract kit: does a plug-in do what ``api.py`` asks of it?
+"""Checks of a plug-in against its contract in ``api/``.
 
 ``bench test NAME`` prints the checks; a plug-in's own test suite has one line::
 
@@ -10,17 +10,17 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from retarget_bench import defaults
+from retarget_bench.api import Dataset
 from retarget_bench.api.offers import is_set_metric
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.verification.contract.common import Check, Checks
-from retarget_bench.verification.contract.datasets import check_dataset
-from retarget_bench.verification.contract.methods import check_method
-from retarget_bench.verification.contract.metrics import check_metric
-from retarget_bench.verification.contract.posts import check_post
-from retarget_bench.verification.contract.sets import check_set_metric
+from retarget_bench.verification.contract.common import Check
+from retarget_bench.verification.contract.datasets import DatasetTrial
+from retarget_bench.verification.contract.methods import MethodTrial
+from retarget_bench.verification.contract.metrics import MetricTrial, SetMetricTrial
+from retarget_bench.verification.contract.posts import PostTrial
 
-__all__ = ["Check", "Checks", "assert_contract", "check"]
+__all__ = ["Check", "assert_contract", "check"]
 
 
 def check(kind: registry.Kind, spec: Spec | str, data: Spec | str = defaults.DATASET) -> Iterator[Check]:
@@ -30,15 +30,17 @@ def check(kind: registry.Kind, spec: Spec | str, data: Spec | str = defaults.DAT
     """
     spec = Spec.parse(spec)
     if kind == "datasets":
-        yield from check_dataset(spec)
-    elif kind == "metrics":
-        sets = is_set_metric(registry.create("metrics", spec))
-        look = check_set_metric if sets else check_metric
-        yield from look(spec, registry.create("datasets", data))
+        yield from DatasetTrial(spec)
+        return
+    cases: Dataset = registry.create("datasets", data)
+    if kind == "methods":
+        yield from MethodTrial(spec, cases)
     elif kind == "posts":
-        yield from check_post(spec, registry.create("datasets", data))
+        yield from PostTrial(spec, cases)
+    elif is_set_metric(registry.create("metrics", spec)):
+        yield from SetMetricTrial(spec, cases)
     else:
-        yield from check_method(spec, registry.create("datasets", data))
+        yield from MetricTrial(spec, cases)
 
 
 def assert_contract(kind: registry.Kind, spec: Spec | str, data: Spec | str = defaults.DATASET) -> None:

@@ -1,22 +1,28 @@
-"""What the checks of every kind of plug-in share: one check's outcome, sample cases, snapshots."""
+"""Shared by the checks of every kind of plug-in: trials, outcomes, sample cases, snapshots."""
 
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
 from retarget_bench.api import Case, Contacts, Dataset, Prediction
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import parameters, registry
+from retarget_bench.plugins.spec import Spec
+
+P = TypeVar("P")
+"""The contract that a plug-in is to fulfil."""
+KINDS_OF_SOURCE = ("motion", "positions")
 
 
 @dataclass(frozen=True)
 class Check:
-    """One thing that was looked at: what it demands, and what was wrong ("" where nothing was)."""
+    """The outcome of one check: the demand, and the problem ("" where there is none)."""
 
     demand: str
     problem: str = ""
@@ -29,20 +35,57 @@ class Check:
         return f"ok      {self.demand}" if self.passed else f"FAILED  {self.demand}: {self.problem}"
 
 
-@dataclass(frozen=True)
-class Checks:
-    """Named demands and the functions that look for a problem; each runs whatever became of the others."""
+Look = Callable[[Any], str | None]
+"""A method of a ``Trial`` that says what is wrong; None where nothing is."""
 
-    demands: Mapping[str, Callable[[], str | None]]
+
+def demand(text: str) -> Callable[[Look], Look]:
+    """Mark a method of a ``Trial`` as the check of a demand."""
+
+    def marked(look: Look) -> Look:
+        look.demand = text  # type: ignore[attr-defined]
+        return look
+
+    return marked
+
+
+class Trial(Generic[P]):
+    """A plug-in under test. Iterating makes its checks in the order in which the class lists them; each is
+    made whatever came of the others.
+
+    Raises BenchError if the plug-in cannot be built.
+    """
+
+    kind: ClassVar[registry.Kind]
+
+    def __init__(self, spec: Spec) -> None:
+        self.spec = spec
+        self.plugin: P = registry.create(self.kind, spec)
 
     def __iter__(self) -> Iterator[Check]:
-        for demand, look in self.demands.items():
-            try:
-                yield Check(demand, look() or "")
-            except BenchError as error:
-                yield Check(demand, str(error))
-            except Exception as error:  # the plug-in's own fault: it costs this check only
-                yield Check(demand, _where(error))
+        looks = [look for each in reversed(type(self).__mro__) for look in vars(each).values()]
+        for look in looks:
+            if text := getattr(look, "demand", ""):
+                yield Check(text, self._problem(look))
+
+    def _problem(self, look: Look) -> str:
+        try:
+            return look(self) or ""
+        except BenchError as error:
+            return str(error)
+        except Exception as error:  # the plug-in's own fault: it costs this check only
+            return _where(error)
+
+    def misnamed(self, name: str) -> str | None:
+        """The difference between the name on the card and the name of the plug-in."""
+        wanted = self.spec.names
+        return None if name == wanted else f"card.name is {name!r}, but the plug-in is called {wanted!r}"
+
+    def undescribed(self, described: Iterable[str]) -> str | None:
+        """The parameters of the plug-in that its card has no line for."""
+        taken, _ = parameters.known(registry.load(self.kind, self.spec.name))
+        missing = [each.name for each in taken if each.name not in described]
+        return f"card.parameters has no line for {', '.join(missing)}" if missing else None
 
 
 def _where(error: Exception) -> str:

@@ -11,73 +11,50 @@ from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
 from retarget_bench.api.offers import offers_real
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.spec import Spec
-from retarget_bench.verification.contract.common import Check, Checks
-from retarget_bench.verification.contract.methods import undescribed
+from retarget_bench.verification.contract.common import Trial, demand
 
 LOADED = 3
 """Cases of every split that are loaded and looked into."""
 
 
-def check_dataset(spec: Spec) -> Iterator[Check]:
-    """Every check of a data set; raises BenchError if it cannot be built."""
-    trial = _Trial(spec)
-    return iter(
-        Checks(
-            {
-                "its card says what it is, its licence and how to get it": trial.card,
-                "label, content and notes are text": trial.texts,
-                "there is at least one case": trial.some,
-                "case ids are unique and say dataset/source>target/clip": trial.ids,
-                "built again, it lists the same cases and the same content": trial.stable,
-                "splits follow characters and their structures": trial.splits,
-                "loaded cases fit together: frames, rates, shapes": trial.shapes,
-                "loaded cases are finite and rotations are unit": trial.finite,
-                "a case loaded twice is the same": trial.repeatable,
-                "real motion, where it is offered, is of the structure asked for": trial.real,
-            }
-        )
-    )
+class DatasetTrial(Trial[Dataset]):
+    """Checks of a data set on its first cases."""
 
-
-class _Trial:
-    """A data set and the cases that are looked into."""
-
-    def __init__(self, spec: Spec) -> None:
-        self.spec = spec
-        self.data: Dataset = registry.create("datasets", spec)
+    kind = "datasets"
 
     @property
     def listed(self) -> list[CaseInfo]:
-        return _listed(self.data)
+        return _listed(self.plugin)
 
     @property
     def loaded(self) -> Iterator[Case]:
-        for split in self.data.card.splits:
-            for info in self.data.cases("retarget", split)[:LOADED]:
-                yield self.data.load(info)
+        for split in self.plugin.card.splits:
+            for info in self.plugin.cases("retarget", split)[:LOADED]:
+                yield self.plugin.load(info)
 
+    @demand("its card says what it is, its licence and how to get it")
     def card(self) -> str | None:
-        card = self.data.card
-        if card.name != self.spec.name:
-            return f"card.name is {card.name!r}, but the plug-in is called {self.spec.name!r}"
+        card = self.plugin.card
         texts = ("summary", "version", "licence", "obtain")
         if empty := [name for name in texts if not getattr(card, name).strip()]:
             return f"no {', '.join(empty)}"
         if unknown := set(card.splits) - set(SPLITS):
             return f"splits {sorted(unknown)}; known are {', '.join(SPLITS)}"
-        return undescribed("datasets", self.spec, card.parameters)
+        return self.misnamed(card.name) or self.undescribed(card.parameters)
 
+    @demand("label, content and notes are text")
     def texts(self) -> str | None:
         for name in ("label", "content"):
-            if not (isinstance(value := getattr(self.data, name), str) and value):
+            if not (isinstance(value := getattr(self.plugin, name), str) and value):
                 return f"{name} is {value!r}"
-        bad = next((note for note in self.data.notes if not isinstance(note, str)), None)
+        bad = next((note for note in self.plugin.notes if not isinstance(note, str)), None)
         return f"a note is {bad!r}" if bad is not None else None
 
+    @demand("there is at least one case")
     def some(self) -> str | None:
         return None if self.listed else "no case in any split"
 
+    @demand("case ids are unique and say dataset/source>target/clip")
     def ids(self) -> str | None:
         ids = [info.id for info in self.listed]
         if len(set(ids)) != len(ids):
@@ -87,12 +64,14 @@ class _Trial:
                 return f"{info.id} of {info.pair}, clip {info.clip!r}"
         return None
 
+    @demand("built again, it lists the same cases and the same content")
     def stable(self) -> str | None:
         again: Dataset = registry.create("datasets", self.spec)
-        if again.content != self.data.content:
-            return f"content was {self.data.content!r}, then {again.content!r}"
+        if again.content != self.plugin.content:
+            return f"content was {self.plugin.content!r}, then {again.content!r}"
         return None if _listed(again) == self.listed else "the lists of cases differ"
 
+    @demand("splits follow characters and their structures")
     def splits(self) -> str | None:
         for case in self.loaded:
             info, source, target = case.info, case.source.character, case.target
@@ -104,25 +83,28 @@ class _Trial:
                 return f"{info.id} is listed as {info.split} but is {split}"
         return None
 
+    @demand("real motion, where it is offered, is of the structure asked for")
     def real(self) -> str | None:
-        data: object = self.data
+        data: object = self.plugin
         if not offers_real(data):
             return None
-        for structure in {body.structure for body in self.data.characters().values()}:
+        for structure in {body.structure for body in self.plugin.characters().values()}:
             infos = data.real("retarget", structure)
             if len({(info.clip, info.target) for info in infos}) != len(infos):
                 return f"a clip of a body of {structure} is offered twice"
             for info in infos[:LOADED]:
-                case = self.data.load(info)
+                case = self.plugin.load(info)
                 if case.reference is None:
                     return f"{info.id} is offered as real motion and has no reference"
                 if case.target.structure != structure:
                     return f"{info.id} is offered for {structure} and is of {case.target.structure}"
         return None
 
+    @demand("loaded cases fit together: frames, rates, shapes")
     def shapes(self) -> str | None:
         return next((problem for case in self.loaded if (problem := _misfit(case))), None)
 
+    @demand("loaded cases are finite and rotations are unit")
     def finite(self) -> str | None:
         for case in self.loaded:
             for name in ("source", "reference", "alternative"):
@@ -133,9 +115,10 @@ class _Trial:
                     return f"{case.info.id}: a rotation of the {name} is not a unit quaternion"
         return None
 
+    @demand("a case loaded twice is the same")
     def repeatable(self) -> str | None:
         for case in self.loaded:
-            again = self.data.load(case.info)
+            again = self.plugin.load(case.info)
             if not np.array_equal(case.source.positions, again.source.positions):
                 return f"{case.info.id}: the sources differ"
         return None
@@ -146,7 +129,7 @@ def _listed(data: Dataset) -> list[CaseInfo]:
 
 
 def _misfit(case: Case) -> str | None:
-    """What does not fit together in a loaded case."""
+    """The first inconsistency in a loaded case."""
     frames, contacts = case.source.frames, case.contacts
     facts: list[tuple[bool, Any]] = [
         (frames > 0, "no frames"),

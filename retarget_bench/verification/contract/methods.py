@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -13,13 +13,14 @@ from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Metho
 from retarget_bench.api.offers import method_card, takes_batches
 from retarget_bench.evaluation import predict
 from retarget_bench.motion.motion import Motion, Positions
-from retarget_bench.plugins import parameters, registry
+from retarget_bench.plugins import registry
 from retarget_bench.plugins.answers import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import (
-    Check,
-    Checks,
+    KINDS_OF_SOURCE,
+    Trial,
     changed,
+    demand,
     difference,
     resized,
     sample,
@@ -28,67 +29,46 @@ from retarget_bench.verification.contract.common import (
 
 PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips")
 UNPRIVILEGED = ("training",)
-KINDS_OF_SOURCE = ("motion", "positions")
 BATCH_FRAMES = (40, 25, 1)
 """Lengths of the cases that are asked in one batch."""
 BATCH_TOLERANCE = 1e-5
 """By how much of the height an answer may differ from that to the case alone."""
 
 
-def check_method(spec: Spec, data: Dataset) -> Iterator[Check]:
-    """Every check of a method on a few cases of a data set; raises BenchError if it cannot be built."""
-    trial = _Trial(spec, data)
-    return iter(
-        Checks(
-            {
-                "its card says what it is and what it takes": trial.card,
-                "supports() gives None or a reason": trial.supports,
-                "answers keep frames and rate, are finite, unit, of the target": trial.answers,
-                "a clip of one frame is answered or refused": trial.one_frame,
-                "another frame rate is kept": trial.other_rate,
-                "a source known by positions only is answered or refused": trial.positions,
-                "its input is not modified": trial.input_untouched,
-                "same case and seed, same answer, whatever ran before": trial.deterministic,
-                "the seed matters only if the card says stochastic": trial.seed,
-                "privileged inputs are used only if the card needs them": trial.privileged,
-                "asked in a batch, if it takes any, it answers as alone": trial.batch,
-            }
-        )
-    )
+class MethodTrial(Trial[Method]):
+    """Checks of a method on a few cases of a data set."""
 
-
-class _Trial:
-    """A method and the cases it is tried on."""
+    kind = "methods"
 
     def __init__(self, spec: Spec, data: Dataset) -> None:
-        self.spec = spec
+        super().__init__(spec)
         self.data = data
-        self.method: Method = registry.create("methods", spec)
         self.cases = sample(data)
 
+    @demand("its card says what it is and what it takes")
     def card(self) -> str | None:
-        card = self.method.card
-        if card.name != self.spec.names:
-            return f"card.name is {card.name!r}, but the plug-in is called {self.spec.names!r}"
+        card = self.plugin.card
         if not (card.summary and card.version):
             return "summary and version must not be empty"
         if unknown := set(card.accepts) - set(KINDS_OF_SOURCE):
             return f"accepts {sorted(unknown)}; known are {', '.join(KINDS_OF_SOURCE)}"
         if unknown := set(card.needs) - set(PRIVILEGED):
             return f"needs {sorted(unknown)}; known are {', '.join(PRIVILEGED)}"
-        if unknown := set(method_card(self.method).uses) - set(UNPRIVILEGED):
+        if unknown := set(method_card(self.plugin).uses) - set(UNPRIVILEGED):
             return f"uses {sorted(unknown)}; known are {', '.join(UNPRIVILEGED)}"
-        if unknown := set(method_card(self.method).tasks) - set(TASKS):
+        if unknown := set(method_card(self.plugin).tasks) - set(TASKS):
             return f"tasks {sorted(unknown)}; known are {', '.join(TASKS)}"
-        return undescribed("methods", self.spec, card.parameters)
+        return self.misnamed(card.name) or self.undescribed(card.parameters)
 
+    @demand("supports() gives None or a reason")
     def supports(self) -> str | None:
         for case in self.cases:
-            reason = self.method.supports(case.source.character, case.target)
+            reason = self.plugin.supports(case.source.character, case.target)
             if reason is not None and not (isinstance(reason, str) and reason.strip()):
                 return f"{case.info.id}: returned {reason!r}"
         return None
 
+    @demand("answers keep frames and rate, are finite, unit, of the target")
     def answers(self) -> str | None:
         outcomes = [(case, self._ask(case)) for case in self.cases]
         if not any(outcome.prediction for _, outcome in outcomes):
@@ -96,56 +76,64 @@ class _Trial:
             return f"no case was answered: {'; '.join(sorted(reasons))}"
         return _first_problem(outcomes)
 
+    @demand("a clip of one frame is answered or refused")
     def one_frame(self) -> str | None:
         return _first_problem([(case, self._ask(resized(case, 1))) for case in self.cases])
 
+    @demand("another frame rate is kept")
     def other_rate(self) -> str | None:
         return _first_problem([(case, self._ask(_at_rate(case, 50.0))) for case in self.cases])
 
+    @demand("a source known by positions only is answered or refused")
     def positions(self) -> str | None:
         return _first_problem([(case, self._ask(_by_positions(case))) for case in self.cases])
 
+    @demand("its input is not modified")
     def input_untouched(self) -> str | None:
         for case in self.cases:
-            if predict.refusal(self.method, case) is not None:
+            if predict.refusal(self.plugin, case) is not None:
                 continue
             given = case.source.copy()  # the engine hands out copies: here the method's own is looked at
             before = snapshot(source=given, target=case.target)
-            self.method.retarget(given, case.target, context=self._context(case))
+            self.plugin.retarget(given, case.target, context=self._context(case))
             if problem := changed(before, source=given, target=case.target):
                 return problem
         return None
 
+    @demand("same case and seed, same answer, whatever ran before")
     def deterministic(self) -> str | None:
         first = [self._ask(case).prediction for case in self.cases]
         _disturb_global_state()
-        self.method = registry.create("methods", self.spec)
+        self.plugin = registry.create("methods", self.spec)
         again = [self._ask(case).prediction for case in reversed(self.cases)]
         return _first_difference(self.cases, first, again[::-1])
 
+    @demand("the seed matters only if the card says stochastic")
     def seed(self) -> str | None:
-        if self.method.card.stochastic:
+        if self.plugin.card.stochastic:
             return None
         first = [self._ask(case, seed=1).prediction for case in self.cases]
         return _first_difference(self.cases, first, [self._ask(c, seed=2).prediction for c in self.cases])
 
+    @demand("privileged inputs are used only if the card needs them")
     def privileged(self) -> str | None:
-        declared = self.method.card.needs
+        declared = self.plugin.card.needs
         for case in self.cases:
-            if case.reference is None or predict.refusal(self.method, case) is not None:
+            if case.reference is None or predict.refusal(self.plugin, case) is not None:
                 continue
             honest = self._context(case)
             leaks = {name: value for name, value in _leaks(case).items() if name not in declared}
             answers = [
-                self.method.retarget(case.source, case.target, context=context)
+                self.plugin.retarget(case.source, case.target, context=context)
                 for context in (honest, replace(honest, **leaks))
             ]
             if difference(*answers) > 0:
                 return "the answer depends on an input of the context that the card's needs does not name"
         return None
 
+    @demand("asked in a batch, if it takes any, it answers as alone")
     def batch(self) -> str | None:
-        method = self.method
+        method = self.plugin
         if not takes_batches(method):
             return None
         cases = [resized(case, frames) for frames in BATCH_FRAMES for case in self.cases]
@@ -155,7 +143,7 @@ class _Trial:
         return next(filter(None, (self._batch_problem(method, each) for each in orders)), None)
 
     def _batch_problem(self, method: BatchMethod, known: Sequence[tuple[Case, Prediction]]) -> str | None:
-        """What is wrong with the answers to a batch, beside those to its cases alone."""
+        """The first fault of the answers to a batch, compared with those to its cases alone."""
         pairs = [(case, self._context(case)) for case, _ in known]
         answers = predict.ask_batch(method, pairs)
         if len(answers) != len(pairs):
@@ -170,10 +158,10 @@ class _Trial:
         return None
 
     def _ask(self, case: Case, seed: int = 0) -> predict.Outcome:
-        return predict.predict(self.method, case, self._context(case, seed))
+        return predict.predict(self.plugin, case, self._context(case, seed))
 
     def _context(self, case: Case, seed: int = 0) -> Context:
-        return predict.context_for(self.method, self.data, case, seed)
+        return predict.context_for(self.plugin, self.data, case, seed)
 
 
 def _leaks(case: Case) -> dict[str, Any]:
@@ -185,13 +173,6 @@ def _leaks(case: Case) -> dict[str, Any]:
         "target_motions": motions,
         "other_clips": motions,
     }
-
-
-def undescribed(kind: registry.Kind, spec: Spec, described: Any) -> str | None:
-    """The parameters of a plug-in that its card has no line for."""
-    taken, _ = parameters.known(registry.load(kind, spec.name))
-    missing = [each.name for each in taken if each.name not in described]
-    return f"card.parameters has no line for {', '.join(missing)}" if missing else None
 
 
 def _first_problem(outcomes: Sequence[tuple[Case, predict.Outcome]]) -> str | None:

@@ -1,65 +1,82 @@
-"""The checks that a metric must pass."""
+"""The checks that metrics of single cases, and metrics of sets of cases, must pass."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import get_args
+from typing import TypeVar, get_args
 
 import numpy as np
 
-from retarget_bench.api import Case, Dataset, Direction, Metric, Prediction, SetMetric, Value
+from retarget_bench.api import (
+    Case,
+    CaseFeatures,
+    Dataset,
+    Direction,
+    Metric,
+    Prediction,
+    Sample,
+    SetMetric,
+    Value,
+)
 from retarget_bench.api.comparison import Comparison
+from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import score
+from retarget_bench.evaluation.set_metrics.collect import collect
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Positions
-from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import Values
-from retarget_bench.verification.contract.common import Check, Checks, changed, resized, sample, snapshot
+from retarget_bench.verification.contract.common import Trial, changed, demand, resized, sample, snapshot
 
+M = TypeVar("M", Metric, SetMetric)
 LENGTH = 150
 """Frames of the clips that a metric is tried on: some protocols leave shorter clips out."""
+GROUPS = 10
+"""Clips of the windows that a set metric is tried on."""
 SLACK = 1e-9
 """By how much a wrong prediction may seem better than the right one: rounding."""
 
 
-def check_metric(spec: Spec, data: Dataset) -> Iterator[Check]:
-    """Every check of a metric on a few cases of a data set; raises BenchError if it cannot be built."""
-    trial = _Trial(spec, data)
-    return iter(
-        Checks(
-            {
-                "its card says what every value means": trial.card,
-                "values are finite, declared, and curves where an index is declared": trial.values,
-                "the right answer is never worse than a wrong one": trial.perfect,
-                "a clip of one frame is measured or left out": trial.one_frame,
-                "a prediction known by positions only is measured or left out": trial.positions,
-                "its input is not modified": trial.input_untouched,
-                "same input, same numbers": trial.deterministic,
-            }
-        )
-    )
+class _Scored(Trial[M]):
+    """Checks of every metric on cases with references."""
 
-
-class _Trial:
-    """A metric and the cases it is tried on."""
+    kind = "metrics"
 
     def __init__(self, spec: Spec, data: Dataset) -> None:
-        self.spec = spec
-        self.metric: Metric = registry.create("metrics", spec)
+        super().__init__(spec)
         self.cases = [case for case in sample(data, LENGTH) if case.reference is not None]
 
+    @demand("its card says what every value means")
     def card(self) -> str | None:
-        return card_problem(self.metric, self.spec.name)
+        card = self.plugin.card
+        if wrong := self.misnamed(card.name):
+            return wrong
+        if not (card.summary and card.version and card.values):
+            return "summary, version and values must not be empty"
+        for value in card.values:
+            texts = ("id", "label", "meaning", "unit", "formula", "source")
+            if empty := [name for name in texts if not getattr(value, name).strip()]:
+                return f"{value.id or 'a value'} has no {', '.join(empty)}"
+            if value.better not in get_args(Direction):
+                return f"{value.id}: better is {value.better!r}; known are {', '.join(get_args(Direction))}"
+            if not value.tolerance > 0:
+                return f"{value.id}: the tolerance must be positive"
+        score.declared_values([self.plugin])
+        return None
 
+
+class MetricTrial(_Scored[Metric]):
+    """Checks of a metric of single cases."""
+
+    @demand("values are finite, declared, and curves where an index is declared")
     def values(self) -> str | None:
-        declared = {value.id: value for value in self.metric.card.values}
+        declared = {value.id: value for value in self.plugin.card.values}
         for case in self.cases:
             wrong = _disturbed(case)
             found = self._score(case, wrong)
-            if not found and any(not score.missing(v, case, wrong) for v in self.metric.card.values):
+            if not found and any(not score.missing(v, case, wrong) for v in self.plugin.card.values):
                 return f"{case.info.id}: no value at all"
             for name, number in found.items():
                 if isinstance(number, Mapping) != bool(declared[name].index):
@@ -70,11 +87,12 @@ class _Trial:
                 return f"gave undeclared values: {', '.join(sorted(unknown))}"
         return None
 
+    @demand("the right answer is never worse than a wrong one")
     def perfect(self) -> str | None:
         for case in self.cases:
             assert case.reference is not None
             right, wrong = self._score(case, case.reference), self._score(case, _disturbed(case))
-            for value in self.metric.card.values:
+            for value in self.plugin.card.values:
                 pair = right.get(value.id), wrong.get(value.id)
                 if "reference" in value.needs and _worse(value, *pair):
                     return (
@@ -82,18 +100,21 @@ class _Trial:
                     )
         return None
 
+    @demand("a clip of one frame is measured or left out")
     def one_frame(self) -> str | None:
         for case in self.cases:
             short = resized(case, 1)
             self._score(short, _disturbed(short))
         return None
 
+    @demand("a prediction known by positions only is measured or left out")
     def positions(self) -> str | None:
         for case in self.cases:
             wrong = _disturbed(case)
             self._score(case, Positions(case.target, _places(wrong), wrong.fps))
         return None
 
+    @demand("its input is not modified")
     def input_untouched(self) -> str | None:
         for case in self.cases:
             wrong = _disturbed(case)
@@ -103,6 +124,7 @@ class _Trial:
                 return problem
         return None
 
+    @demand("same input, same numbers")
     def deterministic(self) -> str | None:
         for case in self.cases:
             first, second = (self._score(case, _disturbed(case)) for _ in range(2))
@@ -111,29 +133,86 @@ class _Trial:
         return None
 
     def _score(self, case: Case, prediction: Prediction) -> Values:
-        return score.score([self.metric], case, prediction)
+        return score.score([self.plugin], case, prediction)
 
     def _compute(self, case: Case, prediction: Prediction) -> list[str]:
-        return list(self.metric.compute(Comparison(case, prediction)))
+        return list(self.plugin.compute(Comparison(case, prediction)))
 
 
-def card_problem(metric: Metric | SetMetric, name: str) -> str | None:
-    """What a metric's card lacks or says wrongly; None where it is right."""
-    card = metric.card
-    if card.name != name:
-        return f"card.name is {card.name!r}, but the plug-in is called {name!r}"
-    if not (card.summary and card.version and card.values):
-        return "summary, version and values must not be empty"
-    for value in card.values:
-        texts = ("id", "label", "meaning", "unit", "formula", "source")
-        if empty := [name for name in texts if not getattr(value, name).strip()]:
-            return f"{value.id or 'a value'} has no {', '.join(empty)}"
-        if value.better not in get_args(Direction):
-            return f"{value.id}: better is {value.better!r}; known are {', '.join(get_args(Direction))}"
-        if not value.tolerance > 0:
-            return f"{value.id}: the tolerance must be positive"
-    score.declared_values([metric])
-    return None
+class SetMetricTrial(_Scored[SetMetric]):
+    """Checks of a metric of sets of cases, on bodies that it can be applied to."""
+
+    def __init__(self, spec: Spec, data: Dataset) -> None:
+        super().__init__(spec, data)
+        self.all, self.cases = self.cases, [case for case in self.cases if not self._reason(case)]
+
+    def _reason(self, case: Case) -> str:
+        try:
+            self.plugin.network(case.target)
+        except NotSupported as reason:
+            return str(reason)
+        return ""
+
+    @demand("a body either has a network or a reason why not")
+    def networks(self) -> str | None:
+        for case in self.all:
+            collect([self.plugin], case, case.reference or case.source)
+        return None if self.cases else "applies to no body of the data set it is tried on"
+
+    @demand("features of a prediction and of the reference are made alike")
+    def alike(self) -> str | None:
+        for case in self.cases:
+            found = self._features(case)
+            if not np.array_equal(found.generated, found.real):
+                return (
+                    f"{case.info.id}: the reference as a prediction has other features than the reference"
+                )
+            if not len(found.real):
+                return f"{case.info.id}: no window in {LENGTH} frames"
+        return None
+
+    @demand("a clip of one frame has no windows or some")
+    def one_frame(self) -> str | None:
+        for case in self.cases:
+            short = resized(case, 1)
+            collect([self.plugin], short, short.reference or short.source)
+        return None
+
+    @demand("its input is not modified")
+    def input_untouched(self) -> str | None:
+        for case in self.cases:
+            before = snapshot(case=case)
+            self._features(case)
+            if problem := changed(before, case=case):
+                return problem
+        return None
+
+    @demand("same input, same features")
+    def deterministic(self) -> str | None:
+        for case in self.cases:
+            first, second = self._features(case), self._features(case)
+            if not np.array_equal(first.generated, second.generated):
+                return f"{case.info.id}: two calls gave different features"
+        return None
+
+    @demand("values do not depend on the order of the windows")
+    def order(self) -> str | None:
+        width = self._features(self.cases[0]).real.shape[1]
+        random = np.random.default_rng(7)
+        count = max(GROUPS * 5, *(self.plugin.least(value.id) for value in self.plugin.card.values))
+        clips = np.array([f"clip {number % GROUPS}" for number in range(count)])
+        real, made = (Sample(random.normal(size=(count, width)), clips) for _ in range(2))
+        mixed = random.permutation(count)
+        for value in self.plugin.card.values:
+            straight = self.plugin.value(value.id, real, made)
+            turned = self.plugin.value(value.id, real, Sample(made.features[mixed], clips[mixed]))
+            if not abs(straight - turned) <= 1e-6 * max(abs(straight), 1e-3):
+                return f"{value.id} was {straight}, and {turned} after the windows changed their order"
+        return None
+
+    def _features(self, case: Case) -> CaseFeatures:
+        assert case.reference is not None
+        return self.plugin.features(Comparison(case, case.reference))
 
 
 def _worse(value: Value, right: object, wrong: object) -> bool:

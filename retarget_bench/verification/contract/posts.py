@@ -1,4 +1,4 @@
-"""The checks that a post-process must pass: its own, and those of a method that it follows."""
+"""The checks that a post-processor must pass: its own, and those of a method that it follows."""
 
 from __future__ import annotations
 
@@ -13,46 +13,39 @@ from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.post_processors import Post, composed
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.verification.contract.common import Check, Checks, sample
-from retarget_bench.verification.contract.methods import KINDS_OF_SOURCE, check_method, undescribed
+from retarget_bench.verification.contract.common import KINDS_OF_SOURCE, Check, Trial, demand, sample
+from retarget_bench.verification.contract.methods import MethodTrial
 
 
-def check_post(spec: Spec, data: Dataset) -> Iterator[Check]:
-    """Every check of a post-process, on the answers of the method that is used when none is named; raises
-    BenchError if it cannot be built."""
-    trial = _Trial(spec, data)
-    yield from Checks(
-        {
-            "its card says what it is and what it takes": trial.card,
-            "answers known by positions only are worked on, if the card accepts them": trial.positions,
-        }
-    )
-    method = Spec.parse(defaults.METHOD)
-    for check in check_method(replace(method, posts=(spec,)), data):
-        yield Check(f"{method.name}+{spec.name}: {check.demand}", check.problem)
+class PostTrial(Trial[Post]):
+    """Checks of a post-processor, with those of the default method that it follows."""
 
-
-class _Trial:
-    """A post-process and the cases that it is tried on."""
+    kind = "posts"
 
     def __init__(self, spec: Spec, data: Dataset) -> None:
-        self.spec = spec
-        self.post: Post = registry.create("posts", spec)
+        super().__init__(spec)
+        self.data = data
         self.cases = sample(data)
 
+    def __iter__(self) -> Iterator[Check]:
+        yield from super().__iter__()
+        method = Spec.parse(defaults.METHOD)
+        for check in MethodTrial(replace(method, posts=(self.spec,)), self.data):
+            yield Check(f"{method.name}+{self.spec.name}: {check.demand}", check.problem)
+
+    @demand("its card says what it is and what it takes")
     def card(self) -> str | None:
-        card = self.post.card
-        if card.name != self.spec.name:
-            return f"card.name is {card.name!r}, but the plug-in is called {self.spec.name!r}"
+        card = self.plugin.card
         if not (card.summary and card.version and card.accepts):
             return "summary, version and accepts must not be empty"
         if unknown := set(card.accepts) - set(KINDS_OF_SOURCE):
             return f"accepts {sorted(unknown)}; known are {', '.join(KINDS_OF_SOURCE)}"
-        return undescribed("posts", self.spec, card.parameters)
+        return self.misnamed(card.name) or self.undescribed(card.parameters)
 
+    @demand("answers known by positions only are worked on, if the card accepts them")
     def positions(self) -> str | None:
-        method = composed(_ByPositions(Spec.parse(defaults.METHOD)), [self.post])
-        wanted = {"ok", "unsupported"} if "positions" in self.post.card.accepts else {"unsupported"}
+        method = composed(_ByPositions(Spec.parse(defaults.METHOD)), [self.plugin])
+        wanted = {"ok", "unsupported"} if "positions" in self.plugin.card.accepts else {"unsupported"}
         for case in self.cases:
             outcome = predict.predict(method, case, Context(ground=case.ground))
             if outcome.status not in wanted:
@@ -61,7 +54,7 @@ class _Trial:
 
 
 class _ByPositions:
-    """A method that keeps its rotations to itself."""
+    """A method whose answers are positions only."""
 
     def __init__(self, spec: Spec) -> None:
         self.method = registry.create("methods", spec)

@@ -1,4 +1,4 @@
-"""Two snapshots side by side: which rows are the same, and what each of the others is."""
+"""Comparison of two snapshots, row by row."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from retarget_bench.verification.gate.table import Table, value_id
 
 
 class Mark(StrEnum):
-    """What became of a row, gravest first."""
+    """The result for a row, gravest first."""
 
     UNMEASURED = "could not measure"
     FAILING = "newly failing"
@@ -33,7 +33,7 @@ class Limit:
     relative: float
 
     def passed(self, golden: float, now: float) -> float:
-        """How many times the limit the difference is; above 1 the number has moved."""
+        """The difference in multiples of the limit; above 1 the number has moved."""
         apart, limit = abs(now - golden), max(self.absolute, self.relative * abs(golden))
         return apart / limit if limit else math.inf if apart else 0.0
 
@@ -118,7 +118,7 @@ def _data_moved(golden: Snapshot, now: Snapshot) -> str:
 
 
 def _value_moved(golden: Snapshot, now: Snapshot, value: str) -> str:
-    """Why a value's numbers cannot be compared, or ""."""
+    """The reason why a value's numbers cannot be compared, or ""."""
     old, new = golden.values.get(value), now.values.get(value)
     if old is None:
         return NEW
@@ -199,7 +199,7 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[Line]:
 
 
 def _answered(golden: Snapshot, now: Snapshot, label: str, split: str, reason: str) -> Line:
-    """How many cases the method answered."""
+    """The line for the number of cases that the method answered."""
     old, new = (
         sum(f"{split} {case}" in each.rows.get(label, {}) for case in each.smoke.get(split, ()))
         for each in (golden, now)
@@ -250,7 +250,7 @@ Pair = tuple[str, float | None, float | None, Limit]
 
 
 def _index(column: str) -> str:
-    """What tells a curve's numbers apart, "" for a value that is one number."""
+    """The point of a curve that a column is for; "" for a value that is one number."""
     return " at " + column.split("@", 1)[1] if "@" in column else ""
 
 
@@ -270,7 +270,7 @@ def _fact(golden: Snapshot, now: Snapshot, value: str) -> dict[str, Any]:
 def _line(
     subject: str, where: str, fact: Mapping[str, Any], pairs: list[Pair], why: str, failure: str
 ) -> Line:
-    """why: the numbers cannot be compared; failure: what values that are gone died of."""
+    """why: the numbers cannot be compared; failure: the error of values that are gone."""
     gone = [name for name, old, new, _ in pairs if old is not None and new is None]
     come = [name for name, old, new, _ in pairs if old is None and new is not None]
     both = [
@@ -297,7 +297,7 @@ def _line(
 def _shown(
     both: list[tuple[float, str, float, float]], moved: list[tuple[float, str, float, float]]
 ) -> tuple[float, float | None, float | None]:
-    """How far the farthest number has moved, in limits, and what to show: the mean where it moved or
+    """The largest move in limits, and the numbers to show: the mean where it moved or
     nothing did, else the number that moved most."""
     means = [each for each in (moved or both) if each[1].split(" at ")[0] == MEAN]
     if not both:
@@ -308,7 +308,7 @@ def _shown(
 
 
 def _most(moved: list[tuple[float, str, float, float]], count: int) -> str:
-    """Which of several numbers moved most; "" where there is but one."""
+    """The number of several that moved most; "" where there is only one."""
     _, name, before, after = max(moved)
     return f"{len(moved)} of {count}, most {name.strip()}: {before:.6g} -> {after:.6g}" if count > 1 else ""
 

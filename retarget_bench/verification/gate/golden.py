@@ -44,7 +44,7 @@ def built_in() -> Path:
 
 
 def motions(folder: Path) -> Path:
-    """Where the frozen motions lie: beside the golden rows where these have some, else in the package."""
+    """Folder of the frozen motions: beside the golden rows where these have some, else in the package."""
     return folder if (folder / FOLDER).is_dir() else built_in()
 
 

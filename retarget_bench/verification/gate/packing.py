@@ -43,7 +43,7 @@ def write(path: Path, thing: Any) -> None:
 
 
 def read(path: Path) -> Any:
-    """What ``write`` was given. Raises FileError that names the file and what is wrong with it."""
+    """The object given to ``write``. Raises FileError that names the file and what is wrong with it."""
     try:
         with np.load(path, allow_pickle=False) as file:
             arrays = {name: file[name] for name in file.files}

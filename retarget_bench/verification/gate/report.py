@@ -1,4 +1,4 @@
-"""What a check found, as text and as Markdown for a pull request: what moved first, then counts."""
+"""Report of a check as text, and as Markdown for a pull request: moved rows first, then counts."""
 
 from __future__ import annotations
 
@@ -82,7 +82,7 @@ def _folded(lines: Sequence[Line]) -> list[Line]:
 
 
 def _most(lines: Sequence[Line]) -> str:
-    """Which values the lines are of, the most frequent first."""
+    """The values that the lines are of, the most frequent first."""
     found = Counter(line.value or line.subject for line in lines).most_common(6)
     return ", ".join(f"{count} {value}" for value, count in found)
 

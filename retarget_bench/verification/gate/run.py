@@ -1,4 +1,4 @@
-"""One run of the gate: what to measure, the comparison, and accepting what moved."""
+"""One run of the gate: measure, compare, and accept the changes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from retarget_bench.verification.gate.snapshot import GateRequest, Progress, Sna
 
 @dataclass(frozen=True)
 class GateOutcome:
-    """What a check found. verdict: 0 same, 1 moved, 2 could not measure."""
+    """The result of a check. verdict: 0 same, 1 moved, 2 could not measure."""
 
     lines: Sequence[Line]
     now: Snapshot

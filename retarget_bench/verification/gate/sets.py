@@ -17,7 +17,7 @@ TOLERANCE = 1e-3
 
 
 def feature_value(metric: SetMetric) -> str:
-    """What the report calls a metric's features, which are no value of its card."""
+    """The id in reports of a metric's features, which are no value of its card."""
     return f"{metric.card.name}.features"
 
 
@@ -63,7 +63,7 @@ def features(metric: SetMetric, case: Case, prediction: Prediction) -> dict[str,
 
 
 def network(metric: SetMetric, case: Case) -> str:
-    """The hash of what makes the features of a case's target; "" where nothing does."""
+    """The hash of the network for a case's target; "" where there is none."""
     try:
         return metric.network(case.target)
     except NotSupported:

@@ -216,8 +216,8 @@ def _rows(
         chosen = tuple(info for info in infos if info.id in answered)
         part = _Part(plan=plan, dataset=asked.spec, split=split, method=spec, chosen=chosen)
         if part.infos:
-            store.write_results(part.place, header_of(part, listed), listed, part.infos)
-            places.append(part.place)
+            store.write_results(part.paths, header_of(part, listed), listed, part.infos)
+            places.append(part.paths)
     index = {key: value.index for key, value in declared_values(plans.metrics(plan.metrics)).items()}
     answers = Answers()
     for place in places:

@@ -1,4 +1,4 @@
-"""What is measured at one moment: the numbers, and the facts that they hang on."""
+"""Snapshots: measured numbers with the facts that they depend on."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Snapshot:
     frozen:   ``<file>/<prediction>`` -> column -> number.
     rows:     method -> ``<split> <case>`` (and ``<split> mean``, as tables have it) -> column -> number.
     problems: method -> ``<split> <case>`` -> why there is no answer.
-    failures: of frozen motions, ``<row> <metric>`` -> what a metric died of.
+    failures: of frozen motions, ``<row> <metric>`` -> the error of a metric.
     missing:  sentences: what could not be measured at all. Never written to a file.
     """
 
@@ -54,7 +54,7 @@ class Snapshot:
 
 @dataclass(frozen=True)
 class GateRequest:
-    """What to measure.
+    """A request for a snapshot.
 
     methods: labels, in the order of the report. metrics: names. wanted: split -> case ids, or None: those
     that ``smoke.choose`` takes. folder: where the frozen motions lie, or None: none are measured.
@@ -156,7 +156,7 @@ def own_metrics() -> tuple[str, ...]:
 
 
 def _retargets(name: str) -> bool:
-    """Whether a metric is one of retargeting; what cannot be built counts, so that it is told of."""
+    """Whether a metric is one of retargeting; one that cannot be built counts, so that it is reported."""
     try:
         return "retarget" in metric_tasks(registry.create("metrics", Spec(name)))
     except BenchError:

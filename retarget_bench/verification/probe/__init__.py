@@ -1,1 +1,1 @@
-"""What ``bench probe`` asks: questions written differently, whose answers must not change, or change so."""
+"""Questions of ``bench probe``, rewritten so that the change of the answer is known."""

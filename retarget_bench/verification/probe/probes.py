@@ -18,7 +18,7 @@ from retarget_bench.verification.probe import rewriting
 SHIFT = np.array([1.7, 0.0, -2.3])
 """Metres added to the root."""
 LARGER = 1.5
-"""How much larger the scaled bodies are."""
+"""Factor of the scaled bodies."""
 CENTIMETRES = 100.0
 TURN = 2.0
 """Radians by which the whole motion is turned."""

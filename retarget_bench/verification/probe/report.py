@@ -1,4 +1,4 @@
-"""What came of probing a method: rows in the format of every other result, and sentences."""
+"""Results of probing a method: rows in the format of every other result, and sentences."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
 from retarget_bench.results.header import DeclaredValue, ResultHeader
 from retarget_bench.results.store import CaseResult, ResultPaths
-from retarget_bench.verification import probe as probe_package
 from retarget_bench.verification.probe.asking import Reply
 from retarget_bench.verification.probe.probes import PROBES
 
@@ -93,16 +92,16 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
         cell = EvaluationUnit(plan, dataset, split, method)
         listed = entries(mine)
         header = _header(cell, listed, mine)
-        cell.place.folder.mkdir(parents=True, exist_ok=True)
+        cell.paths.folder.mkdir(parents=True, exist_ok=True)
         infos = {reply.subject.info.id: reply.subject.info for reply in mine}
-        records.write_results(cell.place, header, listed, list(infos.values()))
-        places.append(cell.place)
+        records.write_results(cell.paths, header, listed, list(infos.values()))
+        places.append(cell.paths)
     return places
 
 
 def _header(cell: EvaluationUnit, listed: Sequence[CaseResult], replies: Sequence[Reply]) -> ResultHeader:
     header = header_of(cell, listed)
-    code = code_hash(package_code(probe_package))
+    code = code_hash(package_code("verification.probe"))
     keys = {"prediction_key": header.keys["prediction_key"], "score_key": digest(f"probes {code}", 16)}
     values = {value.id: replace(DeclaredValue.of(value, TASK), needs=()) for value in VALUES}
     return replace(
@@ -117,7 +116,7 @@ def _header(cell: EvaluationUnit, listed: Sequence[CaseResult], replies: Sequenc
 
 # ------------------------------------------------------------------------------------- in words
 def findings(label: str, replies: Sequence[Reply]) -> list[str]:
-    """What is not as it should be, in sentences; empty where all is."""
+    """Faults of a method as sentences; empty where there are none."""
     found = [
         f"{label}: {reply.status} on {reply.subject.info.id}: {reply.message}"
         for reply in replies
