@@ -14,7 +14,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import set_metrics as sets
 from retarget_bench.evaluation import timing
 from retarget_bench.evaluation.set_metrics import SetValue
-from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.header import DeclaredValue, MethodInfo, ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
 
@@ -113,13 +113,17 @@ class SplitSummary:
     part: str = ""
 
 
+def never_ranked(method: MethodInfo) -> str:
+    """Why a method is never ranked: it is a control, or has privileged inputs; "" where it may be."""
+    seen = ", ".join(name.replace("_", " ") for name in method.privileged)
+    return "control" if method.control else f"sees {seen}" if seen else ""
+
+
 def unranked(header: ResultHeader) -> str:
     """Why a method with this header is not ranked; "" where it is."""
-    method, counts = header.method, header.counts
-    if method.control:
-        return "control"
-    if method.privileged:
-        return "sees " + ", ".join(name.replace("_", " ") for name in method.privileged)
+    if why := never_ranked(header.method):
+        return why
+    counts = header.counts
     enough = counts.ok >= COVERAGE * counts.asked
     return "" if enough else f"answered {counts.ok} of {counts.asked}"
 

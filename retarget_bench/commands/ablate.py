@@ -33,13 +33,7 @@ from retarget_bench.commands.table import FORMATS
 @click.option(
     "--seed", type=options.SEED, default=0, show_default=True, metavar="N", help="Seed of every row."
 )
-@click.option(
-    "--device",
-    type=click.Choice(("cpu", "cuda", "auto")),
-    default="auto",
-    show_default=True,
-    help="Device.",
-)
+@options.device_option
 @click.option(
     "--out",
     type=click.Path(file_okay=False, path_type=Path),
@@ -66,7 +60,6 @@ def command(
     form: str,
     output: Path | None,
     jobs: int,
-    plugins: tuple[str, ...],
 ) -> None:
     """Train and score every row of a published ablation TABLE of METHOD, and print the table.
 
@@ -77,7 +70,6 @@ def command(
     bench ablate smrm table2 -d puppets --budget 2000it
     bench ablate pan table5 -d 'puppets[size=default]' --test puppets
     """
-    del plugins
     from retarget_bench.commands.train import ConsoleReporter
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins import registry

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable
 from pathlib import Path
 
 import click
@@ -51,7 +50,6 @@ def command(
     methods: tuple[str, ...],
     dataset: str | None,
     root: str | None,
-    plugins: tuple[str, ...],
     accept: bool,
     because: str | None,
     forget: tuple[str, ...],
@@ -65,7 +63,6 @@ def command(
     """
     from retarget_bench.verification.gate import golden, report, run
 
-    del plugins
     if accept != bool(because and because.strip()):
         raise BenchError('--accept and --because "why numbers may move" go together')
     if forget and not accept:
@@ -73,7 +70,8 @@ def command(
     folder = baseline or golden.built_in()
     spec = _dataset(folder, dataset, root)
     try:
-        found = run.check(folder, methods, spec, _progress(), accept=accept, forget=forget)
+        with options.progress_bar("bench check", "it") as progress:
+            found = run.check(folder, methods, spec, progress, accept=accept, forget=forget)
     except (BenchError, click.ClickException):
         raise
     except Exception:  # Python would end with 1, which says that something was measured and moved
@@ -101,21 +99,6 @@ def _dataset(folder: Path, dataset: str | None, root: str | None) -> Spec | None
     if dataset is None:
         dataset = golden.read(folder).dataset["spec"] if golden.exists(folder) else defaults.DATASET
     return options.dataset_spec(dataset, root)
-
-
-def _progress() -> Callable[[int, int], None]:
-    """A progress bar (shown on a terminal)."""
-    from tqdm import tqdm
-
-    bar = tqdm(desc="bench check", leave=False, disable=None)
-
-    def progress(done: int, total: int) -> None:
-        bar.total = total
-        bar.update(done - bar.n)
-        if done == total:
-            bar.clear()
-
-    return progress
 
 
 def _append(path: Path, text: str) -> None:

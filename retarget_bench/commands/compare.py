@@ -30,7 +30,7 @@ FORMATS = ("text", "md", "csv")
     type=click.Path(file_okay=False, path_type=Path),
     help="A folder written by `bench run`; may be repeated. [default: runs]",
 )
-@click.option("-d", "--dataset", help="Only results of this data set (a folder name under DIR).")
+@options.only_dataset_option
 @options.split_option
 @click.option("--columns", metavar="ID,ID", help="Values to compare. [default: those of bench table]")
 @click.option("--all", "everything", is_flag=True, help="Compare every value.")

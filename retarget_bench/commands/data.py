@@ -1,4 +1,4 @@
-"""``bench data``: what can be done with data sets themselves."""
+"""``bench data``: export of data sets."""
 
 from __future__ import annotations
 
@@ -28,24 +28,21 @@ def command() -> None:
 )
 @options.root_option
 @options.plugin_option
-def export(dataset: str, folder: Path, form: str, root: str | None, plugins: tuple[str, ...]) -> None:
+def export(dataset: str, folder: Path, form: str, root: str | None) -> None:
     """Write a whole data set, references, labels and training clips included, as files.
 
     DIR/manifest.json lists characters, cases and files, DIR/SHA256SUMS their check sums. Interrupted, the
     same command goes on where it stopped; on a finished folder it checks every file and replaces what is
     damaged.
     """
-    del plugins, form
-    from tqdm import tqdm
-
+    del form
     from retarget_bench.exchange import dataset_export
 
     spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
     data = registry.create("datasets", spec)
-    with tqdm(unit="clip", leave=False, disable=None) as bar:
+    with options.progress_bar("bench data export", "clip") as progress:
         for done, total in dataset_export.export(data, str(spec), folder):
-            bar.total = total
-            bar.update(done - bar.n)
+            progress(done, total)
     files = [path for path in folder.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6
     click.echo(f"{folder}: {len(files)} files, {size:.0f} MB. Check them with: sha256sum -c SHA256SUMS")

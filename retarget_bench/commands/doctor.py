@@ -1,10 +1,10 @@
-"""``bench doctor``: how motion files are understood."""
+"""``bench doctor``: how motion files are read."""
 
 from __future__ import annotations
 
 import click
 
-from retarget_bench.commands.reading import reading_options
+from retarget_bench.commands.options import reading_options
 from retarget_bench.errors import BenchError
 
 

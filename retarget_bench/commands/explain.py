@@ -6,6 +6,7 @@ from pathlib import Path
 
 import click
 
+from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 
 
@@ -13,7 +14,7 @@ from retarget_bench.errors import BenchError
 @click.argument("root", metavar="[RESULTS]", default="runs", type=click.Path(path_type=Path))
 @click.option("-m", "--method", help="Only this method (its name in the table). [default: every one]")
 @click.option("-s", "--split", help="Only this split. [default: every one]")
-@click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
+@options.only_dataset_option
 @click.option("--between", metavar="ID,ID", default="", help="Only the factors between these protocols.")
 @click.option("--all", "every", is_flag=True, help="The factor between each pair, not from the first only.")
 @click.option(

@@ -17,15 +17,12 @@ from retarget_bench.plugins.spec import Spec
 @options.root_option
 @options.split_option
 @options.plugin_option
-def command(
-    dataset: str, folder: Path, root: str | None, splits: tuple[str, ...], plugins: tuple[str, ...]
-) -> None:
+def command(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...]) -> None:
     """Write a data set's sources and target characters as BVH and NumPy files, without any reference.
 
     DIR/manifest.json names every case and the file that its prediction is to be written to. Lengths are
     metres, Y is up, quaternions are w first.
     """
-    del plugins
     from tqdm import tqdm
 
     from retarget_bench.exchange.case_export import export

@@ -30,13 +30,12 @@ FACTS = (
 @click.argument("name", required=False, metavar="[NAME]", shell_complete=plugin_names(*registry.KINDS))
 @click.option("--protocols", is_flag=True, help="Every value of every metric, as a page in Markdown.")
 @plugin_option
-def command(name: str | None, protocols: bool, plugins: tuple[str, ...]) -> None:
+def command(name: str | None, protocols: bool) -> None:
     """Show what a method, metric, data set or post-processor is, its parameters, how values are defined.
 
     For a learned method also the cards of its shipped weights: data, training config, time, scores. With
     NAME[weights=PATH] that of a file, or of a folder that bench train wrote.
     """
-    del plugins
     if protocols:
         from retarget_bench.analysis import protocols as page
 

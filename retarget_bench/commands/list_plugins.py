@@ -22,9 +22,8 @@ TITLES = {
     "kinds", nargs=-1, type=click.Choice(registry.KINDS), metavar=f"[{'|'.join(registry.KINDS)}]..."
 )
 @plugin_option
-def command(kinds: tuple[registry.Kind, ...], plugins: tuple[str, ...]) -> None:
+def command(kinds: tuple[registry.Kind, ...]) -> None:
     """List methods, metrics, data sets and post-processors: built in, installed, or of --plugin."""
-    del plugins
     for kind in kinds or registry.KINDS:
         click.echo(section(kind))
 

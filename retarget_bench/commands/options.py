@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 import click
 from click.shell_completion import CompletionItem
@@ -13,6 +14,8 @@ from click.shell_completion import CompletionItem
 from retarget_bench import defaults, files
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
+
+F = TypeVar("F", bound=Callable[..., Any])
 
 SPLITS = ("self", "intra", "cross")
 MOST_JOBS = 8
@@ -106,6 +109,7 @@ plugin_option = click.option(
     multiple=True,
     metavar="FILE",
     is_eager=True,
+    expose_value=False,
     callback=_add_plugins,
     type=click.Path(),
     help="Also load the method, metric, data set or post-processor in this Python file.",
@@ -163,9 +167,75 @@ seeds_option = click.option(
     metavar="N",
     help="Run stochastic methods with this many seeds; tables show the mean and the standard deviation.",
 )
+only_dataset_option = click.option(
+    "-d", "--dataset", help="Only results of this data set (a folder name in that of results)."
+)
+results_option = click.option(
+    "-r",
+    "--results",
+    multiple=True,
+    metavar="RESULTS",
+    type=click.Path(path_type=Path),
+    help="Folders written by bench run; may be repeated. [default: runs]",
+)
+device_option = click.option(
+    "--device",
+    type=click.Choice(("cpu", "cuda", "auto")),
+    default="auto",
+    show_default=True,
+    help="Device.",
+)
 output_option = click.option(
     "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Write to this file."
 )
+
+
+def reading_options(side: str = "") -> Callable[[F], F]:
+    """How a motion file is read: ``--unit``, ``--up``, ``--root-place`` and ``--roles``; with a side
+    ``--target-unit`` and so on."""
+    prefix, of = (f"--{side}-", f" of the {side}") if side else ("--", "")
+
+    def add(command: F) -> F:
+        for option in (
+            click.option(
+                f"{prefix}roles",
+                metavar="FILE",
+                help=f'A TOML file of "joint" = "role"{of}, over what is found.',
+            ),
+            click.option(
+                f"{prefix}root-place",
+                type=click.Choice(["auto", "absolute", "relative"]),
+                default="auto",
+                help=f"Whether places of the root{of} add to its OFFSET.",
+            ),
+            click.option(
+                f"{prefix}up", default="auto", metavar="AXIS", help=f"Up axis{of}: y, z, x, -y, ..."
+            ),
+            click.option(
+                f"{prefix}unit",
+                default="auto",
+                metavar="UNIT",
+                help=f"Unit{of}: m, cm, mm, inch, cmu, or metres per unit.",
+            ),
+        ):
+            command = option(command)
+        return command
+
+    return add
+
+
+@contextmanager
+def progress_bar(what: str, unit: str) -> Iterator[Callable[[int, int], None]]:
+    """A progress bar on a terminal; gives a function of how much is done, and of how much in all."""
+    from tqdm import tqdm
+
+    with tqdm(desc=what, unit=unit, leave=False, disable=None) as bar:
+
+        def progress(done: int, total: int) -> None:
+            bar.total = total
+            bar.update(done - bar.n)
+
+        yield progress
 
 
 def write_out(text: str, output: Path | None) -> None:

@@ -104,7 +104,6 @@ def make_plan(
     """A Plan. Without methods or metrics: those that take part in the task by default."""
     from retarget_bench.evaluation import plan
 
-    others.pop("plugins", None)
     task = Spec.parse(others.get("task", "retarget")).name
     return plan.Plan(
         methods=tuple(map(Spec.parse, methods)) or _default_methods(task),
@@ -175,14 +174,7 @@ def _working(kind: registry.Kind) -> dict[str, Any]:
 
 def carry_out(plan: Any, what: str) -> list[Any]:
     """Run a plan under a progress bar (shown on a terminal); returns the places of its results."""
-    from tqdm import tqdm
-
     from retarget_bench.evaluation import runner
 
-    with tqdm(desc=what, unit="case", leave=False, disable=None) as bar:
-
-        def progress(done: int, total: int) -> None:
-            bar.total = total
-            bar.update(done - bar.n)
-
+    with options.progress_bar(what, "case") as progress:
         return runner.run(plan, progress)

@@ -1,4 +1,4 @@
-"""``bench plot attention``: what a learned method attends to."""
+"""``bench plot attention``: attention of a learned method."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 from retarget_bench.commands import options
-from retarget_bench.commands.reading import reading_options
+from retarget_bench.commands.options import reading_options
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 
@@ -36,7 +36,6 @@ def attention(
     dataset: str,
     root: str | None,
     at: str | None,
-    plugins: tuple[str, ...],
     **reading: str | None,
 ) -> None:
     """Draw what a learned method attends to in a motion: a heat map on the body, and over time (PAN's
@@ -45,7 +44,6 @@ def attention(
     The output's ending chooses: .png, .pdf or .svg, or .csv for the numbers, of all frames or of those
     nearest to --at. --unit, --up, --roles and --root-place are for FILE.
     """
-    del plugins
     numbers = output.suffix.lower() == ".csv"
     if not numbers and output.suffix.lower() not in (".png", ".pdf", ".svg"):
         raise BenchError(f"{output}: attention is written as .png, .pdf, .svg or .csv; end the name in one")

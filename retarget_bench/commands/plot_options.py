@@ -1,4 +1,4 @@
-"""What the commands of ``bench plot`` share: which results are drawn, and for what page."""
+"""Shared options of ``bench plot``: results, methods, output and page."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 import click
 
+from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
@@ -33,9 +34,7 @@ def output_option(function: F) -> F:
 def results_options(function: F) -> F:
     """RESULTS, ``-d``, ``-m`` and ``-o``: which results are drawn, and where; ``page_options`` too."""
     for option in (
-        click.option(
-            "-d", "--dataset", help="Only results of this data set (a folder name under RESULTS)."
-        ),
+        options.only_dataset_option,
         click.option(
             "-m", "--method", "methods", multiple=True, metavar="METHOD", help="Only these methods."
         ),
@@ -102,7 +101,7 @@ def _instead(found: Sequence[ResultPaths], dataset: str | None, splits: Sequence
     there = sorted({(place.dataset, place.split) for place in asked}, key=lambda each: each[::-1])
     if not there:
         return ""
-    options = [
+    ways = [
         " ".join(
             ([f"-d {name}"] if dataset not in (None, name) else [])
             + ([f"-s {split}"] if split not in splits else [])
@@ -110,7 +109,7 @@ def _instead(found: Sequence[ResultPaths], dataset: str | None, splits: Sequence
         for name, split in there
     ]
     told = ", ".join(f"{name} ({split})" for name, split in there)
-    return f"; there are results of {told}: ask for them by {' or '.join(dict.fromkeys(options))}"
+    return f"; there are results of {told}: ask for them by {' or '.join(dict.fromkeys(ways))}"
 
 
 def task_places(

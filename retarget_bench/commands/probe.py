@@ -47,7 +47,6 @@ def command(
     only: str,
     strict: bool,
     out: Path,
-    plugins: tuple[str, ...],
 ) -> int:
     """Give methods equivalent inputs, and measure by how much their answers differ.
 
@@ -55,7 +54,6 @@ def command(
     image, time and frame rate are changed one by one; the answer must stay the same, or change with them.
     It also measures whether answers depend on the source. Exits 0 with findings, or 1 with --strict.
     """
-    del plugins
     if (source is None) != (target is None):
         raise BenchError("give both --source and --target, or neither of them")
     probes = _probes(only)

@@ -84,7 +84,6 @@ def command(
     start: float,
     end: float | None,
     frame: int | None,
-    plugins: tuple[str, ...],
     **source: Any,
 ) -> None:
     """Write a clip, a still or a sheet of a case of stored results, or of motion files; no display needed.
@@ -97,7 +96,6 @@ def command(
     bench render walk.bvh retargeted.bvh --overlay -o walk.gif
     bench render 'rex>fox/dog_sit' --sheet -o sit.png
     """
-    del plugins
     from retarget_bench.viewer import clips
     from retarget_bench.viewer.drawing import DrawingStyle
 

@@ -1,4 +1,4 @@
-"""``bench report``: everything that is known of results, as one page."""
+"""``bench report``: results, charts and motion as one page."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ TASKS = ("retarget", "reconstruct", "denoise", "upsample")
 )
 @click.option("--skins", is_flag=True, help="Skinned meshes in motion, where bodies have one; larger.")
 @click.option("-m", "--methods", multiple=True, metavar="METHOD", help="Only this method; may be repeated.")
-@click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
+@options.only_dataset_option
 @click.option("--task", type=click.Choice(TASKS), help="Only results of this task.")
 @options.root_option
 @options.plugin_option
@@ -57,13 +57,11 @@ def command(
     dataset: str | None,
     task: str | None,
     root: str | None,
-    plugins: tuple[str, ...],
 ) -> None:
     """Make one page of results that opens from disk: tables, charts, and the motion behind every number.
 
     RESULTS: folders written by `bench run` and `bench task`. [default: runs]
     """
-    del plugins  # known through the registry from here on
     from retarget_bench import files
     from retarget_bench.figures import method_order
     from retarget_bench.report import chapters, choosing, motions, page

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands.options import plugin_names, plugin_option, seed_option
-from retarget_bench.commands.reading import reading_options
+from retarget_bench.commands.options import plugin_names, plugin_option, reading_options, seed_option
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 
@@ -59,14 +58,12 @@ def command(
     target_root_place: str,
     target_roles: str | None,
     seed: int,
-    plugins: tuple[str, ...],
 ) -> None:
     """Retarget the motion of SOURCE, a BVH file, to the character of another.
 
     The result has the target file's joints, names, channels, unit and axes. bench doctor shows how files
     are read. Joint positions are converted to rotations by a fit, whose residual is printed.
     """
-    del plugins
     if out.suffix.lower() != ".bvh":
         raise BenchError(f"{out}: the result is a BVH file; give it a name that ends in .bvh")
     for given in (source, target):

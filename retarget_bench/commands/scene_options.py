@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 
 from retarget_bench import defaults
-from retarget_bench.commands.options import dataset_spec, plugin_names, plugin_option
+from retarget_bench.commands.options import dataset_spec, plugin_names, plugin_option, results_option
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 
@@ -61,14 +61,7 @@ def source_options(command: F) -> F:
             help="Only results of this data set (a folder name under RESULTS); with --ask, the data set.",
         ),
         methods_option,
-        click.option(
-            "-r",
-            "--results",
-            multiple=True,
-            metavar="RESULTS",
-            type=click.Path(path_type=Path),
-            help="Folders written by bench run; may be repeated. [default: runs]",
-        ),
+        results_option,
     ):
         command = option(command)
     return command

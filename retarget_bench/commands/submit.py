@@ -40,14 +40,12 @@ def command(
     board: bool,
     results: Path,
     output: Path,
-    plugins: tuple[str, ...],
 ) -> int:
     """Make (--make), check (--check) or show (--board) submissions to a leaderboard.
 
     A submission is a folder with submission.toml (who, what data, what cost), CARD.md, and the rows under
     results/, or motions under predictions/ that --check scores. --check exits 1 where something is wrong.
     """
-    del plugins
     if (make is not None) + checked + board != 1:
         raise BenchError("say one of --make METHOD, --check and --board")
     if make is not None:

@@ -48,7 +48,7 @@ BREAKDOWNS = (
 @click.option("--intervals", is_flag=True, help="Show 95 % intervals in text and md; the others always do.")
 @click.option("-f", "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
 @options.output_option
-@click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
+@options.only_dataset_option
 def command(
     roots: tuple[Path, ...],
     columns: str | None,

@@ -20,13 +20,12 @@ from retarget_bench.plugins.spec import Spec
 )
 @root_option
 @plugin_option
-def command(name: str, dataset: str | None, root: str | None, plugins: tuple[str, ...]) -> int:
+def command(name: str, dataset: str | None, root: str | None) -> int:
     """Check that a plug-in keeps its contract: a line per check, exit status 1 if one fails.
 
     NAME is a method, metric, data set or post-processor, with parameters in brackets if needed. METHOD+POST
     is checked as a method.
     """
-    del plugins
     spec = Spec.parse(name)
     data = dataset_spec(dataset or defaults.DATASET, root if dataset else None)
     failed = 0

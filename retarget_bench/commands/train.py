@@ -46,13 +46,7 @@ if TYPE_CHECKING:
     help="The run's folder. [default: runs/train/METHOD]",
 )
 @click.option("--seed", type=options.SEED, metavar="N", help="Seed of weights and batches. [default: 0]")
-@click.option(
-    "--device",
-    type=click.Choice(("cpu", "cuda", "auto")),
-    default="auto",
-    show_default=True,
-    help="Device.",
-)
+@options.device_option
 @click.option(
     "--precision",
     type=click.Choice(("float32", "bfloat16")),
@@ -75,7 +69,6 @@ def command(
     resume: bool,
     init: str | None,
     jobs: int,
-    plugins: tuple[str, ...],
 ) -> int:
     """Train METHOD on the training motion of data sets, and keep the weights that validate best.
 
@@ -88,7 +81,6 @@ def command(
     bench train --resume --out runs/train/nkn
     torchrun --standalone --nproc-per-node 4 -m retarget_bench train nkn -d 'puppets[size=default]'
     """
-    del plugins
     if method is None and not resume:
         raise click.UsageError("say which METHOD to train, or --resume --out DIR to go on with a run")
     from retarget_bench.training import parallel
@@ -185,6 +177,8 @@ class ConsoleReporter:
         )
 
     def show(self, status: TrainingStatus) -> None:
+        from retarget_bench.training.card_text import hours
+
         self._bar.update((round(status.seconds) if self._timed else status.step) - self._bar.n)
         losses = _losses(status)
         best = f"best {status.best.score:.2f} at {status.best.step}" if status.best else ""
@@ -192,7 +186,7 @@ class ConsoleReporter:
         if status.validation is not None:
             mark = " (best so far)" if status.best and status.best.step == status.step else ""
             self.say(
-                f"step {status.step}, {_time(status.seconds)}: {losses}; "
+                f"step {status.step}, {hours(status.seconds)}: {losses}; "
                 f"validation {_scores(status.validation)}{mark}"
             )
             if status.problem:
@@ -223,12 +217,6 @@ def _scores(scores: Any) -> str:
     return ", ".join(parts) + " % of height"
 
 
-def _time(seconds: float) -> str:
-    if seconds < 120:
-        return f"{seconds:.0f} s"
-    return f"{seconds / 60:.0f} min" if seconds < 7200 else f"{seconds / 3600:.1f} h"
-
-
 def _how_to_go_on(asked: TrainingOptions) -> str:
     from retarget_bench.training import checkpoint
     from retarget_bench.training.train import folder_of
@@ -245,6 +233,7 @@ def _again(asked: TrainingOptions) -> str:
 
 
 def _ending(done: TrainingResult) -> str:
+    from retarget_bench.training.card_text import hours
     from retarget_bench.training.joint_datasets import tested
     from retarget_bench.training.request import without_places
 
@@ -256,6 +245,6 @@ def _ending(done: TrainingResult) -> str:
     best = done.at.best
     found = f"best at step {best.step}: {_scores(best.scores)}" if best else "the last weights are kept"
     return (
-        f"{done.asked.method}: {done.at.step} steps in {_time(done.at.seconds)}; {found}.\n"
+        f"{done.asked.method}: {done.at.step} steps in {hours(done.at.seconds)}; {found}.\n"
         f"Use them: bench run '{method}' -d {on}"
     )

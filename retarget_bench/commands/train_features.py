@@ -1,4 +1,4 @@
-"""``bench train-features``: the feature networks that FID and its kin compare motions by."""
+"""``bench train-features``: the feature networks of FID and other metrics of sets."""
 
 from __future__ import annotations
 
@@ -37,14 +37,12 @@ def command(
     seed: int,
     root: str | None,
     jobs: int,
-    plugins: tuple[str, ...],
 ) -> None:
     """Train the feature network of every structure of DATASET on its training motion.
 
     Each is an autoencoder of 64-frame windows, written as half-precision weights and a card that says what
     it was trained on and how. The card's hash stands beside every FID. Test clips are never used.
     """
-    del plugins
     from tqdm import tqdm
 
     from retarget_bench.evaluation import plan
@@ -58,19 +56,11 @@ def command(
         FeatureTrainingConfig(seed=seed) if steps is None else FeatureTrainingConfig(seed=seed, steps=steps)
     )
     for source in material.sources(data, structures):
-        with tqdm(desc=f"motion for {source.structure}", unit="body", leave=False, disable=None) as bar:
-            clips = material.gather(spec, source, jobs, _mover(bar))
+        with options.progress_bar(f"motion for {source.structure}", "body") as progress:
+            clips = material.gather(spec, source, jobs, progress)
         with tqdm(total=config.steps, desc=source.structure, unit="step", leave=False, disable=None) as bar:
             made = train(source, clips, _facts(spec, data, source), folder, config, _shower(bar))
         click.echo(_line(made.card, folder))
-
-
-def _mover(bar: Any) -> Any:
-    def moved(done: int, total: int) -> None:
-        bar.total = total
-        bar.update(done - bar.n)
-
-    return moved
 
 
 def _shower(bar: Any) -> Any:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from retarget_bench.commands.options import plugin_option, root_option
+from retarget_bench.commands import options
 from retarget_bench.commands.scene_options import methods_option, task_option
 from retarget_bench.errors import BenchError
 
@@ -20,26 +20,19 @@ PORT = 8080
 
 @click.command("view")
 @click.argument("sources", nargs=-1, metavar="[SOURCE]...")
-@click.option(
-    "-r",
-    "--results",
-    multiple=True,
-    metavar="RESULTS",
-    type=click.Path(path_type=Path),
-    help="Folders of results, where SOURCE is a case. [default: runs]",
-)
+@options.results_option
 @methods_option
-@click.option("-d", "--dataset", help="Only results of this data set (a folder name under RESULTS).")
+@options.only_dataset_option
 @click.option(
     "--data", metavar="DATASET", help="The data set, where a run that has just begun cannot tell it."
 )
-@root_option
+@options.root_option
 @task_option
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0: any that is free."
 )
 @click.option("--no-open", is_flag=True, help="Do not open the browser, only say where to look.")
-@plugin_option
+@options.plugin_option
 def command(
     sources: tuple[str, ...],
     results: tuple[Path, ...],
@@ -50,7 +43,6 @@ def command(
     task: str,
     port: int,
     no_open: bool,
-    plugins: tuple[str, ...],
 ) -> None:
     """Show motion live in the browser: played, scrubbed, turned, side by side or overlaid.
 
@@ -62,7 +54,6 @@ def command(
     bench view 'rex>fox/dog_sit' -m ik
     bench view walk.bvh retargeted.bvh
     """
-    del plugins
     from retarget_bench.viewer import live
 
     live.viser()

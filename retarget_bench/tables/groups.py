@@ -98,7 +98,7 @@ class GroupBuilder:
 
     def empty(self, why: missing.MissingValue) -> Cell:
         kind, reason = why
-        return Cell(kind, reason=reason, footnote=self.footnotes.number(reason))
+        return self.footnotes.missing(reason, kind)
 
 
 def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:

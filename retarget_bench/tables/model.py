@@ -232,6 +232,10 @@ class Footnotes:
             self.sentences.append(sentence)
         return self.sentences.index(sentence) + 1
 
+    def missing(self, reason: str, kind: str = NOT_APPLICABLE) -> Cell:
+        """A cell without a number, and the reason below the table."""
+        return Cell(kind, reason=reason, footnote=self.number(reason))
+
 
 def count(number: int, noun: str) -> str:
     """``1 case``, ``2 cases``."""

@@ -16,7 +16,7 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import columns, compatibility, store
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables.model import EMPTY, FAILED, NOT_APPLICABLE, Cell, Footnotes, Group, Table, count
+from retarget_bench.tables.model import EMPTY, FAILED, Cell, Footnotes, Group, Table, count
 from retarget_bench.tables.model import Column as Heading
 from retarget_bench.tables.model import Row as Line
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
@@ -235,7 +235,7 @@ def _printed(ablation: Ablation, row: AblationRow, footnotes: Footnotes) -> Line
     for column in ablation.columns:
         text = row.printed.get(column.label)
         if text is None:
-            cells.append(Cell(NOT_APPLICABLE, reason=NOT_PRINTED, footnote=footnotes.number(NOT_PRINTED)))
+            cells.append(footnotes.missing(NOT_PRINTED))
         else:
             cells.append(Cell(text, float(text), decimals=_decimals(text)))
     return Line(f"{row.label} ({PRINTED})", "", tuple(cells), "")
@@ -245,7 +245,7 @@ def _cell(
     column: AblationColumn, numbers: Numbers, common: Sequence[CaseInfo], footnotes: Footnotes
 ) -> Cell:
     if not column.value:
-        return Cell(NOT_APPLICABLE, reason=column.missing, footnote=footnotes.number(column.missing))
+        return footnotes.missing(column.missing)
     if not common:
         return Cell(
             FAILED, reason=EMPTY[FAILED], footnote=footnotes.number("no case that every row answered")

@@ -1,4 +1,4 @@
-"""The card that goes with trained weights: everything that whoever uses or repeats them asks."""
+"""The card of trained weights: their data, training config, budget, machine and scores."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import torch
 
 from retarget_bench.api import Dataset, offers
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import curve, parallel
+from retarget_bench.training import log, parallel
 from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.clips import Cast
 from retarget_bench.training.data import TrainingData
@@ -34,7 +34,7 @@ def card(
     device: torch.device,
 ) -> dict[str, Any]:
     """Plain data, as ``weights.py`` describes it."""
-    losses = curve.losses(folder, POINTS)
+    losses = log.losses(folder, POINTS)
     best = at.best
     return {
         "method": Spec.parse(request.method).name,

@@ -1,4 +1,4 @@
-"""The training clips of a data set, worked on by processes, a character at a time."""
+"""Training clips of a data set, processed in parallel by character."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a method offers so that it can be trained. Structural, like every contract (see ``api.py``).
+"""Protocols of trainable methods and of their training modules; structural, like those of ``api``.
 
 The loop belongs to the engine (``loop.py``): it draws batches, runs the phases of a training module in
 their order, steps the optimisers, validates with the benchmark's own metrics, keeps checkpoints and the

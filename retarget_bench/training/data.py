@@ -1,4 +1,4 @@
-"""What a method is trained on: the unpaired clips of a data set as arrays, and windows drawn from them."""
+"""Training data of a method: the unpaired clips of a data set as arrays, and windows drawn from them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Several data sets as one to train on, written ``a[..]+b[..]``. Only training knows of it."""
+"""Joint data sets for training, written ``a[..]+b[..]``; no other command accepts them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Clips to train on that are made when they are asked for: what data sets give by ``training()``."""
+"""Training clips that are made on demand, as data sets offer them by ``training()``."""
 
 from __future__ import annotations
 

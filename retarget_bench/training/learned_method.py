@@ -1,4 +1,4 @@
-"""What learned methods have in common: weights by name or by path, read when they are needed.
+"""Base class of learned methods: weights by name or by path, read when they are needed.
 
 A method derives from ``LearnedMethod``, hands its parameter ``weights`` on, says what its weights depend
 on in ``facts`` and takes ``self.tensors`` where it retargets:

@@ -1,4 +1,4 @@
-"""One process at a time trains in a folder."""
+"""Lock of a training folder, for one process at a time."""
 
 from __future__ import annotations
 

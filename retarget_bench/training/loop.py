@@ -19,9 +19,8 @@ from torch import Tensor
 
 from retarget_bench.errors import BenchError
 from retarget_bench.training import checkpoint, log, parallel
-from retarget_bench.training.budget import Budget
 from retarget_bench.training.checkpoint import Best, Checkpoint
-from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.config import Budget, TrainingConfig
 from retarget_bench.training.contract import TrainingModule
 from retarget_bench.training.phases import optimiser_phases, to_device
 from retarget_bench.training.validate import Scores, Validator

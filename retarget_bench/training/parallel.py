@@ -1,4 +1,4 @@
-"""Several processes that train one network, as ``torchrun`` starts them; one process needs nothing of it.
+"""Distributed training in the processes that ``torchrun`` starts; none of it applies to one process.
 
 Training modules may count on this: parameters and buffers are the same in every process. Gradients are
 averaged by torch's DistributedDataParallel; after every step all processes take the first one's buffers.

@@ -1,4 +1,4 @@
-"""What a training run was asked for and how that was understood: ``run.json`` in its folder."""
+"""The request of a training run, its defaults filled in: ``run.json`` in its folder."""
 
 from __future__ import annotations
 
@@ -7,21 +7,18 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any, TypeVar, get_origin, get_type_hints
+from typing import Any
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.plan import without_location
 from retarget_bench.files import write_text
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.budget import Budget
-from retarget_bench.training.config import Precision, TrainingConfig
+from retarget_bench.training.config import Budget, Precision, TrainingConfig
 from retarget_bench.training.joint_datasets import joint_spec, split_spec
 
 SCHEMA = 1
 NAME = "run.json"
 PRESET = "default"
-
-T = TypeVar("T", bound="Request | TrainingConfig")
 
 
 @dataclass(frozen=True)
@@ -96,34 +93,24 @@ def write(folder: Path, request: Request) -> None:
 
 def read(folder: Path) -> Request | None:
     """The run that a folder holds; None: it holds none. Raises FileError."""
+    from pydantic import TypeAdapter, ValidationError
+
     path = folder / NAME
     try:
         facts = dict(json.loads(path.read_text(encoding="utf-8")))
         if facts.pop("schema") != SCHEMA:
             raise FileError(path, f"is of a format that this version does not read (it reads {SCHEMA})")
         facts.pop("command")
-        recipe = _typed(TrainingConfig(**facts["recipe"]), path)
-        return _typed(Request(**(facts | {"recipe": recipe})), path)
+        Request(**facts | {"recipe": TrainingConfig(**facts["recipe"])})  # no other fields
+        return TypeAdapter(Request).validate_json(json.dumps(facts), strict=True)
     except FileNotFoundError:
         return None
+    except ValidationError as error:
+        odd = error.errors()[0]
+        where = ".".join(map(str, odd["loc"]))
+        raise FileError(path, f"does not describe a training run ({where}: {odd['msg']})") from error
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise FileError(path, f"does not describe a training run ({error})") from error
-
-
-def _typed(read: T, path: Path) -> T:
-    """What was read. Raises FileError where a field that must be is no number, text or mapping."""
-    for name, wanted in get_type_hints(type(read)).items():
-        kind = get_origin(wanted) or wanted
-        value = getattr(read, name)
-        if kind is float and type(value) is int:
-            continue
-        if isinstance(kind, type) and type(value) is not kind and not _is_mapping(kind, value):
-            raise FileError(path, f"does not describe a training run ({name} is {value!r})")
-    return read
-
-
-def _is_mapping(kind: type, value: object) -> bool:
-    return issubclass(kind, Mapping) and isinstance(value, kind)
 
 
 def contradicted(kept: Request, asked: Mapping[str, object]) -> None:

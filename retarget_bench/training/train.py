@@ -1,4 +1,4 @@
-"""``bench train`` from a request to weights: what is asked is settled, motion gathered, the loop run."""
+"""``bench train`` from options to weights: settle the request, gather motion, run the loop."""
 
 from __future__ import annotations
 
@@ -16,12 +16,11 @@ from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.header import versions
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import checkpoint, curve, joint_datasets, parallel, request, weights
-from retarget_bench.training.budget import Budget
+from retarget_bench.training import checkpoint, joint_datasets, log, parallel, request, weights
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.clips import held_out
-from retarget_bench.training.config import Precision, TrainingConfig
+from retarget_bench.training.config import Budget, Precision, TrainingConfig
 from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.lock import locked
 from retarget_bench.training.loop import Loop, TrainingStatus
@@ -37,7 +36,7 @@ DRAWN = 120.0
 
 @dataclass(frozen=True)
 class TrainingOptions:
-    """The options as they were given; None: not given. dataset: one, or several (``together.py``)."""
+    """The options as they were given; None: not given. dataset: one, or several (``joint_datasets.py``)."""
 
     method: Spec | None
     dataset: Spec | None
@@ -340,5 +339,5 @@ class _Keeper:
         weights.write(self._folder, weights.BEST, tensors, facts)
 
     def _draw(self) -> None:
-        curve.draw(self._folder, f"{self._asked.method} on {self._data.label.strip()}")
+        log.draw(self._folder, f"{self._asked.method} on {self._data.label.strip()}")
         self._drawn = time.perf_counter()

@@ -1,4 +1,4 @@
-"""Validation while training: held-out cases, put to the method and scored as ``bench run`` does it."""
+"""Validation while training: held-out cases, predicted and scored as in ``bench run``."""
 
 from __future__ import annotations
 

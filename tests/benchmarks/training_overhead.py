@@ -22,8 +22,7 @@ import torch
 from torch import Tensor, nn
 
 from retarget_bench.training import checkpoint
-from retarget_bench.training.budget import Budget
-from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.config import Budget, TrainingConfig
 from retarget_bench.training.contract import Phase
 from retarget_bench.training.loop import Loop
 

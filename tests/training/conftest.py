@@ -56,7 +56,7 @@ def toy_run(
 ) -> Callable[..., tuple[Any, Silent]]:
     """Train in this process: options by name; ``stop``, the step after which it is interrupted."""
     monkeypatch.setattr(clips, "LocalPool", InThisProcess)
-    monkeypatch.setattr(train.curve, "draw", lambda *_: None)  # takes longer than all the rest
+    monkeypatch.setattr(train.log, "draw", lambda *_: None)  # takes longer than all the rest
 
     def run(
         out: str | Path = "run",

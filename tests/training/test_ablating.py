@@ -49,7 +49,7 @@ def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.TrainingO
 
     for each in (clips, runner):
         monkeypatch.setattr(each, "LocalPool", InThisProcess)
-    monkeypatch.setattr(train.curve, "draw", lambda *_: None)  # takes longer than all the rest
+    monkeypatch.setattr(train.log, "draw", lambda *_: None)  # takes longer than all the rest
     monkeypatch.setattr(type(plan.method(SPEC)), "ablations", {"table1": TOY}, raising=False)
     return train.TrainingOptions(SPEC, DATA, "quick", "4it", 0, device="cpu")
 

@@ -8,8 +8,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.training import curve, log
-from retarget_bench.training.budget import Budget
+from retarget_bench.training import log
+from retarget_bench.training.config import Budget
 
 
 # --------------------------------------------------------------------------------------------- budgets
@@ -111,7 +111,7 @@ def test_a_log_that_cannot_be_written_is_one_sentence(tmp_path):
 # ---------------------------------------------------------------------------------------------- curves
 def test_the_thinned_curve_keeps_the_mean_of_all_rows(tmp_path):
     fill(tmp_path, 60)
-    thinned = curve.losses(tmp_path, 5)
+    thinned = log.losses(tmp_path, 5)
     assert [point["step"] for point in thinned] == [12, 24, 36, 48, 60]
     whole = [float(row["a.x"]) for row in table(tmp_path)]
     assert np.mean([point["a.x"] for point in thinned]) == pytest.approx(np.mean(whole), rel=1e-4)
@@ -119,13 +119,13 @@ def test_the_thinned_curve_keeps_the_mean_of_all_rows(tmp_path):
 
 def test_a_picture_is_drawn_with_and_without_validation(tmp_path):
     fill(tmp_path, 12)
-    curve.draw(tmp_path, "a title")
-    tall = _size(tmp_path / curve.NAME)
+    log.draw(tmp_path, "a title")
+    tall = _size(tmp_path / log.PICTURE)
     (tmp_path / "bare").mkdir()
     fill(tmp_path / "bare", 3)
-    curve.draw(tmp_path / "bare", "a title")
-    assert tall[0] == _size(tmp_path / "bare" / curve.NAME)[0]
-    assert tall[1] > _size(tmp_path / "bare" / curve.NAME)[1]
+    log.draw(tmp_path / "bare", "a title")
+    assert tall[0] == _size(tmp_path / "bare" / log.PICTURE)[0]
+    assert tall[1] > _size(tmp_path / "bare" / log.PICTURE)[1]
 
 
 def _size(path):

@@ -116,7 +116,7 @@ def _own(table: PublishedTable, row: OwnRow, footnotes: Footnotes, several: bool
         found = row.cells.get(column.id)
         if found is None:
             reason = column.missing or row.reasons.get(column.id, OTHER_CASES)
-            cells.append(Cell(NOT_APPLICABLE, reason=reason, footnote=footnotes.number(reason)))
+            cells.append(footnotes.missing(reason))
             continue
         spread = (
             found.spread if any(len(each.values.get(column.id, ())) > 1 for each in table.rows) else None

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from retarget_bench.analysis.summary import never_ranked
 from retarget_bench.evaluation import set_metrics
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import compatibility, store
@@ -19,7 +20,6 @@ from retarget_bench.tables.published.published_tables import (
     OwnRow,
     PublishedColumn,
     PublishedTable,
-    mark_of,
 )
 
 FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
@@ -92,7 +92,7 @@ def _row(table: PublishedTable, result: _Result, label: str) -> OwnRow:
         elif values:
             reasons[column.id] = "; ".join(dict.fromkeys(each.reason for each in values))
     facts = result.header.dataset
-    return OwnRow(label, result.dataset, facts.name, mark_of(result.header.method), cells, reasons)
+    return OwnRow(label, result.dataset, facts.name, never_ranked(result.header.method), cells, reasons)
 
 
 def _floor(table: PublishedTable, results: Sequence[_Result]) -> OwnRow:

@@ -19,11 +19,11 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field
 
 from retarget_bench import defaults
+from retarget_bench.analysis.summary import never_ranked
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.results import case_metadata, columns, compatibility, store
 from retarget_bench.results.columns import Columns
-from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.store import ResultPaths
 
 OUR_STRUCTURES = "structures of these results"
@@ -198,13 +198,7 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
         elif asked.get(column.id):
             cells[column.id] = _mean(asked[column.id])
     reasons = {} if trained else {column.id: UNTRAINED for column in table.columns if column.seen}
-    return OwnRow(label, dataset, header.dataset.name, mark_of(header.method), cells, reasons)
-
-
-def mark_of(method: MethodInfo) -> str:
-    """Why a method is not ranked, or ""."""
-    seen = ", ".join(name.replace("_", " ") for name in method.privileged)
-    return "control" if method.control else f"sees {seen}" if seen else ""
+    return OwnRow(label, dataset, header.dataset.name, never_ranked(header.method), cells, reasons)
 
 
 def _numbers(found: Sequence[Columns]) -> dict[str, list[tuple[CaseInfo, float]]]:

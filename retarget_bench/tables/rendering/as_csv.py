@@ -1,4 +1,4 @@
-"""Tables as CSV, for other programs: full precision, and beside every number what belongs to it."""
+"""Tables as CSV, for other programs: full precision, with interval, mark and counts beside every number."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Feature networks for comparing sets of motions: what they see, how they are kept and trained."""
+"""Feature networks for comparing sets of motions: input, storage and training."""

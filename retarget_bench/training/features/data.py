@@ -1,4 +1,4 @@
-"""What feature networks are trained on: the training motion of a data set, per structure.
+"""Training data of feature networks: the training motion of a data set, per structure.
 
 A structure that a data set keeps out of training as a whole has no motion of its own here. Its network is
 trained on motion of another structure, seen at those joints that lie where its own joints lie: the joints

@@ -1,4 +1,4 @@
-"""What a feature network sees of a motion: channels per frame in the facing frame, cut into windows.
+"""Input of a feature network: channels per frame in the facing frame, cut into windows.
 
 The channels are chosen so that nothing depends on where a clip is done and which way it faces, while
 gliding feet, trembling and standing still are visible. With h the height of the body, for every frame
