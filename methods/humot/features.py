@@ -87,8 +87,8 @@ class Body:
                 found[:, joint] = found[:, hips] + rest[joint] - rest[hips]
                 continue
             leader = next(each for each in ancestors(skeleton, joint) if each in seen)
-            turned = self._swing(found, rest, leader)
-            found[:, joint] = found[:, parent] + rotation.rotate(turned, rest[joint] - rest[parent])
+            rotated = self._swing(found, rest, leader)
+            found[:, joint] = found[:, parent] + rotation.rotate(rotated, rest[joint] - rest[parent])
         return self.character.positions(found, fps)
 
     def _swing(self, found: np.ndarray, rest: np.ndarray, joint: int) -> np.ndarray:
@@ -133,7 +133,7 @@ def stature(template: np.ndarray, heights: np.ndarray) -> float:
     return float(np.ptp(template[known, 2])) / usual if usual > LOW else 0.0
 
 
-def sized(height: float) -> float:
+def size_factor(height: float) -> float:
     """What a body of this stature is scaled by to be of the usual size; 1 where it has none."""
     return USUAL / height if height > 0.0 else 1.0
 
@@ -176,7 +176,7 @@ def _level(places: np.ndarray, joints: np.ndarray) -> np.ndarray:
     return np.where(joints, found - found.sum(1, keepdims=True) / joints.sum(1, keepdims=True), 0.0)
 
 
-def turned(places: np.ndarray, angles: np.ndarray) -> np.ndarray:
+def rotated(places: np.ndarray, angles: np.ndarray) -> np.ndarray:
     """Places ``(rows, ..., 3)`` turned by an angle ``(rows,)`` each."""
     level = (places[..., 0] + 1j * places[..., 1]) * np.exp(1j * angles).reshape(
         -1, *[1] * (places.ndim - 2)

@@ -13,7 +13,7 @@ from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 
-from .features import Body, body, headings, sized, turned
+from .features import Body, body, headings, rotated, size_factor
 from .network import Autoencoder
 
 WINDOW, HOP = 30, 15
@@ -48,7 +48,7 @@ class Question:
         actor, asked = body(source.character), body(target)
         seen = actor.see(rates.at_thirty(source))
         wait = ((0, max(WINDOW - len(seen), 0)), (0, 0), (0, 0))
-        shown, told = (sized(each.stature) if usual else 1.0 for each in (actor, asked))
+        shown, told = (size_factor(each.stature) if usual else 1.0 for each in (actor, asked))
         ratio = root_rules.ratio(rule, source.character, target)
         places = np.pad(seen, wait, mode="edge")
         return cls(source, target, len(seen), places, actor, asked, shown, told, ratio)
@@ -97,7 +97,7 @@ def _centre(question: Question, start: int, stop: int) -> np.ndarray:
         return known
     joints, frames = np.ones((1, len(actor.joints)), bool), np.ones((1, len(seen)), bool)
     angle = headings(seen[None], actor.template[None], joints, frames)
-    return np.asarray(known + turned(actor.beside[None], angle)[0])
+    return np.asarray(known + rotated(actor.beside[None], angle)[0])
 
 
 def _groups(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
@@ -130,14 +130,14 @@ def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> lis
     angles = np.zeros(len(group))
     if facing:
         angles = headings(given["places"], given["template"], given["joints"], mask)
-        given["places"] = turned(given["places"], -angles)
+        given["places"] = rotated(given["places"], -angles)
     device = next(network.parameters()).device
     sides = [
         {key: torch.from_numpy(array).to(device) for key, array in side.items()} for side in (given, asked)
     ]
     with torch.inference_mode():
         answer = network(*sides, torch.from_numpy(mask).to(device)).cpu().double().numpy()
-    answer = turned(answer, angles)
+    answer = rotated(answer, angles)
     return [
         _at_size(answer[row, : piece.stop - piece.start, : len(piece.question.body.joints)], piece.question)
         for row, piece in enumerate(group)

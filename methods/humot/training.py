@@ -15,9 +15,9 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import ClipArrays, TrainingData
 
-from .augmentation import proportions, reshaped, swung
+from .augmentation import proportions, reproportion, rotate_limbs
 from .design import Design
-from .features import Body, headings, sized, stature, turned
+from .features import Body, headings, rotated, size_factor, stature
 from .losses import losses
 from .network import Autoencoder
 from .settings import Settings
@@ -25,7 +25,7 @@ from .settings import Settings
 AUTOENCODER = "autoencoder"
 
 
-class Performed(NamedTuple):
+class Performance(NamedTuple):
     """places: ``(frames, joints, 3)``. template: ``(joints, 3)``. Metres, Z up."""
 
     places: np.ndarray
@@ -39,7 +39,7 @@ class Turn(NamedTuple):
     template: np.ndarray
 
 
-class Learner:
+class HumotTraining:
     """A ``TrainingModule`` (see ``training/contract.py``).
 
     bodies: by character. build: the method with tensors.
@@ -80,7 +80,7 @@ class Learner:
         if self._settings.facing:
             angles = headings(given["places"], given["template"], given["joints"], windows.mask)
             for part in (given, asked):
-                part["places"] = turned(part["places"], -angles)
+                part["places"] = rotated(part["places"], -angles)
         return {"frames": windows.mask, "given": given, "asked": asked}
 
     def _cast(self, numbers: np.random.Generator, rows: int) -> list[str]:
@@ -102,30 +102,30 @@ class Learner:
 
     def _performed(
         self, numbers: np.random.Generator, body: Body, places: np.ndarray
-    ) -> tuple[Performed, Performed]:
+    ) -> tuple[Performance, Performance]:
         """A window as it is given and as it is asked for: one path of the hips, without the mean of the
         given major joints over the window."""
         template = body.template
         if self._settings.varied:
-            places = swung(numbers, places, body)
+            places = rotate_limbs(numbers, places, body)
         turn = self._turn(numbers)
         places, template = places @ turn.places, template @ turn.template
         given, asked = (self._shaped(numbers, body, places, template) for _ in range(2))
         centre = given.places[:, body.major].mean((0, 1))
         path = given.places[:, :1] - asked.places[:, :1]
-        return Performed(given.places - centre, given.template), Performed(
+        return Performance(given.places - centre, given.template), Performance(
             asked.places + path - centre, asked.template
         )
 
     def _shaped(
         self, numbers: np.random.Generator, body: Body, places: np.ndarray, template: np.ndarray
-    ) -> Performed:
+    ) -> Performance:
         """By a body of other proportions, and of the usual size, as chosen."""
         if self._settings.varied:
             factors = proportions(numbers, body)
-            places, template = (reshaped(each, factors, body) for each in (places, template))
-        size = sized(stature(template, body.heights)) if self._settings.sized else 1.0
-        return Performed(size * places, size * template)
+            places, template = (reproportion(each, factors, body) for each in (places, template))
+        size = size_factor(stature(template, body.heights)) if self._settings.sized else 1.0
+        return Performance(size * places, size * template)
 
     def _turn(self, numbers: np.random.Generator) -> Turn:
         """A mirrored body is one whose template is mirrored: what lies where says what is left."""
@@ -143,7 +143,7 @@ class Learner:
         self,
         numbers: np.random.Generator,
         bodies: Sequence[Body],
-        performed: Sequence[Performed],
+        performed: Sequence[Performance],
     ) -> dict[str, np.ndarray]:
         """One draw of every row's joints, side by side, zeros behind them."""
         every = [

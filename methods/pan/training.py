@@ -26,7 +26,7 @@ Side = Mapping[str, Any]
 """One structure's part of a batch: see ``Windows.draw``."""
 
 
-class Learner:
+class PanTraining:
     """A ``TrainingModule`` (see ``training/contract.py``).
 
     bodies: of each character by structure. build: the method with the tensors that it is given.

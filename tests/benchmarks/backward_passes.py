@@ -67,7 +67,7 @@ from retarget_bench.training.phases import optimiser_phases, to_device
 PASSES: Mapping[str, Mapping[str, tuple[str, Callable[..., Any]]]] = {
     "pan": {"mlp": ("retarget_bench.methods.pan.network.layers._mlp", plain.mlp)},
     "humot": {
-        "feed-forward": ("retarget_bench.methods.humot.network.block._fed", plain.fed),
+        "feed-forward": ("retarget_bench.methods.humot.network.block._feed_forward", plain.fed),
         "sums": ("retarget_bench.methods.humot.network.attention._summed", plain.summed),
         "mixing": ("retarget_bench.methods.humot.network.attention._mixed", plain.mixed),
     },
