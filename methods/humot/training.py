@@ -26,16 +26,16 @@ AUTOENCODER = "autoencoder"
 
 
 class Performance(NamedTuple):
-    """places: ``(frames, joints, 3)``. template: ``(joints, 3)``. Metres, Z up."""
+    """positions: ``(frames, joints, 3)``. template: ``(joints, 3)``. Metres, Z up."""
 
-    places: np.ndarray
+    positions: np.ndarray
     template: np.ndarray
 
 
 class Turn(NamedTuple):
     """``(3, 3)`` each: what rows of coordinates are multiplied by."""
 
-    places: np.ndarray
+    positions: np.ndarray
     template: np.ndarray
 
 
@@ -101,43 +101,43 @@ class HumotTraining:
         return np.asarray(roots / roots.sum())
 
     def _performed(
-        self, numbers: np.random.Generator, body: Body, places: np.ndarray
+        self, numbers: np.random.Generator, body: Body, positions: np.ndarray
     ) -> tuple[Performance, Performance]:
         """A window as it is given and as it is asked for: one path of the hips, without the mean of the
         given major joints over the window."""
         template = body.template
         if self._settings.varied:
-            places = rotate_limbs(numbers, places, body)
+            positions = rotate_limbs(numbers, positions, body)
         turn = self._turn(numbers)
-        places, template = places @ turn.places, template @ turn.template
-        given, asked = (self._shaped(numbers, body, places, template) for _ in range(2))
-        centre = given.places[:, body.major].mean((0, 1))
-        path = given.places[:, :1] - asked.places[:, :1]
-        return Performance(given.places - centre, given.template), Performance(
-            asked.places + path - centre, asked.template
+        positions, template = positions @ turn.positions, template @ turn.template
+        given, asked = (self._shaped(numbers, body, positions, template) for _ in range(2))
+        centre = given.positions[:, body.major].mean((0, 1))
+        path = given.positions[:, :1] - asked.positions[:, :1]
+        return Performance(given.positions - centre, given.template), Performance(
+            asked.positions + path - centre, asked.template
         )
 
     def _shaped(
-        self, numbers: np.random.Generator, body: Body, places: np.ndarray, template: np.ndarray
+        self, numbers: np.random.Generator, body: Body, positions: np.ndarray, template: np.ndarray
     ) -> Performance:
         """By a body of other proportions, and of the usual size, as chosen."""
         if self._settings.varied:
             factors = proportions(numbers, body)
-            places, template = (reproportion(each, factors, body) for each in (places, template))
+            positions, template = (reproportion(each, factors, body) for each in (positions, template))
         size = size_factor(stature(template, body.heights)) if self._settings.sized else 1.0
-        return Performance(size * places, size * template)
+        return Performance(size * positions, size * template)
 
     def _turn(self, numbers: np.random.Generator) -> Turn:
         """A mirrored body is one whose template is mirrored: what lies where says what is left."""
-        places = template = np.eye(3)
+        positions = template = np.eye(3)
         if self._settings.turned:
             angle = 2.0 * np.pi * numbers.random()
             cosine, sine = np.cos(angle), np.sin(angle)
-            places = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+            positions = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         if self._settings.mirrored and numbers.random() < 0.5:
             mirror = np.diag([-1.0, 1.0, 1.0])
-            places, template = places @ mirror, mirror
-        return Turn(places, template)
+            positions, template = positions @ mirror, mirror
+        return Turn(positions, template)
 
     def _parts(
         self,
@@ -160,7 +160,7 @@ class HumotTraining:
         for row, joints in enumerate(every):
             count = len(joints)
             mine = performed[row]
-            found["places"][row, : len(mine.places), :count] = mine.places[:, joints]
+            found["places"][row, : len(mine.positions), :count] = mine.positions[:, joints]
             found["template"][row, :count] = mine.template[joints]
             found["joints"][row, :count] = True
             found["parents"][row, :count] = parents_among(bodies[row].parents, joints)
