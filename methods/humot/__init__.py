@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
     from .network import Autoencoder
-    from .training import Learner
+    from .training import HumotTraining
 
 
 Variant = Literal["small", "text", "paper_count"]
@@ -110,15 +110,15 @@ class HuMoT(LearnedMethod):
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return {"places": body(motion.character).see(motion)}
 
-    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Learner:
-        from .training import Learner
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> HumotTraining:
+        from .training import HumotTraining
 
         def trained(tensors: Mapping[str, Tensor]) -> Method:
             options = {"windows": self.windows, "root_rule": self.root_rule, **self.facts()}
             return type(self)(**options).using(tensors)
 
         bodies = {name: body(training_data.characters[name]) for name in training_data.clips}
-        return Learner(training_data, config, bodies, DESIGNS[self.variant], self.settings, trained)
+        return HumotTraining(training_data, config, bodies, DESIGNS[self.variant], self.settings, trained)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:

@@ -82,15 +82,15 @@ def proportions(numbers: np.random.Generator, body: Body) -> np.ndarray:
     return np.asarray(np.exp(regions + bones).clip(*LIMITS))
 
 
-def reshaped(places: np.ndarray, factors: np.ndarray, body: Body) -> np.ndarray:
+def reproportion(positions: np.ndarray, factors: np.ndarray, body: Body) -> np.ndarray:
     """``(..., joints, 3)``: bones longer by factors, in the directions that they had, about the hips."""
-    bones = places - places[..., list(body.parents), :]
-    return np.asarray(places[..., :1, :] + build(body).chains @ (factors[:, None] * bones))
+    bones = positions - positions[..., list(body.parents), :]
+    return np.asarray(positions[..., :1, :] + build(body).chains @ (factors[:, None] * bones))
 
 
-def swung(numbers: np.random.Generator, places: np.ndarray, body: Body) -> np.ndarray:
+def rotate_limbs(numbers: np.random.Generator, positions: np.ndarray, body: Body) -> np.ndarray:
     """``(frames, joints, 3)``: some limbs turned as a whole about where they begin, all frames alike."""
-    found = places.copy()
+    found = positions.copy()
     for joint, below, reach in build(body).limbs:
         if numbers.random() < SWUNG:
             axis = numbers.standard_normal(3)
@@ -98,6 +98,3 @@ def swung(numbers: np.random.Generator, places: np.ndarray, body: Body) -> np.nd
             start = found[:, joint : joint + 1]
             found[:, below] = start + rotation.rotate(turn, found[:, below] - start)
     return found
-
-
-__all__ = ["Build", "build", "proportions", "reshaped", "swung"]

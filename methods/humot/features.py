@@ -1,4 +1,4 @@
-"""A body as HuMoT sees it: places of its joints, Z up, and the neutral pose that says what it is."""
+"""A body as HuMoT sees it: positions of its joints, Z up, and the neutral pose that says what it is."""
 
 from __future__ import annotations
 
@@ -69,16 +69,16 @@ class Body:
         """``(frames, joints, 3)`` metres, Z up."""
         return upright(motion.positions[:, list(self.joints)])
 
-    def positions(self, places: np.ndarray, fps: float) -> Positions:
-        """The whole body from places ``(frames, joints, 3)``, Z up, of the joints seen.
+    def positions(self, positions: np.ndarray, fps: float) -> Positions:
+        """The whole body from positions ``(frames, joints, 3)``, Z up, of the joints seen.
 
         A joint that is not seen keeps to the bone that leads to the joint it hangs from, as in the neutral
         pose; one above the hips keeps to the hips.
         """
         skeleton = self.character.skeleton
         rest = neutral.template(self.character)
-        found = np.zeros((len(places), len(skeleton), 3))
-        found[:, list(self.joints)] = upright(places)
+        found = np.zeros((len(positions), len(skeleton), 3))
+        found[:, list(self.joints)] = upright(positions)
         hips, seen = self.joints[0], set(self.joints)
         for joint, parent in enumerate(skeleton.parents.tolist()):
             if joint in seen:
@@ -87,8 +87,8 @@ class Body:
                 found[:, joint] = found[:, hips] + rest[joint] - rest[hips]
                 continue
             leader = next(each for each in ancestors(skeleton, joint) if each in seen)
-            turned = self._swing(found, rest, leader)
-            found[:, joint] = found[:, parent] + rotation.rotate(turned, rest[joint] - rest[parent])
+            rotated = self._swing(found, rest, leader)
+            found[:, joint] = found[:, parent] + rotation.rotate(rotated, rest[joint] - rest[parent])
         return self.character.positions(found, fps)
 
     def _swing(self, found: np.ndarray, rest: np.ndarray, joint: int) -> np.ndarray:
@@ -133,14 +133,14 @@ def stature(template: np.ndarray, heights: np.ndarray) -> float:
     return float(np.ptp(template[known, 2])) / usual if usual > LOW else 0.0
 
 
-def sized(height: float) -> float:
+def size_factor(height: float) -> float:
     """What a body of this stature is scaled by to be of the usual size; 1 where it has none."""
     return USUAL / height if height > 0.0 else 1.0
 
 
-def upright(places: np.ndarray) -> np.ndarray:
+def upright(positions: np.ndarray) -> np.ndarray:
     """``(..., 3)`` from left, up, ahead to right, ahead, up; and back again."""
-    return np.stack([-places[..., 0], places[..., 2], places[..., 1]], axis=-1)
+    return np.stack([-positions[..., 0], positions[..., 2], positions[..., 1]], axis=-1)
 
 
 def unfit(character: Character, read: bool = False) -> str:
@@ -156,29 +156,29 @@ def unfit(character: Character, read: bool = False) -> str:
 
 
 def headings(
-    places: np.ndarray, template: np.ndarray, joints: np.ndarray, frames: np.ndarray
+    positions: np.ndarray, template: np.ndarray, joints: np.ndarray, frames: np.ndarray
 ) -> np.ndarray:
     """``(rows,)`` radians: the turn, Z up, that brings each template nearest to the mean over frames.
 
-    places: ``(rows, frames, joints, 3)``. template: ``(rows, joints, 3)``. joints: ``(rows, joints)`` and
-    frames: ``(rows, frames)`` bool, what is real. The least squares have a closed form, as only one angle
-    is sought; 0 where every turn is as good.
+    positions: ``(rows, frames, joints, 3)``. template: ``(rows, joints, 3)``. joints: ``(rows, joints)``
+    and frames: ``(rows, frames)`` bool, True where there is one. The least squares have a closed form, as
+    only one angle is sought; 0 where every turn is as good.
     """
     real = frames[:, :, None, None]
-    mean = np.where(real, places[..., :2], 0.0).sum(1) / real.sum(1)
+    mean = np.where(real, positions[..., :2], 0.0).sum(1) / real.sum(1)
     seen, still = (_level(each, joints) for each in (mean, template[..., :2]))
     return np.angle((seen * still.conj()).sum(1))
 
 
-def _level(places: np.ndarray, joints: np.ndarray) -> np.ndarray:
+def _level(positions: np.ndarray, joints: np.ndarray) -> np.ndarray:
     """``(rows, joints)`` complex, about the mean of real joints, zero where there is none."""
-    found = np.where(joints, places[..., 0] + 1j * places[..., 1], 0.0)
+    found = np.where(joints, positions[..., 0] + 1j * positions[..., 1], 0.0)
     return np.where(joints, found - found.sum(1, keepdims=True) / joints.sum(1, keepdims=True), 0.0)
 
 
-def turned(places: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Places ``(rows, ..., 3)`` turned by an angle ``(rows,)`` each."""
-    level = (places[..., 0] + 1j * places[..., 1]) * np.exp(1j * angles).reshape(
-        -1, *[1] * (places.ndim - 2)
+def rotated(positions: np.ndarray, angles: np.ndarray) -> np.ndarray:
+    """Positions ``(rows, ..., 3)`` turned by an angle ``(rows,)`` each."""
+    level = (positions[..., 0] + 1j * positions[..., 1]) * np.exp(1j * angles).reshape(
+        -1, *[1] * (positions.ndim - 2)
     )
-    return np.stack([level.real, level.imag, places[..., 2]], axis=-1).astype(places.dtype)
+    return np.stack([level.real, level.imag, positions[..., 2]], axis=-1).astype(positions.dtype)

@@ -13,7 +13,7 @@ from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 
-from .features import Body, body, headings, sized, turned
+from .features import Body, body, headings, rotated, size_factor
 from .network import Autoencoder
 
 WINDOW, HOP = 30, 15
@@ -26,20 +26,20 @@ Windows = Literal["overlapping", "whole"]
 class Question:
     """A source at 30 frames per second, Z up, and the body that it is asked for.
 
-    frames: how many it has. places: ``(frames or more, joints, 3)`` metres: what is shorter than a window
-    waits where it ends, since training has next to no window of a frame or two. shown, told: factors by
-    which the actor and the body are sized before they go through the networks. ratio: what the path of the
-    hips is scaled by.
+    frames: of the source. positions: ``(frames or more, joints, 3)`` metres: a source shorter than a window
+    is held at its last frame, since training has next to no window of a frame or two. actor_size,
+    body_size: factors on the actor and the body before they go through the networks. ratio: scale of the
+    path of the hips.
     """
 
     source: Motion | Positions
     target: Character
     frames: int
-    places: np.ndarray
+    positions: np.ndarray
     actor: Body
     body: Body
-    shown: float
-    told: float
+    actor_size: float
+    body_size: float
     ratio: float
 
     @classmethod
@@ -48,10 +48,10 @@ class Question:
         actor, asked = body(source.character), body(target)
         seen = actor.see(rates.at_thirty(source))
         wait = ((0, max(WINDOW - len(seen), 0)), (0, 0), (0, 0))
-        shown, told = (sized(each.stature) if usual else 1.0 for each in (actor, asked))
+        actor_size, body_size = (size_factor(each.stature) if usual else 1.0 for each in (actor, asked))
         ratio = root_rules.ratio(rule, source.character, target)
-        places = np.pad(seen, wait, mode="edge")
-        return cls(source, target, len(seen), places, actor, asked, shown, told, ratio)
+        positions = np.pad(seen, wait, mode="edge")
+        return cls(source, target, len(seen), positions, actor, asked, actor_size, body_size, ratio)
 
 
 @dataclass(frozen=True, eq=False)
@@ -81,7 +81,7 @@ def retargeted(
 
 def _pieces(question: Question, windows: Windows) -> Iterator[Piece]:
     """Windows that overlap by half; the last one ends where the clip does."""
-    frames = len(question.places)
+    frames = len(question.positions)
     length = frames if windows == "whole" else WINDOW
     starts = sorted({*range(0, frames - length, HOP), frames - length})
     for start in starts:
@@ -91,13 +91,13 @@ def _pieces(question: Question, windows: Windows) -> Iterator[Piece]:
 def _centre(question: Question, start: int, stop: int) -> np.ndarray:
     """``(3,)`` where the whole body's major joints are on average; those that a part of it lacks are taken
     to be where the template, turned as the part is, has them."""
-    actor, seen = question.actor, question.places[start:stop]
+    actor, seen = question.actor, question.positions[start:stop]
     known = np.asarray(seen[:, actor.centring].mean((0, 1)))
     if not actor.beside.any():
         return known
     joints, frames = np.ones((1, len(actor.joints)), bool), np.ones((1, len(seen)), bool)
     angle = headings(seen[None], actor.template[None], joints, frames)
-    return np.asarray(known + turned(actor.beside[None], angle)[0])
+    return np.asarray(known + rotated(actor.beside[None], angle)[0])
 
 
 def _groups(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
@@ -123,21 +123,23 @@ def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> lis
     for row, piece in enumerate(group):
         question, length = piece.question, piece.stop - piece.start
         mask[row, :length] = True
-        seen = question.places[piece.start : piece.stop] - piece.centre
-        given["places"][row, :length, : seen.shape[1]] = question.shown * seen
-        given["template"][row, : len(question.actor.template)] = question.shown * question.actor.template
-        asked["template"][row, : len(question.body.template)] = question.told * question.body.template
+        seen = question.positions[piece.start : piece.stop] - piece.centre
+        given["places"][row, :length, : seen.shape[1]] = question.actor_size * seen
+        given["template"][row, : len(question.actor.template)] = (
+            question.actor_size * question.actor.template
+        )
+        asked["template"][row, : len(question.body.template)] = question.body_size * question.body.template
     angles = np.zeros(len(group))
     if facing:
         angles = headings(given["places"], given["template"], given["joints"], mask)
-        given["places"] = turned(given["places"], -angles)
+        given["places"] = rotated(given["places"], -angles)
     device = next(network.parameters()).device
     sides = [
         {key: torch.from_numpy(array).to(device) for key, array in side.items()} for side in (given, asked)
     ]
     with torch.inference_mode():
         answer = network(*sides, torch.from_numpy(mask).to(device)).cpu().double().numpy()
-    answer = turned(answer, angles)
+    answer = rotated(answer, angles)
     return [
         _at_size(answer[row, : piece.stop - piece.start, : len(piece.question.body.joints)], piece.question)
         for row, piece in enumerate(group)
@@ -146,7 +148,7 @@ def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> lis
 
 def _at_size(answer: np.ndarray, question: Question) -> np.ndarray:
     hips = answer[:, :1]
-    return hips / question.shown + (answer - hips) / question.told
+    return hips / question.actor_size + (answer - hips) / question.body_size
 
 
 def _side(joints: Sequence[int], frames: int) -> dict[str, np.ndarray]:
@@ -161,15 +163,15 @@ def _side(joints: Sequence[int], frames: int) -> dict[str, np.ndarray]:
 def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> Positions:
     """The pieces faded into each other; then the path of the hips scaled (A.6)."""
     joints = len(question.body.joints)
-    frames = len(question.places)
+    frames = len(question.positions)
     total, weight = np.zeros((frames, joints, 3)), np.zeros((frames, 1, 1))
     for piece, answer in answers:
         share = _fade(piece.stop - piece.start)[:, None, None]
         total[piece.start : piece.stop] += share * (answer + piece.centre)
         weight[piece.start : piece.stop] += share
-    places = (total / weight)[: question.frames]
-    places += (question.ratio - 1.0) * places[:, :1]
-    whole = question.body.positions(places, rates.FPS)
+    positions = (total / weight)[: question.frames]
+    positions += (question.ratio - 1.0) * positions[:, :1]
+    whole = question.body.positions(positions, rates.FPS)
     found = rates.at(whole, question.source.frames, question.source.fps)
     assert isinstance(found, Positions)
     return found

@@ -15,9 +15,9 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import ClipArrays, TrainingData
 
-from .augmentation import proportions, reshaped, swung
+from .augmentation import proportions, reproportion, rotate_limbs
 from .design import Design
-from .features import Body, headings, sized, stature, turned
+from .features import Body, headings, rotated, size_factor, stature
 from .losses import losses
 from .network import Autoencoder
 from .settings import Settings
@@ -25,21 +25,21 @@ from .settings import Settings
 AUTOENCODER = "autoencoder"
 
 
-class Performed(NamedTuple):
-    """places: ``(frames, joints, 3)``. template: ``(joints, 3)``. Metres, Z up."""
+class Performance(NamedTuple):
+    """positions: ``(frames, joints, 3)``. template: ``(joints, 3)``. Metres, Z up."""
 
-    places: np.ndarray
+    positions: np.ndarray
     template: np.ndarray
 
 
 class Turn(NamedTuple):
     """``(3, 3)`` each: what rows of coordinates are multiplied by."""
 
-    places: np.ndarray
+    positions: np.ndarray
     template: np.ndarray
 
 
-class Learner:
+class HumotTraining:
     """A ``TrainingModule`` (see ``training/contract.py``).
 
     bodies: by character. build: the method with tensors.
@@ -80,7 +80,7 @@ class Learner:
         if self._settings.facing:
             angles = headings(given["places"], given["template"], given["joints"], windows.mask)
             for part in (given, asked):
-                part["places"] = turned(part["places"], -angles)
+                part["places"] = rotated(part["places"], -angles)
         return {"frames": windows.mask, "given": given, "asked": asked}
 
     def _cast(self, numbers: np.random.Generator, rows: int) -> list[str]:
@@ -101,49 +101,49 @@ class Learner:
         return np.asarray(roots / roots.sum())
 
     def _performed(
-        self, numbers: np.random.Generator, body: Body, places: np.ndarray
-    ) -> tuple[Performed, Performed]:
+        self, numbers: np.random.Generator, body: Body, positions: np.ndarray
+    ) -> tuple[Performance, Performance]:
         """A window as it is given and as it is asked for: one path of the hips, without the mean of the
         given major joints over the window."""
         template = body.template
         if self._settings.varied:
-            places = swung(numbers, places, body)
+            positions = rotate_limbs(numbers, positions, body)
         turn = self._turn(numbers)
-        places, template = places @ turn.places, template @ turn.template
-        given, asked = (self._shaped(numbers, body, places, template) for _ in range(2))
-        centre = given.places[:, body.major].mean((0, 1))
-        path = given.places[:, :1] - asked.places[:, :1]
-        return Performed(given.places - centre, given.template), Performed(
-            asked.places + path - centre, asked.template
+        positions, template = positions @ turn.positions, template @ turn.template
+        given, asked = (self._shaped(numbers, body, positions, template) for _ in range(2))
+        centre = given.positions[:, body.major].mean((0, 1))
+        path = given.positions[:, :1] - asked.positions[:, :1]
+        return Performance(given.positions - centre, given.template), Performance(
+            asked.positions + path - centre, asked.template
         )
 
     def _shaped(
-        self, numbers: np.random.Generator, body: Body, places: np.ndarray, template: np.ndarray
-    ) -> Performed:
+        self, numbers: np.random.Generator, body: Body, positions: np.ndarray, template: np.ndarray
+    ) -> Performance:
         """By a body of other proportions, and of the usual size, as chosen."""
         if self._settings.varied:
             factors = proportions(numbers, body)
-            places, template = (reshaped(each, factors, body) for each in (places, template))
-        size = sized(stature(template, body.heights)) if self._settings.sized else 1.0
-        return Performed(size * places, size * template)
+            positions, template = (reproportion(each, factors, body) for each in (positions, template))
+        size = size_factor(stature(template, body.heights)) if self._settings.sized else 1.0
+        return Performance(size * positions, size * template)
 
     def _turn(self, numbers: np.random.Generator) -> Turn:
         """A mirrored body is one whose template is mirrored: what lies where says what is left."""
-        places = template = np.eye(3)
+        positions = template = np.eye(3)
         if self._settings.turned:
             angle = 2.0 * np.pi * numbers.random()
             cosine, sine = np.cos(angle), np.sin(angle)
-            places = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
+            positions = np.array([[cosine, sine, 0.0], [-sine, cosine, 0.0], [0.0, 0.0, 1.0]])
         if self._settings.mirrored and numbers.random() < 0.5:
             mirror = np.diag([-1.0, 1.0, 1.0])
-            places, template = places @ mirror, mirror
-        return Turn(places, template)
+            positions, template = positions @ mirror, mirror
+        return Turn(positions, template)
 
     def _parts(
         self,
         numbers: np.random.Generator,
         bodies: Sequence[Body],
-        performed: Sequence[Performed],
+        performed: Sequence[Performance],
     ) -> dict[str, np.ndarray]:
         """One draw of every row's joints, side by side, zeros behind them."""
         every = [
@@ -160,7 +160,7 @@ class Learner:
         for row, joints in enumerate(every):
             count = len(joints)
             mine = performed[row]
-            found["places"][row, : len(mine.places), :count] = mine.places[:, joints]
+            found["places"][row, : len(mine.positions), :count] = mine.positions[:, joints]
             found["template"][row, :count] = mine.template[joints]
             found["joints"][row, :count] = True
             found["parents"][row, :count] = parents_among(bodies[row].parents, joints)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from torch import Tensor
 
     from .structure import Structure
-    from .training import Learner
+    from .training import PanTraining
 
 
 OWN, BETWEEN = "puppets", "puppets_three"
@@ -124,9 +124,9 @@ class Pan(LearnedMethod):
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         return self.settings.features.see(motion, self._own(motion.character))
 
-    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> Learner:
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> PanTraining:
         """Raises NotSupported where bodies of one structure differ in joints, or there is one body only."""
-        from .training import Learner
+        from .training import PanTraining
 
         if config.window % 4 or config.window < 16:
             raise NotSupported(
@@ -148,7 +148,7 @@ class Pan(LearnedMethod):
             same = {"parts": self._asked, "tips": self.tips, "target_stats": self.target_stats}
             return Pan(**{**self.facts(), **same}).using(tensors)
 
-        return Learner(training_data, config, bodies, self.settings, trained)
+        return PanTraining(training_data, config, bodies, self.settings, trained)
 
     def _own(self, character: Character) -> Body:
         """The character in its own structure's layout."""

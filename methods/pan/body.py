@@ -115,10 +115,10 @@ class Body:
     def _orientations(self, edges: np.ndarray, ends: np.ndarray | None) -> np.ndarray:
         """``(frames, joints, 4)`` of the layout's joints, relative to the reference pose."""
         frames, layout = len(edges), self.layout
-        still = np.zeros((frames, 1, 4))
-        still[..., 0] = 1.0
-        rest = np.repeat(still, len(layout.ends), axis=1)
-        local = np.concatenate([still, edges, rest], axis=1)
+        identity = np.zeros((frames, 1, 4))
+        identity[..., 0] = 1.0
+        rest = np.repeat(identity, len(layout.ends), axis=1)
+        local = np.concatenate([identity, edges, rest], axis=1)
         chain = kinematics.forward(self.chains, local, np.zeros((frames, 3)))[1][:, 1 : layout.edges + 1]
         found = np.zeros((frames, len(self.joints), 4))
         for rank in range(len(self.joints)):

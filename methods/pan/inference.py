@@ -102,7 +102,7 @@ class Answers:
     def _statistics(self, name: str, character: Character) -> Tensor:
         """``(2, edges + 1, 4)``: of a character that was trained on, else of all of the structure."""
         structure = self._method.structures[name]
-        (row,) = structure.which([character.name])
+        (row,) = structure.statistics_row([character.name])
         return torch.stack([structure.mean[row], structure.deviation[row]])
 
     def _target_statistics(self, name: str, body: Body, context: Context) -> Tensor:
@@ -115,7 +115,7 @@ class Answers:
         seen = [features.see(each, body)["edges"] for each in shown if isinstance(each, Motion)]
         if not seen:
             raise NotSupported(f"there is no motion of {body.character.name} to take statistics of")
-        return torch.stack(statistics_of(np.concatenate(seen), method.settings.still))
+        return torch.stack(statistics_of(np.concatenate(seen), method.settings.least_deviation))
 
 
 def answered(
@@ -188,7 +188,7 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
     shown = rates.at_thirty(source)
     assert isinstance(shown, Motion)
     seen = torch.from_numpy(settings.features.see(shown, body)["edges"].astype(np.float32))
-    (row,) = structure.which([source.character.name])
+    (row,) = structure.statistics_row([source.character.name])
     normalised = structure.normalised(seen.unsqueeze(0), torch.tensor([row]))
     with torch.inference_mode():
         pieces = torch.split(normalised, PIECE, 1)

@@ -32,9 +32,9 @@ class Kinematics:
         if self._tree.mask.device != edges.device:
             self._move(edges.device)
         turns = functional.normalize(edges[..., :-1, :].float(), dim=-1, eps=1e-6)
-        still = turns.new_tensor([1.0, 0.0, 0.0, 0.0])
-        first = still.expand(*turns.shape[:2], 1, 4)
-        last = still.expand(*turns.shape[:2], len(self._ends), 4)
+        identity = turns.new_tensor([1.0, 0.0, 0.0, 0.0])
+        first = identity.expand(*turns.shape[:2], 1, 4)
+        last = identity.expand(*turns.shape[:2], len(self._ends), 4)
         offsets = torch.cat(
             [torch.zeros_like(bones[:, :1]), bones[:, self._above], bones[:, self._ends]], 1
         )

@@ -141,9 +141,9 @@ class Weights:
 class Settings:
     """Everything that a variant chooses.
 
-    statistics: whether eq. 15 takes mean and deviation by structure or by character. still: the least
-    deviation. reversed_: training windows run backwards half of the time. shared: structures have the same
-    initial weights for what they have in common.
+    statistics: whether eq. 15 takes mean and deviation by structure or by character; deviations are
+    ``least_deviation`` or more. reversed_: training windows run backwards half of the time. shared:
+    structures have the same initial weights for what they have in common.
     """
 
     design: Design
@@ -151,7 +151,7 @@ class Settings:
     weights: Weights
     statistics: Statistics
     yaw: Yaw
-    still: float = 0.0
+    least_deviation: float = 0.0
     reversed_: bool = False
     shared: bool = False
 
@@ -221,7 +221,7 @@ SETTINGS: Mapping[Variant, Settings] = {
         replace(RELEASED_WEIGHTS, positions=1000.0, root=300.0, again_positions=100.0, adversarial=0.25),
         "structure",
         "source",
-        still=0.02,
+        least_deviation=0.02,
         shared=True,
     ),
 }

@@ -40,17 +40,17 @@ class Structure(nn.Module):
         self.register_buffer("mean", torch.zeros(shape))
         self.register_buffer("deviation", torch.ones(shape))
 
-    def which(self, names: Sequence[str]) -> list[int]:
+    def statistics_row(self, names: Sequence[str]) -> list[int]:
         """Rows of the statistics: a character's own, or 0, that of all."""
         return [1 + self.cast.index(name) if name in self.cast else 0 for name in names]
 
-    def normalised(self, edges: Tensor, which: Tensor) -> Tensor:
-        """Eq. 15. edges: ``(rows, frames, edges + 1, 4)``; which: ``(rows,)``, see ``which``."""
-        return (edges - self.mean[which].unsqueeze(1)) / self.deviation[which].unsqueeze(1)
+    def normalised(self, edges: Tensor, row: Tensor) -> Tensor:
+        """Eq. 15. edges: ``(rows, frames, edges + 1, 4)``; row: ``(rows,)`` of the statistics."""
+        return (edges - self.mean[row].unsqueeze(1)) / self.deviation[row].unsqueeze(1)
 
-    def plain(self, edges: Tensor, which: Tensor) -> Tensor:
+    def plain(self, edges: Tensor, row: Tensor) -> Tensor:
         """The inverse of ``normalised``."""
-        return edges * self.deviation[which].unsqueeze(1) + self.mean[which].unsqueeze(1)
+        return edges * self.deviation[row].unsqueeze(1) + self.mean[row].unsqueeze(1)
 
     def answer(self, code: Tensor, bones: Tensor) -> Tensor:
         """``(rows, frames, edges + 1, 4)`` normalised edges of bodies with these bones.
@@ -59,10 +59,10 @@ class Structure(nn.Module):
         answer: Tensor = self.decoder(code + self.skeleton(bones).unsqueeze(1))
         return answer
 
-    def with_path(self, edges: Tensor, root: Tensor, which: Tensor) -> Tensor:
+    def with_path(self, edges: Tensor, root: Tensor, row: Tensor) -> Tensor:
         """Normalised edges ``(rows, frames, edges + 1, 4)`` with a root's plain edge ``(rows, frames, 4)``
         added to the last."""
-        path = (root - self.mean[which, -1].unsqueeze(1)) / self.deviation[which, -1].unsqueeze(1)
+        path = (root - self.mean[row, -1].unsqueeze(1)) / self.deviation[row, -1].unsqueeze(1)
         return torch.cat([edges[:, :, :-1], edges[:, :, -1:] + path.unsqueeze(2)], 2)
 
     # -------------------------------------------------------------------------------------- as tensors

@@ -26,7 +26,7 @@ Side = Mapping[str, Any]
 """One structure's part of a batch: see ``Windows.draw``."""
 
 
-class Learner:
+class PanTraining:
     """A ``TrainingModule`` (see ``training/contract.py``).
 
     bodies: of each character by structure. build: the method with the tensors that it is given.
@@ -54,7 +54,7 @@ class Learner:
             cast = sorted(bodies[name]) if own else ()
             layout = next(iter(bodies[name].values())).layout
             structures[name] = Structure(layout, settings.design, cast)
-            fit_statistics(structures[name], training_data, sorted(bodies[name]), settings.still)
+            fit_statistics(structures[name], training_data, sorted(bodies[name]), settings.least_deviation)
         if settings.shared:
             share_initialisation(list(structures.values()), settings.design)
         self._structures = structures
@@ -123,25 +123,30 @@ class Learner:
         layouts = [self._structures[name].layout for name in names]
         coded = [arranged(code, layouts[here], structure.layout) for here, code in enumerate(codes)]
         bones = [*(side["bones_of"][here] for here in range(len(codes))), side["bones"]]
-        which = [*(side["which_of"][here] for here in range(len(codes))), side["which"]]
+        statistics_row = [*(side["which_of"][here] for here in range(len(codes))), side["which"]]
         units = [*(side["unit_of"][here] for here in range(len(codes))), side["unit"]]
         turns = [*(side["turn_of"][here] for here in range(len(codes))), side["turn"]]
         edges = structure.answer(torch.cat([*coded, coded[there]]), torch.cat(bones))
         if self._settings.features.path == "carried":
             roots = [each.plain[:, :, -1] for each in (*real, real[there])]
-            edges = structure.with_path(edges, torch.cat(roots), torch.cat(which))
+            edges = structure.with_path(edges, torch.cat(roots), torch.cat(statistics_row))
         found = self._answer(
-            names[there], edges, torch.cat(which), torch.cat(bones), torch.cat(units), torch.cat(turns)
+            names[there],
+            edges,
+            torch.cat(statistics_row),
+            torch.cat(bones),
+            torch.cat(units),
+            torch.cat(turns),
         )
         size = len(codes[0])
         split = [Answer(*each) for each in zip(*(torch.split(part, size) for part in found), strict=True)]
         return {**dict(enumerate(split[:-1])), -1: split[-1]}
 
     def _answer(
-        self, name: str, edges: Tensor, which: Tensor, bones: Tensor, unit: Tensor, turn: Tensor
+        self, name: str, edges: Tensor, statistics_row: Tensor, bones: Tensor, unit: Tensor, turn: Tensor
     ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
         """The fields of an ``Answer``; unit: ``(rows,)`` the unit in heights."""
-        plain = self._structures[name].plain(edges, which)
+        plain = self._structures[name].plain(edges, statistics_row)
         local = self._kinematics[name](plain, bones)
         features, given = self._settings.features, self._settings.yaw == "source"
         facing = torch.complex(turn[..., 0], turn[..., 1]) if given and features.local else None
@@ -163,12 +168,12 @@ class Learner:
         weights, times = self._settings.weights, len(codes)
         if not weights.again and not weights.again_positions:
             return
-        bones, which = side["bones"].repeat(times, 1, 1), side["which"].repeat(times)
+        bones, statistics_row = side["bones"].repeat(times, 1, 1), side["which"].repeat(times)
         answer = self._structures[name].answer(torch.cat(list(codes)), bones)
         if self._settings.features.path == "carried":
-            answer = self._structures[name].with_path(answer, torch.cat(list(roots)), which)
+            answer = self._structures[name].with_path(answer, torch.cat(list(roots)), statistics_row)
         unit, turn = side["unit"].repeat(times), side["turn"].repeat(times, 1, 1)
-        found = Answer(*self._answer(name, answer, which, bones, unit, turn))
+        found = Answer(*self._answer(name, answer, statistics_row, bones, unit, turn))
         self._objective.cycle(name, found, real, times)
 
     def _discriminate(

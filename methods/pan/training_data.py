@@ -94,8 +94,12 @@ class Windows:
 
     def _of(self, name: str, cast: Sequence[str]) -> dict[str, np.ndarray]:
         ranks = [self._ranks[name][one] for one in cast]
-        which = np.array(ranks) + 1 if self._by_character else np.zeros(len(ranks), dtype=np.int64)
-        return {"which": which, "bones": self._bones[name][ranks], "unit": self._units[name][ranks]}
+        statistics_row = np.array(ranks) + 1 if self._by_character else np.zeros(len(ranks), dtype=np.int64)
+        return {
+            "which": statistics_row,
+            "bones": self._bones[name][ranks],
+            "unit": self._units[name][ranks],
+        }
 
     def _window(self, numbers: np.random.Generator, cast: Sequence[str]) -> dict[str, np.ndarray]:
         """``edges`` and ``turn`` of a window per character."""
@@ -120,15 +124,15 @@ def _order(known: int, frames: int, backwards: bool) -> np.ndarray:
 
 
 def fit_statistics(
-    structure: Structure, training_data: TrainingData, cast: Sequence[str], still: float
+    structure: Structure, training_data: TrainingData, cast: Sequence[str], least_deviation: float
 ) -> None:
     """Set mean and deviation of all motion of a structure, and of each character of its ``cast``."""
     for row, names in enumerate([list(cast), *([name] for name in structure.cast)]):
-        mean, deviation = statistics_of(training_data.stacked("edges", names), still)
+        mean, deviation = statistics_of(training_data.stacked("edges", names), least_deviation)
         structure.mean[row], structure.deviation[row] = mean, deviation
 
 
-def statistics_of(edges: np.ndarray, still: float) -> tuple[Tensor, Tensor]:
+def statistics_of(edges: np.ndarray, least_deviation: float) -> tuple[Tensor, Tensor]:
     """Mean and deviation ``(edges + 1, 4)`` of ``(frames, edges + 1, 4)``; still: the least deviation."""
-    mean, deviation = statistics(edges, CONSTANT, still)
+    mean, deviation = statistics(edges, CONSTANT, least_deviation)
     return torch.from_numpy(mean).float(), torch.from_numpy(deviation).float()

@@ -23,7 +23,7 @@ from retarget_bench.methods.humot.design import PAPER_COUNT, SMALL, Design
 from retarget_bench.methods.humot.features import body
 from retarget_bench.methods.humot.network.layers import TemporalConvolution
 from retarget_bench.methods.humot.settings import Settings
-from retarget_bench.methods.humot.training import Learner
+from retarget_bench.methods.humot.training import HumotTraining
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData, gather
@@ -71,7 +71,7 @@ def losses(
     )
     torch.manual_seed(0)
     bodies = {name: body(training_data.characters[name]) for name in training_data.clips}
-    module = Learner(training_data, config, bodies, design, settings, lambda _: HuMoT())
+    module = HumotTraining(training_data, config, bodies, design, settings, lambda _: HuMoT())
     if plain:
         as_torch_begins(module.modules)
     (turn,) = optimiser_phases(module, config, torch.device("cpu"))

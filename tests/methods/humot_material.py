@@ -12,7 +12,7 @@ import pan_material
 import torch
 
 from retarget_bench.methods.humot import DESIGNS, HuMoT
-from retarget_bench.methods.humot.training import Learner
+from retarget_bench.methods.humot.training import HumotTraining
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.phases import to_device
@@ -33,7 +33,7 @@ def training_data(
 
 def training_module(
     names: Sequence[str] = THREE, lengths: Sequence[int] = (40, 9), thin: bool = False, **parameters: Any
-) -> Learner:
+) -> HumotTraining:
     """thin: networks that are narrower than the variant's; such a learner's method cannot be asked."""
     method = HuMoT(**parameters)
     torch.manual_seed(0)
@@ -43,7 +43,7 @@ def training_module(
         return method.training_module(training_data(method, names, lengths), config)
 
 
-def batch(mine: Learner, rows: int = 6, seed: int = 0) -> Any:
+def batch(mine: HumotTraining, rows: int = 6, seed: int = 0) -> Any:
     return to_device(mine.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
 
 

@@ -12,7 +12,7 @@ import numpy as np
 import torch
 
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.training import Learner
+from retarget_bench.methods.pan.training import PanTraining
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
@@ -105,7 +105,7 @@ def training_module(
     seed: int = 0,
     small: bool = False,
     **parameters: Any,
-) -> Learner:
+) -> PanTraining:
     """small: networks that are narrower than a parameter makes them."""
     method = Pan(**parameters)
     if small:
@@ -117,7 +117,7 @@ def training_module(
     )
 
 
-def batch(module: Learner, rows: int = 4, seed: int = 0) -> Any:
+def batch(module: PanTraining, rows: int = 4, seed: int = 0) -> Any:
     return to_device(module.draw(np.random.default_rng(seed), rows), torch.device("cpu"))
 
 

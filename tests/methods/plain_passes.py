@@ -12,7 +12,7 @@ from torch import Tensor
 from torch.nn import functional
 
 from retarget_bench.methods.humot.network import attention
-from retarget_bench.methods.humot.network.tokens import Lines
+from retarget_bench.methods.humot.network.tokens import RaggedTokens
 
 
 # ------------------------------------------------------------------------------------- PAN
@@ -41,32 +41,32 @@ def fed(tokens: Tensor, pieces: list[slice], *weights: Tensor) -> Tensor:
     return torch.cat(found).view_as(tokens)
 
 
-def _mixed_with(lines: Lines, values: Tensor, matrices: Tensor, plus: Tensor) -> Tensor:
-    if lines.even:
-        rows = [each.view(len(lines.counts), -1, each.shape[-1]) for each in (plus, values)]
+def _mixed_with(ragged: RaggedTokens, values: Tensor, matrices: Tensor, plus: Tensor) -> Tensor:
+    if ragged.even:
+        rows = [each.view(len(ragged.counts), -1, each.shape[-1]) for each in (plus, values)]
         return torch.baddbmm(*rows, matrices).view_as(values)
     empty = plus.new_zeros(1, *plus.shape[1:])
-    triples = zip(lines.over(plus), lines.over(values), matrices, strict=True)
+    triples = zip(ragged.over(plus), ragged.over(values), matrices, strict=True)
     made = [each for one, own, matrix in triples for each in (one + own @ matrix, empty)]
     return torch.cat(made)
 
 
 def summed(
-    tokens: Tensor, weight: Tensor, bias: Tensor, lines: Lines, wanted: bool
+    tokens: Tensor, weight: Tensor, bias: Tensor, ragged: RaggedTokens, wanted: bool
 ) -> tuple[Tensor, Tensor, Tensor | None]:
     normed = functional.layer_norm(tokens, weight.shape, weight, bias, attention.EPSILON)
-    normed = normed.index_fill(0, lines.blank, 0.0) if lines.mask is None else normed * lines.mask
-    if lines.even:
-        rows = normed.view(len(lines.counts), -1, normed.shape[-1])
+    normed = normed.index_fill(0, ragged.blank, 0.0) if ragged.mask is None else normed * ragged.mask
+    if ragged.even:
+        rows = normed.view(len(ragged.counts), -1, normed.shape[-1])
         products = torch.bmm(rows.mT, rows)
     else:
-        flat = [own.flatten(0, 1) for own in lines.over(normed)]
+        flat = [own.flatten(0, 1) for own in ragged.over(normed)]
         products = torch.stack([own.T @ own for own in flat])
-    return normed, products, lines.sums(normed) if wanted else None
+    return normed, products, ragged.sums(normed) if wanted else None
 
 
-def mixed(tokens: Tensor, normed: Tensor, matrices: Tensor, bias: Tensor, lines: Lines) -> Tensor:
-    found = _mixed_with(lines, normed, matrices, tokens)
-    counts = torch.tensor([count + 1 for count in lines.counts])
+def mixed(tokens: Tensor, normed: Tensor, matrices: Tensor, bias: Tensor, ragged: RaggedTokens) -> Tensor:
+    found = _mixed_with(ragged, normed, matrices, tokens)
+    counts = torch.tensor([count + 1 for count in ragged.counts])
     spread = bias.repeat_interleave(counts, 0).unsqueeze(1)
-    return found + spread if lines.even else found + spread.index_fill(0, lines.blank, 0.0)
+    return found + spread if ragged.even else found + spread.index_fill(0, ragged.blank, 0.0)

@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.evaluation.plan import dataset
-from retarget_bench.methods.humot.features import HEIGHTS, MAJOR, body, sized, stature, unfit, upright
+from retarget_bench.methods.humot.features import HEIGHTS, MAJOR, body, size_factor, stature, unfit, upright
 from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, kept, parents_among
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.neutral import neutral_pose
@@ -101,7 +101,7 @@ def test_one_height_tells_no_stature():
     mine = body(BODIES["h36m17"])
     for part in ("arm", "foot"):
         assert stature(mine.template, np.where(mine.heights == HEIGHTS[part], mine.heights, np.nan)) == 0.0
-    assert sized(0.0) == 1.0
+    assert size_factor(0.0) == 1.0
 
 
 def test_bodies_on_four_legs_are_refused():

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from retarget_bench.methods.humot.features import headings, turned
+from retarget_bench.methods.humot.features import headings, rotated
 
 
 def window(rng, rows=5, frames=7, joints=9):
@@ -23,7 +23,7 @@ def test_turning_is_about_the_vertical_axis():
     rng = np.random.default_rng(0)
     places, angles = rng.normal(size=(4, 3, 5, 3)), rng.uniform(-4, 4, 4)
     wanted = np.stack([about_z(row, angle) for row, angle in zip(places, angles, strict=True)])
-    np.testing.assert_allclose(turned(places, angles), wanted, atol=1e-12)
+    np.testing.assert_allclose(rotated(places, angles), wanted, atol=1e-12)
 
 
 @pytest.mark.parametrize("angle", [-2.9, -1.0, 0.3, 3.0])
@@ -32,7 +32,7 @@ def test_a_window_that_is_turned_is_turned_back(angle):
     first = headings(places, *rest)
     again = headings(about_z(places, angle), *rest)
     np.testing.assert_allclose(np.exp(1j * (again - first)), np.exp(1j * angle), atol=1e-9)
-    np.testing.assert_allclose(headings(turned(places, -first), *rest), 0.0, atol=1e-9)
+    np.testing.assert_allclose(headings(rotated(places, -first), *rest), 0.0, atol=1e-9)
 
 
 def test_no_angle_brings_template_and_window_nearer():

@@ -214,7 +214,7 @@ def test_what_size_a_body_has_is_nothing_that_the_networks_are_told(method, beyo
 def test_bodies_go_through_as_they_are_where_that_is_asked_for():
     pair = dance("one", 20), BODIES["tall"]
     own, usual = (Question.of(*pair, "leg_length", each) for each in (False, True))
-    assert (own.shown, own.told) == (1.0, 1.0)
+    assert (own.actor_size, own.body_size) == (1.0, 1.0)
     pose, joint_of = neutral.template(BODIES["tall"]), BODIES["tall"].joint_of
     shoulder, ankle = (pose[joint_of[role], 1] for role in ("left_arm", "left_foot"))
-    assert usual.told * (shoulder - ankle) == pytest.approx(USUAL)
+    assert usual.body_size * (shoulder - ankle) == pytest.approx(USUAL)

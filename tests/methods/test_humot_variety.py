@@ -9,7 +9,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench.methods.humot.augmentation import LIMITS, REACH, build, proportions, reshaped, swung
+from retarget_bench.methods.humot.augmentation import (
+    LIMITS,
+    REACH,
+    build,
+    proportions,
+    reproportion,
+    rotate_limbs,
+)
 from retarget_bench.methods.humot.features import USUAL, body, stature, upright
 from retarget_bench.motion import neutral
 from retarget_bench.motion.character import Character
@@ -48,13 +55,13 @@ def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
     factors = proportions(np.random.default_rng(seed), mine)
     other = resized(motion.character, factors)
     wanted = other.motion(motion.rotations, motion.root, motion.fps)
-    found = reshaped(mine.see(motion), factors, mine)
+    found = reproportion(mine.see(motion), factors, mine)
     wanted_places = body(other).see(wanted)
     apart = wanted_places - wanted_places[:, :1]
     np.testing.assert_allclose(found - found[:, :1], apart, atol=1e-9)
     np.testing.assert_allclose(found[:, 0], mine.see(motion)[:, 0])
     np.testing.assert_allclose(
-        reshaped(mine.template, factors, mine),
+        reproportion(mine.template, factors, mine),
         upright(neutral.template(other)[list(mine.joints)]),
         atol=1e-9,
     )
@@ -87,7 +94,7 @@ def test_half_of_the_bodies_keep_their_own_and_the_others_differ_by_a_fifth_or_s
 def test_a_limb_turns_as_one_piece_about_its_first_joint(seed, name):
     mine = body(BODIES[name])
     places = mine.see(dance(name))
-    found = swung(np.random.default_rng(seed), places, mine)
+    found = rotate_limbs(np.random.default_rng(seed), places, mine)
     lengths = (np.linalg.norm(bones(each, mine), axis=-1) for each in (found, places))
     np.testing.assert_allclose(*lengths, atol=1e-9)
     limbs = build(mine).limbs

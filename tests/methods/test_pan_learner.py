@@ -273,7 +273,7 @@ def test_statistics_by_character_are_of_each():
     for row, name in enumerate(structure.cast, 1):
         values = np.concatenate([clip.arrays["edges"] for clip in clips[name]]).astype(np.float64)
         np.testing.assert_allclose(structure.mean[row].numpy(), values.mean(axis=0), atol=1e-4)
-    assert structure.which(["tall", "nobody"]) == [2, 0]
+    assert structure.statistics_row(["tall", "nobody"]) == [2, 0]
 
 
 # -------------------------------------------------------------------------------------- what is refused

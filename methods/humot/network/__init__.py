@@ -1,4 +1,4 @@
-"""HuMoT's networks: motion of any body to a code without a body, and with another body's template back."""
+"""HuMoT's networks: motion to a code that is independent of the body, and back for any template."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Autoencoder(nn.Module):
         self.encoder, self.decoder = Encoder(design), Decoder(design)
 
     def forward(self, given: Batch, asked: Batch, frames: Tensor) -> Tensor:
-        """``(rows, frames, joints asked, 3)`` metres. given, asked: see ``Learner.draw``."""
+        """``(rows, frames, joints asked, 3)`` metres. given, asked: see ``HumotTraining.draw``."""
         code = self.encoder(given["places"], given["template"], given["joints"], frames)
         answer: Tensor = self.decoder(code, asked["template"], asked["joints"], frames)
         return answer

@@ -16,7 +16,7 @@ from torch.autograd.function import once_differentiable
 from torch.nn import functional
 
 from ..design import Design
-from .tokens import Lines
+from .tokens import RaggedTokens
 
 EPSILON = 1e-5
 SMALLEST = 1e-12
@@ -26,10 +26,10 @@ FEW = 2
 
 
 class Sums(NamedTuple):
-    """Over the tokens of each sequence.
+    """Sums over the tokens of each sequence.
 
-    pairs: of outer products ``(rows, width, width)``. tokens: of themselves ``(rows, width)``; None where
-    nobody asks. count: how many ``(rows,)``.
+    pairs: of outer products ``(rows, width, width)``. tokens: of the tokens ``(rows, width)``, or None.
+    number: of tokens ``(rows,)``.
     """
 
     pairs: Tensor
@@ -52,22 +52,24 @@ class Attention(nn.Module):
         self.temperature = nn.Parameter(torch.ones(design.heads, 1, 1))
         self.scale = nn.Parameter(torch.full((width,), design.scale))
 
-    def forward(self, tokens: Tensor, lines: Lines, kept: tuple[Lines, Tensor] | None = None) -> Tensor:
-        """``(lines, frames, width)``; with ``kept`` only the lines that it names."""
+    def forward(
+        self, tokens: Tensor, ragged: RaggedTokens, kept: tuple[RaggedTokens, Tensor] | None = None
+    ) -> Tensor:
+        """``(tracks, frames, width)``; with ``kept`` only the tracks that it names."""
         biased = self.qkv.bias is not None
-        normed, pairs, sums = _summed(tokens, self.norm.weight, self.norm.bias, lines, biased)
-        squares, scores = self.scores(Sums(pairs, sums, lines.real))
-        few = lines.few(FEW * self.out.in_features)
+        normed, pairs, sums = _summed(tokens, self.norm.weight, self.norm.bias, ragged, biased)
+        squares, scores = self.scores(Sums(pairs, sums, ragged.real))
+        few = ragged.shorter_than(FEW * self.out.in_features)
         if few:
-            own = [self._directly(lines.sequence(normed, number)) for number in few]
+            own = [self._directly(ragged.sequence(normed, number)) for number in few]
             index = torch.tensor(few, device=normed.device)
             squares = squares.index_copy(0, index, torch.stack([each for each, _ in own]))
             scores = scores.index_copy(0, index, torch.stack([each for _, each in own]))
         matrices, bias = self.mixing(squares, scores)
         if kept is not None:
-            lines, index = kept
+            ragged, index = kept
             tokens, normed = tokens[index], normed[index]
-        return _mixed(tokens, normed, matrices, bias, lines)
+        return _mixed(tokens, normed, matrices, bias, ragged)
 
     def scores(self, sums: Sums) -> tuple[Tensor, Tensor]:
         """Over the tokens of each sequence, squares of queries and keys, and products of the two.
@@ -92,7 +94,7 @@ class Attention(nn.Module):
         return squares.view(rows, 2, heads, size), scores
 
     def _directly(self, normed: Tensor) -> tuple[Tensor, Tensor]:
-        """The same from queries and keys of a sequence ``(lines, frames, width)``, without ``rows``.
+        """The same from queries and keys of a sequence ``(tracks, frames, width)``, without ``rows``.
 
         Sums of few products say too little of a channel whose queries are all small.
         """
@@ -104,10 +106,7 @@ class Attention(nn.Module):
         return found.square().sum(0), scores
 
     def mixing(self, squares: Tensor, scores: Tensor) -> tuple[Tensor, Tensor]:
-        """What tokens of each sequence are multiplied by, ``(rows, width, width)``, and what is added.
-
-        The latter is ``(rows, width)``.
-        """
+        """Matrix ``(rows, width, width)`` for the tokens of each sequence, and bias ``(rows, width)``."""
         short = squares.clamp(min=SMALLEST**2).rsqrt()
         cosines = (scores * short[:, 0].unsqueeze(3) * short[:, 1].unsqueeze(2)).clamp(-1.0, 1.0)
         weights = (cosines * self.temperature).softmax(3)
@@ -134,26 +133,26 @@ class _Summed(torch.autograd.Function):
 
     @staticmethod
     def forward(
-        ctx: Any, tokens: Tensor, weight: Tensor, bias: Tensor, lines: Lines, wanted: bool
+        ctx: Any, tokens: Tensor, weight: Tensor, bias: Tensor, ragged: RaggedTokens, wanted: bool
     ) -> tuple[Tensor, Tensor, Tensor | None]:
         normed, mean, scale = torch.native_layer_norm(tokens, weight.shape, weight, bias, EPSILON)
-        lines.emptied_(normed)
-        ctx.lines = lines
+        ragged.zero_padding_(normed)
+        ctx.ragged = ragged
         ctx.save_for_backward(tokens, weight, bias, mean, scale, normed)
-        return normed, lines.products(normed, normed), lines.sums(normed) if wanted else None
+        return normed, ragged.products(normed, normed), ragged.sums(normed) if wanted else None
 
     @staticmethod
     @once_differentiable
     def backward(
-        ctx: Any, pull: Tensor, to_pairs: Tensor, to_sums: Tensor | None
+        ctx: Any, output_gradient: Tensor, to_pairs: Tensor, to_sums: Tensor | None
     ) -> tuple[Tensor | None, ...]:
         tokens, weight, bias, mean, scale, normed = ctx.saved_tensors
-        pull = ctx.lines.mixed(normed, to_pairs + to_pairs.transpose(1, 2), pull)
+        output_gradient = ctx.ragged.mixed(normed, to_pairs + to_pairs.transpose(1, 2), output_gradient)
         if to_sums is not None:
-            ctx.lines.added_(pull, to_sums)
-        ctx.lines.emptied_(pull)
+            ctx.ragged.added_(output_gradient, to_sums)
+        ctx.ragged.zero_padding_(output_gradient)
         found = torch.ops.aten.native_layer_norm_backward(
-            pull, tokens, weight.shape, mean, scale, weight, bias, [True, True, True]
+            output_gradient, tokens, weight.shape, mean, scale, weight, bias, [True, True, True]
         )
         return (*found, None, None)
 
@@ -167,20 +166,26 @@ class _Mixed(torch.autograd.Function):
 
     @staticmethod
     def forward(
-        ctx: Any, tokens: Tensor, normed: Tensor, matrices: Tensor, bias: Tensor, lines: Lines
+        ctx: Any, tokens: Tensor, normed: Tensor, matrices: Tensor, bias: Tensor, ragged: RaggedTokens
     ) -> Tensor:
-        ctx.lines = lines
+        ctx.ragged = ragged
         ctx.save_for_backward(normed, matrices)
-        result = lines.mixed(normed, matrices, tokens)
-        return lines.added_(result, bias)
+        result = ragged.mixed(normed, matrices, tokens)
+        return ragged.added_(result, bias)
 
     @staticmethod
     @once_differentiable
-    def backward(ctx: Any, pull: Tensor) -> tuple[Tensor | None, ...]:
+    def backward(ctx: Any, output_gradient: Tensor) -> tuple[Tensor | None, ...]:
         normed, matrices = ctx.saved_tensors
-        pull = pull.contiguous()
-        to_normed = ctx.lines.mixed(pull, matrices.transpose(1, 2))
-        return pull, to_normed, ctx.lines.products(normed, pull), ctx.lines.sums(pull), None
+        output_gradient = output_gradient.contiguous()
+        to_normed = ctx.ragged.mixed(output_gradient, matrices.transpose(1, 2))
+        return (
+            output_gradient,
+            to_normed,
+            ctx.ragged.products(normed, output_gradient),
+            ctx.ragged.sums(output_gradient),
+            None,
+        )
 
 
 _summed: Callable[..., tuple[Tensor, Tensor, Tensor | None]] = _Summed.apply

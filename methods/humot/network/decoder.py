@@ -1,4 +1,4 @@
-"""HuMoT's decoder: a code for each frame and a template to where that body's joints are."""
+"""HuMoT's decoder: joint positions of a body from a code per frame and the body's template."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from torch.nn import functional
 
 from ..design import Design
 from .block import Block
-from .layers import ELU, RELU, Anchors, TemporalConvolution, spread
-from .tokens import Lines, bent, coded, in_groups, scaled
+from .layers import ELU, RELU, Anchors, TemporalConvolution, initialise_orthogonal
+from .tokens import RaggedTokens, elu_, in_groups, styled, time_code
 
 NEAR = 4.0
 """What a token has in the channel of an anchor at its joint."""
 STYLE, FIRST = 0.5, 0.1
-"""How much styles vary at the start, and, about, positions: noise there would teach to pass codes over."""
+"""Initial spread of styles and, about, of positions: noise there would teach to ignore codes."""
 
 
 class Decoder(nn.Module):
@@ -43,50 +43,50 @@ class Decoder(nn.Module):
         self.motion = nn.ModuleList(TemporalConvolution(width, width, design.kernel) for _ in range(3))
         sizes = (*[width] * design.written, 3)
         self.written = nn.ModuleList(nn.Linear(*each) for each in pairwise(sizes))
-        spread([*self.template, *(first for first, _ in styles)], RELU)
-        spread([last for _, last in styles], STYLE)
-        spread([*self.latent, self.shared, *self.motion, *self.written[:-1]], ELU)
-        spread(self.written[-1:], FIRST)
+        initialise_orthogonal([*self.template, *(first for first, _ in styles)], RELU)
+        initialise_orthogonal([last for _, last in styles], STYLE)
+        initialise_orthogonal([*self.latent, self.shared, *self.motion, *self.written[:-1]], ELU)
+        initialise_orthogonal(self.written[-1:], FIRST)
 
     def forward(self, code: Tensor, template: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
         """Positions ``(rows, frames, joints, 3)`` in metres, zero where there is no joint or no frame.
 
         code: ``(rows, frames, latent)``. The others are as the encoder's.
         """
-        lines = Lines.of(joints, frames)
-        tokens = self._tokens(template[joints], lines)
-        latent = self._latent(code, None if lines.frames is None else frames.unsqueeze(2))
+        ragged = RaggedTokens.of(joints, frames)
+        tokens = self._tokens(template[joints], ragged)
+        latent = self._latent(code, None if ragged.frames is None else frames.unsqueeze(2))
         for style_of, block in zip(self.styles, self.blocks, strict=True):
-            tokens = scaled(tokens, style_of(latent), lines)
-            tokens = block(tokens, lines)
-        return self._positions(tokens, lines, joints)
+            tokens = styled(tokens, style_of(latent), ragged)
+            tokens = block(tokens, ragged)
+        return self._positions(tokens, ragged, joints)
 
-    def _tokens(self, template: Tensor, lines: Lines) -> Tensor:
-        """What the first block reads, but for its style ``(lines, frames, width)``."""
+    def _tokens(self, template: Tensor, ragged: RaggedTokens) -> Tensor:
+        """Input of the first block, without its style ``(tracks, frames, width)``."""
         *inner, last = self.template
-        still = template
+        template_tokens = template
         for layer in inner:
-            still = functional.relu(layer(still), inplace=True)
-        still = last(still)
+            template_tokens = functional.relu(layer(template_tokens), inplace=True)
+        template_tokens = last(template_tokens)
         if self.anchors is not None:
-            still = still + NEAR * self.anchors(template).softmax(1)
-        time = coded(lines.length, self.design, still)
-        tokens = still.new_zeros(lines.total, lines.length, self.design.width)
-        return in_groups(tokens, lines.behind(0), lambda group: still[group].unsqueeze(1) + time)
+            template_tokens = template_tokens + NEAR * self.anchors(template).softmax(1)
+        time = time_code(ragged.length, self.design, template_tokens)
+        tokens = template_tokens.new_zeros(ragged.total, ragged.length, self.design.width)
+        return in_groups(tokens, ragged.behind(0), lambda group: template_tokens[group].unsqueeze(1) + time)
 
     def _latent(self, code: Tensor, mask: Tensor | None) -> Tensor:
         """``(rows, frames, width)``, which all styles are made from."""
         if mask is not None:
             code = code.masked_fill(~mask, 0.0)
         for layer in self.latent:
-            code = bent(layer(code))
+            code = elu_(layer(code))
             if mask is not None:
                 code = code * mask
-        return bent(self.shared(code))
+        return elu_(self.shared(code))
 
-    def _positions(self, tokens: Tensor, lines: Lines, joints: Tensor) -> Tensor:
-        own, mask = lines.behind(0), lines.mask
-        found = tokens.new_zeros(len(own), lines.length, 3)
+    def _positions(self, tokens: Tensor, ragged: RaggedTokens, joints: Tensor) -> Tensor:
+        own, mask = ragged.behind(0), ragged.mask
+        found = tokens.new_zeros(len(own), ragged.length, 3)
 
         def written(group: slice) -> Tensor:
             where = own[group]
@@ -94,18 +94,18 @@ class Decoder(nn.Module):
 
         every = torch.arange(len(own), device=own.device)
         tracks = in_groups(found, every, written)
-        result = tracks.new_zeros(*joints.shape, lines.length, 3)
+        result = tracks.new_zeros(*joints.shape, ragged.length, 3)
         return result.index_put((joints,), tracks).transpose(1, 2)
 
     def _written(self, tracks: Tensor, mask: Tensor | None) -> Tensor:
         """Positions over time, from tokens ``(tracks, frames, width)``."""
         tracks = tracks if mask is None else tracks * mask
         for layer in self.motion:
-            tracks = bent(layer(tracks))
+            tracks = elu_(layer(tracks))
             if mask is not None:
                 tracks = tracks * mask
         *inner, last = self.written
         for layer in inner:
-            tracks = bent(layer(tracks))
+            tracks = elu_(layer(tracks))
         tracks = last(tracks)
         return tracks if mask is None else tracks * mask

@@ -1,4 +1,4 @@
-"""HuMoT's encoder: where the joints of any body are, frame by frame, to a code for each frame."""
+"""HuMoT's encoder: a code per frame from the joint positions of any body."""
 
 from __future__ import annotations
 
@@ -10,14 +10,14 @@ from torch.nn import functional
 
 from ..design import Design
 from .block import Block
-from .layers import ELU, Common, TemporalConvolution, spread
-from .tokens import Lines, bent, coded, in_groups
+from .layers import ELU, FrameMean, TemporalConvolution, initialise_orthogonal
+from .tokens import RaggedTokens, elu_, in_groups, time_code
 
 
 class Encoder(nn.Module):
     """Embeddings of motion and template, joint by joint, and blocks, of which a latent token is read.
 
-    The latent token's line is the one before the first joint, where the paper appends it behind the last
+    The latent token's track is the one before the first joint, where the paper appends it behind the last
     one: the mirror image of that. It is given the code of time, too, for else its frames would begin alike.
     """
 
@@ -36,9 +36,9 @@ class Encoder(nn.Module):
         self.merged = nn.Linear(2 * design.motion[-1], design.width)
         self.token = nn.Parameter(0.02 * torch.randn(design.width))
         self.blocks = nn.ModuleList(Block(design) for _ in range(design.blocks[0]))
-        self.common = nn.ModuleList(Common(design) for _ in self.blocks if design.anchored)
+        self.common = nn.ModuleList(FrameMean(design) for _ in self.blocks if design.anchored)
         self.code = nn.Linear(design.width, design.latent)
-        spread([*self.template, *self.motion, *self.joined, self.merged, self.code], ELU)
+        initialise_orthogonal([*self.template, *self.motion, *self.joined, self.merged, self.code], ELU)
 
     def forward(self, positions: Tensor, template: Tensor, joints: Tensor, frames: Tensor) -> Tensor:
         """The code ``(rows, frames, latent)``, zero where there is no frame.
@@ -47,45 +47,49 @@ class Encoder(nn.Module):
         joints: ``(rows, joints)``, True where there is one. frames: ``(rows, frames)``, True where there is
         one; padding lies behind. What padding holds does not matter.
         """
-        lines = Lines.of(joints, frames, more=1)
+        ragged = RaggedTokens.of(joints, frames, more=1)
         tracks = positions.transpose(1, 2)[joints]
         mask = None
-        if lines.frames is not None:
+        if ragged.frames is not None:
             mask = frames.repeat_interleave(joints.sum(1), 0).unsqueeze(2)
             tracks = tracks.masked_fill(~mask, 0.0)
         template = template[joints]
-        still = template
+        embedded_template = template
         for layer in self.template:
-            still = bent(layer(still))
-        tokens = self._tokens(tracks, still, lines, mask)
+            embedded_template = elu_(layer(embedded_template))
+        tokens = self._tokens(tracks, embedded_template, ragged, mask)
         for number, block in enumerate(self.blocks):
             if self.design.anchored:
-                tokens = self.common[number](tokens, template, lines)
-            tokens = block(tokens, lines, kept=1 if number == len(self.blocks) - 1 else None)
+                tokens = self.common[number](tokens, template, ragged)
+            tokens = block(tokens, ragged, kept=1 if number == len(self.blocks) - 1 else None)
         code = self.code(tokens[::2])
-        return code if lines.frames is None else code * frames.unsqueeze(2)
+        return code if ragged.frames is None else code * frames.unsqueeze(2)
 
-    def _tokens(self, tracks: Tensor, template: Tensor, lines: Lines, mask: Tensor | None) -> Tensor:
-        """What the first block reads ``(lines, frames, width)``."""
+    def _tokens(
+        self, tracks: Tensor, template: Tensor, ragged: RaggedTokens, mask: Tensor | None
+    ) -> Tensor:
+        """Input of the first block ``(tracks, frames, width)``."""
         half = self.design.motion[-1]
         weight = self.merged.weight
-        still = functional.linear(template, weight[:, :half], self.merged.bias)
-        time = coded(lines.length, self.design, still)
-        tokens = tracks.new_zeros(lines.total, lines.length, self.design.width)
-        tokens.index_copy_(0, lines.leading, (self.token + time).expand(len(lines.counts), -1, -1))
+        embedded_template = functional.linear(template, weight[:, :half], self.merged.bias)
+        time = time_code(ragged.length, self.design, embedded_template)
+        tokens = tracks.new_zeros(ragged.total, ragged.length, self.design.width)
+        tokens.index_copy_(0, ragged.leading, (self.token + time).expand(len(ragged.counts), -1, -1))
 
         def embedded(group: slice) -> Tensor:
             moving = self._embedded(tracks[group], None if mask is None else mask[group])
-            return functional.linear(moving, weight[:, half:]) + still[group].unsqueeze(1) + time
+            return (
+                functional.linear(moving, weight[:, half:]) + embedded_template[group].unsqueeze(1) + time
+            )
 
-        return in_groups(tokens, lines.behind(1), embedded)
+        return in_groups(tokens, ragged.behind(1), embedded)
 
     def _embedded(self, tracks: Tensor, mask: Tensor | None) -> Tensor:
         """``(tracks, frames, channels)`` from positions over time."""
         for layer in self.motion:
-            tracks = bent(layer(tracks))
+            tracks = elu_(layer(tracks))
             if mask is not None:
                 tracks = tracks * mask
         for layer in self.joined:
-            tracks = bent(layer(tracks))
+            tracks = elu_(layer(tracks))
         return tracks

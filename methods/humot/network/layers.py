@@ -16,7 +16,7 @@ from torch.nn import functional
 
 from ..design import Design
 from .attention import EPSILON
-from .tokens import Lines
+from .tokens import RaggedTokens
 
 STRETCH = 48
 """Frames that are transformed at once; longer motions are cut."""
@@ -115,9 +115,9 @@ ELU, RELU = 1.2, 2.0**0.5
 """Gains that make up, about, for what these units take from values around zero."""
 
 
-def spread(layers: Iterable[nn.Module], gain: float) -> None:
-    """Layers begin orthogonal (Saxe et al., 2014), and so that answers vary by ``gain`` times what is put
-    in, frame by frame: of a convolution's taps only the one in the middle counts."""
+def initialise_orthogonal(layers: Iterable[nn.Module], gain: float) -> None:
+    """Initialise layers with orthogonal matrices (Saxe et al., 2014), so that outputs vary by ``gain``
+    times the inputs, frame by frame: only the middle tap of a convolution is not zero."""
     for layer in layers:
         assert isinstance(layer, nn.Linear | TemporalConvolution)
         outputs, inputs = layer.weight.shape[:2]
@@ -145,8 +145,8 @@ class Anchors(nn.Module):
 
     def __init__(self, width: int) -> None:
         super().__init__()
-        spread = torch.rand(width, 3) - 0.5
-        self.places = nn.Parameter(spread * torch.tensor(EXTENT) - torch.tensor([0.0, 0.0, BELOW]))
+        uniform = torch.rand(width, 3) - 0.5
+        self.places = nn.Parameter(uniform * torch.tensor(EXTENT) - torch.tensor([0.0, 0.0, BELOW]))
         self.sharpness = nn.Parameter(torch.full((width,), SHARPNESS))
 
     def forward(self, template: Tensor) -> Tensor:
@@ -155,8 +155,8 @@ class Anchors(nn.Module):
         return -squares * (2.0 * self.sharpness).exp()
 
 
-class Common(nn.Module):
-    """A linear layer of a frame's mean, and what came in."""
+class FrameMean(nn.Module):
+    """Adds to every token a linear layer of its frame's weighted mean."""
 
     def __init__(self, design: Design) -> None:
         super().__init__()
@@ -165,18 +165,18 @@ class Common(nn.Module):
         self.anchors = Anchors(width)
         self.mean = nn.LayerNorm(width, EPSILON)
         self.told = nn.Linear(width, width)
-        spread([self.told], 1.0)
+        initialise_orthogonal([self.told], 1.0)
 
-    def forward(self, tokens: Tensor, template: Tensor, lines: Lines) -> Tensor:
-        """``(lines, frames, width)``. template: ``(joints, 3)`` metres, of all sequences."""
-        near = _by_sequence(self.anchors(template), lines)
+    def forward(self, tokens: Tensor, template: Tensor, ragged: RaggedTokens) -> Tensor:
+        """``(tracks, frames, width)``. template: ``(joints, 3)`` metres, of all sequences."""
+        near = _by_sequence(self.anchors(template), ragged)
         shares = torch.cat([each.softmax(0) for each in near])
-        pairs = zip(lines.over(self.norm(tokens)), _by_sequence(shares, lines), strict=True)
+        pairs = zip(ragged.over(self.norm(tokens)), _by_sequence(shares, ragged), strict=True)
         means = torch.stack([torch.einsum("jfw,jw->fw", own[1:], each) for own, each in pairs])
         told = self.told(self.mean(means))
-        return lines.joined([own + each for own, each in zip(lines.over(tokens), told, strict=True)])
+        return ragged.joined([own + each for own, each in zip(ragged.over(tokens), told, strict=True)])
 
 
-def _by_sequence(values: Tensor, lines: Lines) -> tuple[Tensor, ...]:
+def _by_sequence(values: Tensor, ragged: RaggedTokens) -> tuple[Tensor, ...]:
     """``(joints, width)`` of each sequence."""
-    return torch.split(values, [count - 1 for count in lines.counts])
+    return torch.split(values, [count - 1 for count in ragged.counts])

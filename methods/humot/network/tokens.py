@@ -1,6 +1,6 @@
-"""Where the tokens of a batch lie: sequences under one another, as lines of frames, with no padded joints.
+"""Ragged tokens of a batch: sequences end to end, as tracks of frames, without padded joints.
 
-A line is a joint over time, ``(frames, width)``. Behind the lines of every sequence follows a blank one, so
+A track is a joint over time, ``(frames, width)``. A blank track follows those of every sequence, so
 that a 3x3 neighbourhood sees zeros beyond the first and the last joint, as it does beyond frames.
 """
 
@@ -22,11 +22,11 @@ TOGETHER = 1 << 15
 """Tokens that go through layers of single joints at a time where no gradients are wanted."""
 
 
-class Lines:
-    """Which lines are whose.
+class RaggedTokens:
+    """Where the tracks of each sequence of a batch lie.
 
-    counts: lines of each sequence. frames: ``(rows, frames)`` bool, or None where all of them are real; the
-    other ones lie behind.
+    counts: tracks of each sequence. frames: ``(rows, frames)`` bool, or None where all of them are real;
+    padding lies behind.
     """
 
     def __init__(self, counts: list[int], length: int, frames: Tensor | None, device: torch.device) -> None:
@@ -37,20 +37,20 @@ class Lines:
         self.even = len(set(counts)) == 1
 
     @classmethod
-    def of(cls, joints: Tensor, frames: Tensor, more: int = 0) -> Lines:
-        """Those of real joints ``(rows, joints)`` bool, and ``more`` lines before them."""
+    def of(cls, joints: Tensor, frames: Tensor, more: int = 0) -> RaggedTokens:
+        """Tokens of real joints ``(rows, joints)`` bool, and ``more`` tracks before them."""
         counts = [count + more for count in joints.sum(1).tolist()]
         return cls(counts, frames.shape[1], None if bool(frames.all()) else frames, joints.device)
 
-    def first(self, most: int) -> tuple[Lines, Tensor]:
-        """The first lines of each sequence alone, and which they are, blank ones included."""
+    def first(self, most: int) -> tuple[RaggedTokens, Tensor]:
+        """The first tracks of each sequence alone, and which they are, blank ones included."""
         counts = [min(count, most) for count in self.counts]
         rows = [
             row
             for start, own, count in zip(self.starts, self.counts, counts, strict=True)
             for row in (*range(start, start + count), start + own)
         ]
-        return Lines(counts, self.length, self.frames, self.device), self._index(rows)
+        return RaggedTokens(counts, self.length, self.frames, self.device), self._index(rows)
 
     @cached_property
     def slices(self) -> list[slice]:
@@ -63,26 +63,26 @@ class Lines:
         """All tokens but blank ones, some at a time; all at once on an accelerator."""
         if self.device.type != "cpu":
             return [slice(0, self.total * self.length)]
-        return [piece for each in self.slices for piece in cut(each)]
+        return [piece for each in self.slices for piece in pieces_of(each)]
 
     @cached_property
     def leading(self) -> Tensor:
-        """The first line of each sequence."""
+        """The first track of each sequence."""
         return self._index(self.starts)
 
     def behind(self, skipped: int) -> Tensor:
-        """All lines but blank ones and the first ``skipped`` of each sequence."""
+        """All tracks but blank ones and the first ``skipped`` of each sequence."""
         pairs = zip(self.starts, self.counts, strict=True)
         return self._index([row for start, count in pairs for row in range(start + skipped, start + count)])
 
     @cached_property
     def blank(self) -> Tensor:
-        """The blank lines."""
+        """The blank tracks."""
         return self._index([start + count for start, count in zip(self.starts, self.counts, strict=True)])
 
     @cached_property
     def mask(self) -> Tensor | None:
-        """``(total, frames, 1)``, 0 where there is nothing; None if that is blank lines only."""
+        """``(total, frames, 1)``, 0 where there is nothing; None if that is blank tracks only."""
         if self.frames is None:
             return None
         own = torch.tensor([count + 1 for count in self.counts], device=self.device)
@@ -96,26 +96,26 @@ class Lines:
 
     @cached_property
     def real(self) -> Tensor:
-        """How many tokens of each sequence are real ``(rows,)``, floating."""
+        """Numbers of real tokens of each sequence ``(rows,)``, floating."""
         numbers = [count * length for count, length in zip(self.counts, self.lengths, strict=True)]
         return torch.tensor(numbers, dtype=torch.float32, device=self.device)
 
-    def few(self, limit: int) -> list[int]:
+    def shorter_than(self, limit: int) -> list[int]:
         """The numbers of sequences with fewer real tokens than that."""
         pairs = zip(self.counts, self.lengths, strict=True)
         return [number for number, (count, length) in enumerate(pairs) if count * length < limit]
 
     def sequence(self, values: Tensor, number: int) -> Tensor:
-        """Of one sequence, its real tokens ``(lines, frames, width)``."""
+        """The real tokens of one sequence ``(tracks, frames, width)``."""
         start = self.starts[number]
         return values[start : start + self.counts[number], : self.lengths[number]]
 
-    def emptied_(self, values: Tensor) -> Tensor:
+    def zero_padding_(self, values: Tensor) -> Tensor:
         """Values ``(total, frames, width)`` with zeros, in place, where there is nothing."""
         return values.index_fill_(0, self.blank, 0.0) if self.mask is None else values.mul_(self.mask)
 
     def products(self, left: Tensor, right: Tensor) -> Tensor:
-        """Of each sequence, the sum over its tokens of outer products ``(rows, lefts, rights)``."""
+        """Sum of outer products over the tokens of each sequence ``(rows, lefts, rights)``."""
         if self.even:
             left, right = self._batch(left), self._batch(right)
             return torch.bmm(left.transpose(1, 2), right)
@@ -147,19 +147,19 @@ class Lines:
         return values
 
     def sums(self, values: Tensor) -> Tensor:
-        """Of each sequence's values, which are zero on blank lines ``(rows, width)``."""
+        """Sums of each sequence's values ``(rows, width)``; they are zero on blank tracks."""
         if self.even:
             return self._batch(values).sum(1)
         flat = values.flatten(0, 1)
         return torch.stack([flat[own].sum(0) for own in self.slices])
 
     def over(self, values: Tensor) -> list[Tensor]:
-        """Of each sequence, ``(lines, frames, width)``."""
+        """The values of each sequence ``(tracks, frames, width)``."""
         pairs = zip(self.starts, self.counts, strict=True)
         return [values[start : start + count] for start, count in pairs]
 
     def joined(self, parts: list[Tensor]) -> Tensor:
-        """All lines from those of each sequence; blank ones are zero."""
+        """All tracks from those of each sequence; blank ones are zero."""
         blank = parts[0].new_zeros(1, *parts[0].shape[1:])
         return torch.cat([each for part in parts for each in (part, blank)])
 
@@ -170,14 +170,14 @@ class Lines:
         return torch.tensor(rows, dtype=torch.long, device=self.device)
 
 
-def cut(tokens: slice) -> list[slice]:
-    """In pieces of about one size."""
+def pieces_of(tokens: slice) -> list[slice]:
+    """Slices of about one size."""
     count = tokens.stop - tokens.start
     step = -(-count // max(1, -(-count // PIECE)))
     return [slice(k, min(k + step, tokens.stop)) for k in range(tokens.start, tokens.stop, max(step, 1))]
 
 
-def coded(frames: int, design: Design, like: Tensor) -> Tensor:
+def time_code(frames: int, design: Design, like: Tensor) -> Tensor:
     """The code of time ``(frames, width)``: sines in even channels, cosines in odd ones."""
     width, basis = design.width, design.basis
     steps = torch.arange(0, width, 2, dtype=torch.float64)
@@ -186,23 +186,23 @@ def coded(frames: int, design: Design, like: Tensor) -> Tensor:
     return design.time * code.to(like)
 
 
-def image(values: Tensor) -> Tensor:
-    """Lines ``(lines, frames, width)`` as torch's convolutions see them, without a copy."""
+def as_image(values: Tensor) -> Tensor:
+    """Tracks ``(tracks, frames, width)`` as torch's convolutions see them, without a copy."""
     return values.unsqueeze(0).permute(0, 3, 1, 2)
 
 
-def lines(picture: Tensor) -> Tensor:
-    """The inverse of ``image``."""
+def from_image(picture: Tensor) -> Tensor:
+    """The inverse of ``as_image``."""
     return picture.permute(0, 2, 3, 1).squeeze(0).contiguous()
 
 
-def bent(values: Tensor) -> Tensor:
+def elu_(values: Tensor) -> Tensor:
     """The exponential linear unit, in place."""
     return functional.elu(values, inplace=True)
 
 
 def in_groups(tokens: Tensor, where: Tensor, made: Callable[[slice], Tensor]) -> Tensor:
-    """Tokens with lines ``where`` replaced by what is ``made`` of a slice of them."""
+    """Tokens with tracks ``where`` replaced by what is ``made`` of a slice of them."""
     if torch.is_grad_enabled():
         return tokens.index_copy_(0, where, made(slice(0, len(where))))
     step = max(1, TOGETHER // max(tokens.shape[1], 1))
@@ -212,7 +212,7 @@ def in_groups(tokens: Tensor, where: Tensor, made: Callable[[slice], Tensor]) ->
     return tokens
 
 
-def scaled(tokens: Tensor, style: Tensor, lines: Lines) -> Tensor:
+def styled(tokens: Tensor, style: Tensor, ragged: RaggedTokens) -> Tensor:
     """Tokens of each sequence times one more than its style ``(rows, frames, width)``."""
-    pairs = zip(lines.over(tokens), style, strict=True)
-    return lines.joined([torch.addcmul(own, own, each) for own, each in pairs])
+    pairs = zip(ragged.over(tokens), style, strict=True)
+    return ragged.joined([torch.addcmul(own, own, each) for own, each in pairs])
