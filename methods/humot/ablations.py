@@ -1,4 +1,4 @@
-"""What subsampling of joints and consistent bone lengths do (Tables 3 to 5), and what ours does."""
+"""Ablations of joint subsampling and consistent bone lengths (Tables 3 to 5), and of our additions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the description of HuMoT leaves open, and its sizes, for the networks alone.
+"""Network sizes, and the choices that HuMoT's description leaves open.
 
 ``PAPER_COUNT`` has as many parameters as Mourot et al., 2023, state: 2,475,511. Many other forms have as
 many, so that nothing says that it is theirs. ``TEXT`` is their appendix A.3 as written, around the block of

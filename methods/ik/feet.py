@@ -1,4 +1,4 @@
-"""Where a foot stands: one place for every stretch of time in which the source's foot is planted."""
+"""Targets of planted feet: one position per stretch of time in which the source's foot is planted."""
 
 from __future__ import annotations
 

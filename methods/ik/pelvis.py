@@ -1,4 +1,4 @@
-"""How the hips give way to the feet: by what both ask for, and until every planted foot is in reach."""
+"""Adjusting the hips so that every planted foot is in reach."""
 
 from __future__ import annotations
 

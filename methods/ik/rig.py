@@ -1,4 +1,4 @@
-"""What inverse kinematics needs to know of a body: its limbs, and its joints in the reference pose."""
+"""The limbs of a body for inverse kinematics, and its joints in the reference pose."""
 
 from __future__ import annotations
 

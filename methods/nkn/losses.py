@@ -1,4 +1,4 @@
-"""What NKN minimises. Time comes first: ``(frames, rows, ...)``.
+"""Losses of NKN. Time comes first: ``(frames, rows, ...)``.
 
 Weights and terms of Villegas et al., CVPR 2018, as the published code has them: sums over the numbers of a
 frame, means over the real frames of a batch, in normalised units but for smoothness.

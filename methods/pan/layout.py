@@ -1,4 +1,4 @@
-"""What of a structure the networks see: edges, and the body parts that edges belong to.
+"""The edges of a structure that the networks see, and the body parts that they belong to.
 
 A edge is an edge of the tree, from a joint to one that hangs from it, and carries the rotation of the
 joint that it leaves; several edges that leave one joint each carry that joint's. The edge of the child c

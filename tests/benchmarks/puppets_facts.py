@@ -5,7 +5,7 @@
 in an environment in which retarget-bench is installed. Copying is ``copy_rotations`` with the root rule
 that has the least error in the world, for people and for dogs, out of those that need no reference, on
 every so many-th case of intra and cross. Per kind, from the metrics of those names: error in the world, of
-the second answer too; contact recall by speed; plant recall and drift; touch gap and recall where a kind
+the second answer too; contact recall by speed; contact recall and drift by position; self-contact error and recall where a kind
 has touches. The reference has errors 0 and recalls 1. ``--large`` counts the training of ``large`` too.
 """
 
@@ -35,9 +35,9 @@ SHOWN = {
     "mpjpe_h.world": "error, % of height",
     "second": "second answer's",
     "contact_recall": "contact recall, by speed",
-    "plant_recall": "plant recall",
-    "plant_drift": "plant drift, %",
-    "touch_gap": "touch gap, %",
+    "plant_recall": "contact recall, by position",
+    "plant_drift": "contact drift, %",
+    "touch_gap": "self-contact error, %",
     "touch_recall": "touch recall",
 }
 """"second": the error in the world of the other right answer."""

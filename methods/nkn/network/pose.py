@@ -1,4 +1,4 @@
-"""What the numbers of a frame mean: places of joints and movements, normalised, and forward kinematics.
+"""Decoding a frame's numbers: normalised joint positions and movement, and forward kinematics.
 
 A pose is ``channels = 3 joints + 4`` numbers: the places of the joints relative to the hips in centimetres,
 seen from where the body faces, with the height of the hips above their first place in the row of the hips,
