@@ -142,7 +142,7 @@ class Rolled(torch.autograd.Function):
     """``Rollout.answers`` with a gradient in known inputs and weights; none in the memory.
 
     With the plain loop in its place a whole training step of nkn takes 1.2 to 1.35 times as long (as in
-    ``cells.py``); with ``cell=torch`` 1.1, with hidden 256 as long.
+    ``cells.py``); with ``cell=torch`` 0.95 to 1.1, with hidden 256 as long.
     """
 
     @staticmethod
