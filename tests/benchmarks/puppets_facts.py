@@ -6,7 +6,8 @@ in an environment in which retarget-bench is installed. Copying is ``copy_rotati
 that has the least error in the world, for people and for dogs, out of those that need no reference, on
 every so many-th case of intra and cross. Per kind, from the metrics of those names: error in the world, of
 the second answer too; contact recall by speed; contact recall and drift by position; self-contact error
-and recall where a kind has touches. The reference has errors 0 and recalls 1. ``--large`` counts the training of ``large`` too.
+and recall where a kind has touches. The reference has errors 0 and recalls 1. ``--large`` counts the
+training of ``large`` too.
 """
 
 from __future__ import annotations
