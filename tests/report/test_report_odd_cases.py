@@ -31,6 +31,7 @@ def page(folder, open_page):
 
 def chips(page) -> dict[str, str]:
     """Figure -> what stands beside its name, in the order in which they are listed."""
+    page.locator("#player .rp-chip").first.wait_for()  # motion is unpacked after the click
     told = (each.split("\n") for each in page.locator("#player .rp-chip").all_inner_texts())
     return {name: "".join(rest) for name, *rest in told}
 

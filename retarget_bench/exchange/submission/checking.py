@@ -6,6 +6,7 @@ import json
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cache
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
@@ -182,11 +183,16 @@ def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool)
         yield from _again(where, results, data, place.root.parent / PREDICTIONS)
 
 
+@cache
+def _headers() -> TypeAdapter[ResultHeader]:
+    return TypeAdapter(ResultHeader)
+
+
 def mistakes(facts: dict[str, Any]) -> list[str]:
     """Where a header is not what it must be: ``method.privileged: Field required``."""
     try:
         # of JSON, since a strict check of Python's objects takes no mapping for a dataclass
-        header = TypeAdapter(ResultHeader).validate_json(json.dumps(facts), strict=True)
+        header = _headers().validate_json(json.dumps(facts), strict=True)
     except ValidationError as error:
         return [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors()]
     return [
