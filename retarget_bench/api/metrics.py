@@ -109,7 +109,7 @@ class Sample:
 class SetMetric(Protocol):
     """Compares sets of motions, not motion by motion: FID and its kin.
 
-    A set is of one split and one target structure. ``retarget_bench/sets`` draws it and stores numbers."""
+    A set is of one split and one target structure. ``evaluation/set_metrics`` draws it."""
 
     card: MetricCard
 

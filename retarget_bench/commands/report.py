@@ -9,7 +9,6 @@ import click
 from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 
-TASKS = ("retarget", "reconstruct", "denoise", "upsample")
 
 
 @click.command("report")
@@ -41,7 +40,7 @@ TASKS = ("retarget", "reconstruct", "denoise", "upsample")
 @click.option("--skins", is_flag=True, help="Skinned meshes in motion, where bodies have one; larger.")
 @click.option("-m", "--methods", multiple=True, metavar="METHOD", help="Only this method; may be repeated.")
 @options.only_dataset_option
-@click.option("--task", type=click.Choice(TASKS), help="Only results of this task.")
+@click.option("--task", type=options.TaskChoice(), help="Only results of this task.")
 @options.root_option
 @options.plugin_option
 def command(

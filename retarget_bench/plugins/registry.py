@@ -1,6 +1,6 @@
 """Plug-ins by name: found without being imported, imported when they are used.
 
-A plug-in comes from one of three places: a file or folder in the rooms ``methods/``, ``metrics/``,
+A plug-in comes from one of three places: a file or folder in ``methods/``, ``metrics/``,
 ``datasets/`` and ``methods/posts/``, whose name is the plug-in's name; an entry point of an installed
 distribution, in the groups ``retarget_bench.methods``, ``.metrics``, ``.datasets`` and ``.posts``; a file
 named on the command line (``--plugin``). Whatever goes wrong inside a plug-in becomes a BenchError that
@@ -265,7 +265,7 @@ def create(kind: Kind, spec: Spec | str) -> Any:
         raise _broken(find(kind, spec.name), f"built as {spec}", error) from error
     if not hasattr(built, "card"):
         raise BenchError(
-            f"{find(kind, spec.name)} has no card; see retarget_bench/api.py for what it needs"
+            f"{find(kind, spec.name)} has no card; see retarget_bench/api/ for what it needs"
         )
     return built
 
