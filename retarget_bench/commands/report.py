@@ -10,7 +10,6 @@ from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 
 
-
 @click.command("report")
 @click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=click.Path(path_type=Path))
 @click.option(

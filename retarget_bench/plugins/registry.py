@@ -264,9 +264,7 @@ def create(kind: Kind, spec: Spec | str) -> Any:
     except Exception as error:
         raise _broken(find(kind, spec.name), f"built as {spec}", error) from error
     if not hasattr(built, "card"):
-        raise BenchError(
-            f"{find(kind, spec.name)} has no card; see retarget_bench/api/ for what it needs"
-        )
+        raise BenchError(f"{find(kind, spec.name)} has no card; see retarget_bench/api/ for what it needs")
     return built
 
 
