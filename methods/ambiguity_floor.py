@@ -1,7 +1,5 @@
 """Control: a second answer that is as right as the reference (how far two right answers lie apart)."""
 
-from __future__ import annotations
-
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character

@@ -1,7 +1,5 @@
 """Points every bone where the source's points; needs joint positions only, and counts no joints."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction

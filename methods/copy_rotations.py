@@ -1,7 +1,5 @@
 """Copies joint orientations relative to a common reference pose and scales the root path by one ratio."""
 
-from __future__ import annotations
-
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules, transfer

@@ -1,7 +1,5 @@
 """Control: gives the source back, noise and all; for source and target of one body."""
 
-from __future__ import annotations
-
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.motion.character import Character
 

@@ -1,7 +1,5 @@
 """Makes up joints that are not given by ridge regression on the data set's training poses."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction

@@ -1,7 +1,5 @@
 """Makes up joints that are not given from the training poses whose given joints lie nearest."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction

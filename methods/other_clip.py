@@ -1,7 +1,5 @@
 """Control: the right answer to another clip, blind to the source."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction

@@ -1,7 +1,5 @@
 """Control: the right answer, written and read again like any prediction (the noise floor)."""
 
-from __future__ import annotations
-
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character

@@ -1,7 +1,5 @@
 """Control: stands still in the reference pose where the source is on average."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction

@@ -1,7 +1,5 @@
 """Fits a polynomial to every joint's place around each frame; for source and target of one body."""
 
-from __future__ import annotations
-
 import math
 
 from retarget_bench.api import Context, MethodCard, Prediction

@@ -1,7 +1,5 @@
 """Foot contacts by speed: agreement of predicted contacts with the reference's or the source's."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from retarget_bench.api import MetricCard, Value

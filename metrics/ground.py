@@ -1,7 +1,5 @@
 """Ground contact: penetration of the floor, and floating of feet that should stand."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

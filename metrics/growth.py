@@ -1,7 +1,5 @@
 """Position errors per second of a clip: whether the error of a method grows with time."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Position errors as NKN, PMnet and STaR print them: 22 joints, windows of 120 frames."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import lru_cache
 

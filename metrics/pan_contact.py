@@ -1,7 +1,5 @@
 """Foot contacts over a sweep of speed thresholds: PAN's recall, with precision and F1 beside it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Position errors as SAN, PAN and HuMoT print them: squared or not, by their heights and joint sets."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from retarget_bench.api import MetricCard, Value

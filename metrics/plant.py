@@ -3,8 +3,6 @@
 ``contact`` tests the speed alone, so a foot that slides slowly counts as in contact there.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Position errors relative to height: MPJPE (the primary protocol), end effectors, root path."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

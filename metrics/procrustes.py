@@ -1,7 +1,5 @@
 """Procrustes-aligned position errors: pose and shape without global position and orientation."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

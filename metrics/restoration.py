@@ -1,7 +1,5 @@
 """Position errors in centimetres for reconstruction, denoising and joint completion."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rotation errors: geodesic angles between the joints of prediction and reference, in degrees."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Foot skating: horizontal speed of feet that should be in contact with the ground."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

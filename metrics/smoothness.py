@@ -1,7 +1,5 @@
 """Smoothness: acceleration and jerk relative to the reference's or the source's, and bone lengths."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Self-contact: distance of hands from the places on their own body where they should rest."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

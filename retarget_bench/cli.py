@@ -1,7 +1,5 @@
 """The ``bench`` command. A command's module is imported only when that command is run."""
 
-from __future__ import annotations
-
 import importlib
 import os
 import sys

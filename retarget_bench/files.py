@@ -1,7 +1,5 @@
 """Files: atomic writes, the user's cache folder, and names that are safe on every file system."""
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import os

@@ -1,7 +1,5 @@
 """Bodies and clips found in the user's folders."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path

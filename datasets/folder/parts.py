@@ -1,7 +1,5 @@
 """Division of clips into test, validation and training."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from typing import Literal
 

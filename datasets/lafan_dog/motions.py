@@ -1,7 +1,5 @@
 """Takes as motions of one person and one dog, cut into clips, and the clips that are trained on."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import lru_cache

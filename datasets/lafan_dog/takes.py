@@ -1,7 +1,5 @@
 """Takes in the two folders, and the part of the data set that each belongs to."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Mapping

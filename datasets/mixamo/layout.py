@@ -1,7 +1,5 @@
 """Files of a Mixamo folder: ``Character/clip.bvh``, and ``test_list.txt`` if present."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Rigs and motions of a Mixamo folder, read when they are asked for and kept while memory allows."""
 
-from __future__ import annotations
-
 from collections import Counter, OrderedDict
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace

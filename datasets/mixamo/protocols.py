@@ -1,7 +1,5 @@
 """Protocols: the clips and pairs that are asked of a Mixamo folder, and the cases its files can answer."""
 
-from __future__ import annotations
-
 import hashlib
 import re
 from collections.abc import Callable, Mapping, Sequence

@@ -1,7 +1,5 @@
 """Cache on disk: one file per clip or mesh, written atomically, rebuilt when it is damaged."""
 
-from __future__ import annotations
-
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping

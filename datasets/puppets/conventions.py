@@ -1,7 +1,5 @@
 """Shared conventions: frame rate, sides, gravity."""
 
-from __future__ import annotations
-
 FPS = 30.0
 
 

@@ -1,7 +1,5 @@
 """Curves over time that performances are drawn with. All have a continuous velocity."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cache
 

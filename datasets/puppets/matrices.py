@@ -5,8 +5,6 @@ The solver multiplies many matrices of a few hundred frames. With the engine's q
 ``part_way``, 30 times for ``about``.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 

@@ -1,7 +1,5 @@
 """Ablations of joint subsampling and consistent bone lengths (Tables 3 to 5), and of our additions."""
 
-from __future__ import annotations
-
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 
 SELF, INTRA, CROSS = "Self", "Intra-structural", "Cross-structural"

@@ -4,8 +4,6 @@ A motion carried to bones of other lengths, each in the direction that it had, i
 code have in common. A limb turned as a whole goes where nobody of the training data puts it.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 

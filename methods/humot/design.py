@@ -5,8 +5,6 @@ many, so that nothing says that it is theirs. ``TEXT`` is their appendix A.3 as 
 XCiT (El-Nouby et al., 2021) as published, and has 2,562,629. ``SMALL`` is for processors.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal
 

@@ -1,7 +1,5 @@
 """A body as HuMoT sees it: positions of its joints, Z up, and the neutral pose that says what it is."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 

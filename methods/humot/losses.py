@@ -1,7 +1,5 @@
 """HuMoT's losses: eq. 1 and 2, for rows that differ in joints and frames."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

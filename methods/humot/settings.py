@@ -1,7 +1,5 @@
 """HuMoT's parameters beside its variant and weights."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from typing import Annotated, Literal, TypedDict

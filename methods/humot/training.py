@@ -1,7 +1,5 @@
 """HuMoT while it is trained: parts of a skeleton in, other parts of it out."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Copies rotations, then plants the feet and keeps hand contacts by inverse kinematics."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction

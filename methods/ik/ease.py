@@ -1,7 +1,5 @@
 """Corrections that are known in some frames, carried smoothly over the others."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.motion.contact import runs

@@ -1,7 +1,5 @@
 """Targets of planted feet: one position per stretch of time in which the source's foot is planted."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Hands that touch something in the source: the other hand, the own body, or the floor."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

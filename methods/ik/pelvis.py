@@ -1,7 +1,5 @@
 """Adjusting the hips so that every planted foot is in reach."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """The limbs of a body for inverse kinematics, and its joints in the reference pose."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Reaching with a limb of two bones, in closed form over all frames at once."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ that the same walk in another direction is the same walk; where it faces, and th
 from what the decoder says of every frame. A source may be known by positions only.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Literal
 

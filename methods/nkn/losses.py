@@ -4,8 +4,6 @@ Weights and terms of Villegas et al., CVPR 2018, as the published code has them:
 frame, means over the real frames of a batch, in normalised units but for smoothness.
 """
 
-from __future__ import annotations
-
 from math import radians
 
 import torch

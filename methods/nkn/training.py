@@ -1,7 +1,5 @@
 """Training of NKN: one encoder-decoder and one discriminator per structure."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal

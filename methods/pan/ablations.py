@@ -1,7 +1,5 @@
 """The paper's Table 5: what body parts, attention and two of the losses do."""
 
-from __future__ import annotations
-
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 
 INTRA, CROSS = "Intra-structural", "Cross-structural"

@@ -4,8 +4,6 @@
 people, ``RELEASED_THREE`` what it does between two legs and four.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Literal
 

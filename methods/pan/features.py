@@ -1,7 +1,5 @@
 """The features of motions that the networks read and write."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """Differentiable forward kinematics of edges, and the path of a window through the world."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 from torch.nn import functional

@@ -1,7 +1,5 @@
 """PAN's losses: the terms of section 5.6, in the form that a variant gives them, and the discriminators."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal

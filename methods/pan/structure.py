@@ -1,7 +1,5 @@
 """The trained networks and statistics of one structure, their tensors, and their initialisation."""
 
-from __future__ import annotations
-
 from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 
 import torch

@@ -1,7 +1,5 @@
 """Training of PAN: each step reconstructs two structures, carries each to both, and back."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

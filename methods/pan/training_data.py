@@ -1,7 +1,5 @@
 """Training batches of PAN, windows of two structures at a time, and the statistics of all clips."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Fits rotations to answers that are known by joint positions; bones get the body's lengths."""
 
-from __future__ import annotations
-
 from retarget_bench.api import Context, Prediction
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.fitting import fit

@@ -1,7 +1,5 @@
 """Holds feet where the source's feet rest: blended places, then gradient steps on the whole body."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.api import Context, Prediction

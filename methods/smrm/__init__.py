@@ -1,7 +1,5 @@
 """SMRM, the recurrent retargeter of correspondence-free online retargeting: two GRUs and kinematics."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 

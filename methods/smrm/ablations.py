@@ -1,7 +1,5 @@
 """The paper's Tables 2 and 3: what the rotations' cycle loss and the length of training windows do."""
 
-from __future__ import annotations
-
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 
 _SKIN = "compares points of the skin in correspondence, which no metric here does"

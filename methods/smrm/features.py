@@ -5,8 +5,6 @@ look from where the character faces in that very frame: nothing is averaged over
 be handled as they come. The direction is given back to the answer.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal

@@ -1,7 +1,5 @@
 """The terms of eq. 2. Every mean is over real frames; what stands behind a row's length never counts."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

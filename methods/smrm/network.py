@@ -1,7 +1,5 @@
 """SMRM's networks: two recurrent ones and forward kinematics, as Table 6 of the paper lists them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import NamedTuple
 

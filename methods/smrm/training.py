@@ -1,7 +1,5 @@
 """SMRM while it is trained: batches of characters and motions, and the losses of eq. 2."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal

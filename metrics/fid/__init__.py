@@ -1,7 +1,5 @@
 """FID, KID, coverage and density of a whole set of results against real motion."""
 
-from __future__ import annotations
-
 from functools import lru_cache
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The Fréchet distance of two sets of feature vectors, for any number of them."""
 
-from __future__ import annotations
-
 from weakref import WeakKeyDictionary
 
 import numpy as np

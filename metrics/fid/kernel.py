@@ -1,7 +1,5 @@
 """The kernel distance of two sets of feature vectors: a squared maximum mean discrepancy without bias."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.api import Sample

@@ -1,7 +1,5 @@
 """Coverage and density of a generated set in a real one (Naeem et al. 2020)."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import NamedTuple
 from weakref import WeakKeyDictionary, ref

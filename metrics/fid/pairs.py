@@ -1,7 +1,5 @@
 """Matrices of all pairs of windows of two sets, made once for the sets and all their parts."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Generic, TypeVar
 from weakref import WeakKeyDictionary

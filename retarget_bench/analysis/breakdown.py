@@ -1,7 +1,5 @@
 """Breakdowns of results: by pair, clip, kind, structure, level, joint, training or time."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Pairwise comparison of two methods: paired difference of every value, with interval and p-value."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass, replace

@@ -4,8 +4,6 @@ A protocol is a value that declares the facts of ``protocols.PROTOCOL``. Two pro
 them; the factor between the two is measured per case.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,7 +1,5 @@
 """The page of all metric definitions (docs/protocols.md), generated from the metric cards."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterable, Mapping
 

@@ -1,7 +1,5 @@
 """Results of learned methods on structures seen and unseen in training."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
 

@@ -5,8 +5,6 @@ clip first, and everything here takes those. All of it is deterministic: the sam
 intervals and p-values on every machine.
 """
 
-from __future__ import annotations
-
 import math
 from dataclasses import dataclass
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """Means and rankings: values averaged per source clip, then over clips, for every method and split."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """Groups of ties: all sets of methods without a significant difference between any two."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.analysis import statistics

@@ -1,7 +1,5 @@
 """Cases: what a method is asked, and what is known of the right answer."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

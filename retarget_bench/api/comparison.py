@@ -1,7 +1,5 @@
 """One prediction beside its case: what all metrics share, computed once."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

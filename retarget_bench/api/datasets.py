@@ -1,7 +1,5 @@
 """Data sets: where cases and training data come from."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Protocol

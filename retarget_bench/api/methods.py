@@ -1,7 +1,5 @@
 """Methods: a source motion becomes a motion of a target character."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal, Protocol

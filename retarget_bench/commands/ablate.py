@@ -1,7 +1,5 @@
 """``bench ablate``: a published ablation of a method, trained and scored."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``bench check``: the regression gate."""
 
-from __future__ import annotations
-
 import traceback
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """``bench data``: export of data sets."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """``bench doctor``: how motion files are read."""
 
-from __future__ import annotations
-
 import click
 
 from retarget_bench.commands.options import reading_options

@@ -1,7 +1,5 @@
 """``bench explain``: the same predictions under every position protocol, and the factors between them."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

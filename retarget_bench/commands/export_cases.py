@@ -1,7 +1,5 @@
 """``bench export-cases``: cases as files, without references, for prediction by other programs."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

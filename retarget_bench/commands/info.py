@@ -1,7 +1,5 @@
 """``bench info``: the card of a plug-in and of its weights, or the page of all protocols."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Iterable
 from typing import Any

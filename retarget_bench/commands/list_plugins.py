@@ -1,7 +1,5 @@
 """``bench list``: all plug-ins, none of them imported."""
 
-from __future__ import annotations
-
 from collections import Counter
 
 import click

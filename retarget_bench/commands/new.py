@@ -1,7 +1,5 @@
 """``bench new``: a template of a plug-in that runs as it is."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Options and helpers that several commands share, and shell completion."""
 
-from __future__ import annotations
-
 import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

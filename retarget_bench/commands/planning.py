@@ -1,7 +1,5 @@
 """Plans from the options of a command, and their execution under a progress bar."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any, TypeVar

@@ -1,7 +1,5 @@
 """``bench predict``: the first stage alone."""
 
-from __future__ import annotations
-
 import json
 from typing import Any
 

@@ -1,7 +1,5 @@
 """``bench report``: results, charts and motion as one page."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

@@ -1,7 +1,5 @@
 """``bench run``: predict and score what is missing, then the table."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import click

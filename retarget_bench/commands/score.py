@@ -1,7 +1,5 @@
 """``bench score``: the second stage alone, also for predictions of other programs."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """``bench submit``: make a submission, check one, and draw the leaderboard of many."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import click

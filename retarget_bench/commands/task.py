@@ -1,7 +1,5 @@
 """``bench task``: reconstruction, denoising and joint completion on any data set."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from copy import copy
 from typing import Any, TypeVar

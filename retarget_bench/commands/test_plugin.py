@@ -1,7 +1,5 @@
 """``bench test``: the contract kit over one plug-in."""
 
-from __future__ import annotations
-
 import click
 
 from retarget_bench import defaults

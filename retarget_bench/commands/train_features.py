@@ -1,7 +1,5 @@
 """``bench train-features``: the feature networks of FID and other metrics of sets."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

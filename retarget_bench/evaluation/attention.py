@@ -1,7 +1,5 @@
 """Attention weights of learned methods: read from a method, checked, and written as a table."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Batches of cases for methods that take several at once."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from itertools import groupby
 

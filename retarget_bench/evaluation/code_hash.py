@@ -1,7 +1,5 @@
 """Hashes of statements: comments, docstrings, blank lines and the engine's own layout do not count."""
 
-from __future__ import annotations
-
 import ast
 import hashlib
 import io

@@ -1,7 +1,5 @@
 """The header of a result file: what ran, on what, with which versions, and what went wrong."""
 
-from __future__ import annotations
-
 import platform
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """Plans (methods x data sets x splits) and the keys of their results."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace

@@ -4,8 +4,6 @@ A job is a module's function and a payload of plain data; neither objects nor cl
 executor may send jobs to another machine.
 """
 
-from __future__ import annotations
-
 import os
 import signal
 import threading

@@ -1,7 +1,5 @@
 """Carrying out a plan: which cases are missing, the jobs, the journal, and the finished files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any

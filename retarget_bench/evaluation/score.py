@@ -1,7 +1,5 @@
 """Second stage: metrics turn a case and its prediction into named numbers."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any

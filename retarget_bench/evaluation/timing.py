@@ -4,8 +4,6 @@ Times stand in files of their own, never in rows or keys: they differ from run t
 machine, and rows must not.
 """
 
-from __future__ import annotations
-
 import csv
 import time
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Jobs of the worker processes: predict a case or a batch with every method that lacks it, and score."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Export of cases for prediction by other programs: sources, target characters and a manifest."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict

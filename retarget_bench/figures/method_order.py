@@ -1,7 +1,5 @@
 """The order of methods, by rank in the tables; it decides their colours everywhere."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 

@@ -6,8 +6,6 @@ again: marks and dashes tell methods apart then. What a colour says is always sa
 well.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 from retarget_bench.results.header import MethodInfo

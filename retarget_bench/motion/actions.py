@@ -4,8 +4,6 @@ After PAN, section 7.2.2, which tells *move* from *idle* by the speed of the roo
 or tail touch the ground. The thresholds are ours: none are published.
 """
 
-from __future__ import annotations
-
 from typing import Literal
 
 import numpy as np

@@ -4,8 +4,6 @@ In this form every body rests in the same T-pose with all joint frames along the
 file's rest pose: local rotations mean the same on all bodies, and bones are what differs between them.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Orientations relative to the common reference pose: ``G * G_ref^-1`` means the same on every body."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.motion import kinematics, rotation

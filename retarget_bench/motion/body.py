@@ -1,7 +1,5 @@
 """A skeleton seen as a body: its joints by role, its frame, and poses changed one joint at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from functools import cached_property, lru_cache
 from itertools import pairwise, permutations, product

@@ -1,7 +1,5 @@
 """Joints that are not given, made up from poses that the body takes in training motion."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Planted joints, found by their speed."""
 
-from __future__ import annotations
-
 import numpy as np
 
 CONTACT_SPEED = 0.003

@@ -4,8 +4,6 @@ The forward direction is square to the line from the right to the left, hips and
 Directions on the floor are unit complex numbers z + ix: 1 is forward along +Z, i is +X, the left.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.motion.character import Character

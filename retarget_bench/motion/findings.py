@@ -1,7 +1,5 @@
 """Findings about a motion file, with the options that override them."""
 
-from __future__ import annotations
-
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path

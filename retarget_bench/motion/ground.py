@@ -1,7 +1,5 @@
 """The floor of a case, and its height under a place."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -5,8 +5,6 @@ rig has the elbow's axis: CMU's is turned by 30 degrees about the arm against a 
 LAFAN's by some 20, others' by none. No position shows that, and rotations of any clip of the rig do.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -4,8 +4,6 @@
 ``Imported.findings``, and can be overridden by an option.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -6,8 +6,6 @@ tree at once: by levels, or for short clips, where the calls cost more than the 
 (after step k every joint holds the product of its last 2^k local rotations).
 """
 
-from __future__ import annotations
-
 from functools import lru_cache
 
 import numpy as np

@@ -4,8 +4,6 @@ All are metres, told from bone lengths and the reference pose alone, never from 
 does not have (no legs, no arms) is 0.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

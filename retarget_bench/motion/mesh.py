@@ -1,7 +1,5 @@
 """A body's skin: a triangle mesh that follows the joints by linear blend skinning."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Protocol
 

@@ -4,8 +4,6 @@ Some methods learn what a skeleton is from such a pose (HuMoT, section 3.2, whos
 for every data set). Roles and the common reference pose give one for any body.
 """
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Other rates than the 30 frames per second of learned methods: there, up to a clip's end, and back."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

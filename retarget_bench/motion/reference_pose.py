@@ -13,8 +13,6 @@ An orientation relative to it then means the same on every body (``alignment.py`
 - A four-legged body that rests on its legs is left as it is but for the frame of its hips.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -5,8 +5,6 @@ mean is listed best meaning first; where it can mean two things (``LeftHip`` is 
 and a helper above it in another), the joints around it decide (``roles.py``).
 """
 
-from __future__ import annotations
-
 import re
 from dataclasses import dataclass
 

@@ -10,8 +10,6 @@ A user who knows better writes a small TOML file of ``"joint name" = "role"`` (`
 which wins over everything found here.
 """
 
-from __future__ import annotations
-
 import difflib
 import re
 import tomllib

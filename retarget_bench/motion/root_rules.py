@@ -5,8 +5,6 @@ and turning the source about the vertical axis turns the result. A source that s
 gives a target that stands on that height times the ratio: steps and boxes shrink with the body.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from typing import Literal, get_args

@@ -8,8 +8,6 @@ Only the slope of the feet is measured. A rig whose bones lie along no axis take
 Without a sample (one frame at rest) bones are swung, and opposite ones turned about the body's own axes.
 """
 
-from __future__ import annotations
-
 from functools import cached_property
 
 import numpy as np

@@ -11,8 +11,6 @@ What is left out is taken to stay at rest relative to its parent. Kept joints th
 ``Reduction.deviation`` tells how far they are off where a left-out joint did turn.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

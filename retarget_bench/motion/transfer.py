@@ -1,7 +1,5 @@
 """Carrying a pose from one body to another: what the untrained methods share."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.errors import NotSupported

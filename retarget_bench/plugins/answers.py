@@ -1,7 +1,5 @@
 """Checking answers: whether what a method or post-processor returned is a motion of the case's target."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

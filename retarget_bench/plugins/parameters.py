@@ -1,7 +1,5 @@
 """Fitting the parameters that a user wrote to those that a plug-in takes."""
 
-from __future__ import annotations
-
 import difflib
 import inspect
 import types

@@ -6,8 +6,6 @@ root = "PATH/TO/mixamo"
 split = ["intra", "cross"]
 """
 
-from __future__ import annotations
-
 import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal

@@ -1,7 +1,5 @@
 """The chapters of a report: one per task and data set."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property

@@ -1,7 +1,5 @@
 """Choice of the cases that a report plays: worst, typical and best, of many kinds and pairs."""
 
-from __future__ import annotations
-
 import difflib
 import warnings
 from collections import Counter

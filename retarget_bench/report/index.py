@@ -1,7 +1,5 @@
 """The data of cases for the page's script: names, numbers and failures."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

@@ -1,7 +1,5 @@
 """The tables of a chapter."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Packed scenes of a report, as many as fit, and notes on those left out."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 

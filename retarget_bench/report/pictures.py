@@ -1,7 +1,5 @@
 """The charts of a chapter, with headings and reading help."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar

@@ -8,8 +8,6 @@ Small files lie beside ``cases.csv``. Results written before there were any load
     cases.conditions.csv  of derived tasks: case, condition (``noise``), number
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 

@@ -4,8 +4,6 @@ Tables and comparisons of thousands of cases read millions of rows. Where files 
 takes them; small ones, and any that it refuses, are read line by line, so that an error names its line.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Any
 

@@ -4,8 +4,6 @@ What counts is the version that a metric's card declares, which moves when any o
 code under the same version is told in a note: it should give the same numbers.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 

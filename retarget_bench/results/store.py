@@ -11,8 +11,6 @@ Under a results root, one folder per data set, task and split holds for every me
 and, while a run is going on, ``<method>.journal``, which a re-run continues from.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import math

@@ -1,7 +1,5 @@
 """Table builder: columns, decimals, groups and notes of the tables of split summaries."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Groups of a table: methods by values on one split, or parts of a breakdown by methods."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Missing values: the kind of an empty cell, and the reason as a sentence."""
 
-from __future__ import annotations
-
 from retarget_bench.analysis.summary import MethodSummary
 from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.results.header import DeclaredValue

@@ -1,7 +1,5 @@
 """The table model: tables, groups, rows and cells; numbers and their text are separate fields."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from typing import Literal
 

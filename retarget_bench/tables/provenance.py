@@ -1,7 +1,5 @@
 """Provenance of rows: method version, code, date, versions, and the command that makes them again."""
 
-from __future__ import annotations
-
 import shlex
 from collections.abc import Mapping, Sequence
 from typing import Any

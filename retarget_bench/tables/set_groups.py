@@ -1,7 +1,5 @@
 """Groups of a table for metrics of whole sets (FID and others): one per split and target structure."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

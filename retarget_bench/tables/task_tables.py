@@ -1,7 +1,5 @@
 """Default tables of reconstruction, denoising and joint completion."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from retarget_bench.analysis import summary

@@ -1,7 +1,5 @@
 """``bench ablate``: trains the rows of an ablation under one budget, runs them, and makes the table."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path

@@ -4,8 +4,6 @@ A method offers ``ablations``, a mapping from a short name to an ``Ablation``; `
 trains every row and prints the table as it was published, the published numbers beside ours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

@@ -1,7 +1,5 @@
 """The card of trained weights: their data, training config, budget, machine and scores."""
 
-from __future__ import annotations
-
 import platform
 from collections.abc import Mapping, Sequence
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Types of the fields of a card of weights, checked once where a card is read."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from typing import Annotated, Any
 

@@ -1,7 +1,5 @@
 """A card of weights as lines of text, for ``bench info``. What a card does not tell is left out."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 

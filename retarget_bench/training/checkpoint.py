@@ -4,8 +4,6 @@ Tensors are written first, then the JSON file replaces the one before it, then o
 a process that dies at any moment leaves a whole checkpoint, and a full disk leaves the one before it.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

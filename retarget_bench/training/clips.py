@@ -1,7 +1,5 @@
 """Training clips of a data set, processed in parallel by character."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 

@@ -7,8 +7,6 @@ to step (statistics, replay buffers, running scores), all of it in modules' para
 a checkpoint is whole.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol

@@ -1,7 +1,5 @@
 """Training data of a method: the unpaired clips of a data set as arrays, and windows drawn from them."""
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Training clips that are made on demand, as data sets offer them by ``training()``."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from copy import copy

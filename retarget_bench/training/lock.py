@@ -1,7 +1,5 @@
 """Lock of a training folder, for one process at a time."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path

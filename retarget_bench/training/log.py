@@ -1,7 +1,5 @@
 """``log.csv``, a row every few steps with the mean of every loss term, and ``loss.png``, its picture."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Mapping, Sequence

@@ -4,8 +4,6 @@ Before every step torch and NumPy are seeded from (seed, step, rank). So what st
 but the state before it, and a run that goes on from a checkpoint does what it would have done.
 """
 
-from __future__ import annotations
-
 import math
 import time
 from collections.abc import Callable, Mapping

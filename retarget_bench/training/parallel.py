@@ -4,8 +4,6 @@ Training modules may count on this: parameters and buffers are the same in every
 averaged by torch's DistributedDataParallel; after every step all processes take the first one's buffers.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import time

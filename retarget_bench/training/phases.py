@@ -1,7 +1,5 @@
 """One phase of a step: losses, gradients, and the optimiser that takes them."""
 
-from __future__ import annotations
-
 import math
 import os
 import warnings

@@ -1,7 +1,5 @@
 """The request of a training run, its defaults filled in: ``run.json`` in its folder."""
 
-from __future__ import annotations
-
 import dataclasses
 import json
 from collections.abc import Mapping, Sequence

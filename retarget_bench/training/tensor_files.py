@@ -4,8 +4,6 @@ The card holds the hash of the arrays. So a file that was damaged or exchanged i
 says what its arrays are, without their being read.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

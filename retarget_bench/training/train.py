@@ -1,7 +1,5 @@
 """``bench train`` from options to weights: settle the request, gather motion, run the loop."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Mapping
 from contextlib import ExitStack

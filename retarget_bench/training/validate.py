@@ -1,7 +1,5 @@
 """Validation while training: held-out cases, predicted and scored as in ``bench run``."""
 
-from __future__ import annotations
-
 import math
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence

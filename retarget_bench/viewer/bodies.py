@@ -1,7 +1,5 @@
 """Drawn bodies: thickness of bones, and the polygons of a picture."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """A perspective camera fitted to the motion that it shows."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

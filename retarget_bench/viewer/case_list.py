@@ -1,7 +1,5 @@
 """The cases offered by the live view: of finished or running results, or of motion files."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

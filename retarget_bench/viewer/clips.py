@@ -1,7 +1,5 @@
 """Writing clips (.mp4, .gif, .webp) and stills (.png), atomically."""
 
-from __future__ import annotations
-
 import importlib
 import shutil
 import subprocess

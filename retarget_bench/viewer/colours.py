@@ -1,7 +1,5 @@
 """Colours of figures in pictures: roles, left and right, light and shadow."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from functools import lru_cache
 from itertools import cycle

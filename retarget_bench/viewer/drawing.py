@@ -1,7 +1,5 @@
 """Drawing scenes without a display: side by side, overlaid, and contact sheets."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property

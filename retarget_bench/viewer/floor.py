@@ -1,7 +1,5 @@
 """The drawn floor: grid or height field, shadows and contacts."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 import numpy as np

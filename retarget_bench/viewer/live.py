@@ -1,7 +1,5 @@
 """The live view: scenes in three dimensions in a local browser page (viser)."""
 
-from __future__ import annotations
-
 import importlib
 import time
 from collections.abc import Callable, Sequence

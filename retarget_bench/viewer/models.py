@@ -1,7 +1,5 @@
 """Triangle meshes of bodies per frame: bones as rounded tubes, skins as they are."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -7,8 +7,6 @@ together and in base64. ``pages/player/packed.js`` is the reader. Skins, where t
 last; ``pages/player/skins.js`` reads them.
 """
 
-from __future__ import annotations
-
 import base64
 import math
 import zlib

@@ -1,7 +1,5 @@
 """The player of pages: script, style, and packed scenes."""
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from functools import cache

@@ -1,7 +1,5 @@
 """Finding results, cases and files by name, for everything that shows motion."""
 
-from __future__ import annotations
-
 import difflib
 import json
 from collections.abc import Iterable, Mapping, Sequence

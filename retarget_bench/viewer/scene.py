@@ -1,7 +1,5 @@
 """A scene: the figures of one case and the joints that rest on the ground."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal

@@ -1,7 +1,5 @@
 """Building scenes from results, from methods asked now, and from motion files."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace

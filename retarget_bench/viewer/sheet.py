@@ -1,7 +1,5 @@
 """Contact sheets: a row per figure, a column per moment."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures on a floor seen by one camera, as a picture of any frame."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property

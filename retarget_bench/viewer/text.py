@@ -1,7 +1,5 @@
 """Text in pictures: a font with many scripts, and safe, short names."""
 
-from __future__ import annotations
-
 import unicodedata
 from functools import lru_cache
 from importlib.util import find_spec

@@ -3,8 +3,6 @@
 Bodies marked ``held_out`` are in no training set, and neither is any body of ``h36m17``.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections.abc import Mapping
 from dataclasses import replace

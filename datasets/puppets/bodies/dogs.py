@@ -5,8 +5,6 @@ breeds' FCI standards (No. 166 German shepherd 60-65 cm, 158 greyhound 71-76, 12
 dachshund, mastiff and the caricature, and the shares of the segments, are ours.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

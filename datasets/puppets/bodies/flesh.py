@@ -4,8 +4,6 @@ Sizes go with ``Proportions`` as the points do that hands rest on (``solver/touc
 knees, hips and chest lie near the skin.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 

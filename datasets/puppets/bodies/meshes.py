@@ -8,8 +8,6 @@ face each other across a side of a cell count as apart, which both cells of the 
 has no holes.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from functools import cache
 from itertools import product

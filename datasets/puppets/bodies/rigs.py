@@ -6,8 +6,6 @@ software has it: the root's own rotation brings it upright) and ``along_x`` (eve
 axis, as motion-capture software writes skeletons).
 """
 
-from __future__ import annotations
-
 from functools import cache, partial
 
 import numpy as np

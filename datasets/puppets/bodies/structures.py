@@ -9,8 +9,6 @@
 All are drawn over one body: ``positions`` says where each part lies, a structure says which parts it has.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property

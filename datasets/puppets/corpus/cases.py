@@ -10,8 +10,6 @@ those on stairs is given to bodies of the other one. Kinds are PAN's (section 7.
 done sitting or lying, else ``move`` or ``idle`` by the speed along the path.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections import Counter
 from collections.abc import Mapping, Sequence

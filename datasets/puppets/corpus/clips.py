@@ -5,8 +5,6 @@ out takes solving, which is too slow for listing cases; so what was found for th
 in ``exclusions.json``. Whoever changes the generator runs ``tests/datasets/freeze_puppets.py``.
 """
 
-from __future__ import annotations
-
 import json
 import multiprocessing
 from collections.abc import Iterator, Mapping

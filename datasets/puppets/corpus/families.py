@@ -1,7 +1,5 @@
 """Families: bodies with their kinds of performance, parts of the corpus, and how unlike bodies are."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache, partial

@@ -1,7 +1,5 @@
 """Clips solved for bodies on demand, with their labels, and the training set made of them."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

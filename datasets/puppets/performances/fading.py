@@ -1,7 +1,5 @@
 """Cross-fades: channels of two performances joined over a bridge of frames without a jump."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -8,8 +8,6 @@ Sides are written outward: a positive ``out`` is to the left for the left hand a
 right one, so that one sentence describes both.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 

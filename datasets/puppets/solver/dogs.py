@@ -5,8 +5,6 @@ no higher than the paws allow; the back bends evenly about that line. Blades swi
 all four legs are two bones each whose planes follow rump and chest: stifles bend forward, elbows back.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

@@ -4,8 +4,6 @@ The score's height has the parabola of a flight in it; gravity is the same in le
 (``scaling.py``).
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Arms and hands: where a hand goes, and how collar bone and elbow follow."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import zip_longest

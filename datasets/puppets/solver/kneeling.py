@@ -4,8 +4,6 @@ A kneeling leg stands on its toes and its knee. Toes rest where the foot's plant
 knee does follows from the body's own foot and shin, so the hip joint is held on a sphere about the knee.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Two-bone limbs: how they hang, bend and reach a goal in closed form, and what a body's parts weigh."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cache
 

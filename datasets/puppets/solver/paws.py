@@ -1,7 +1,5 @@
 """Paws: on their plants exactly, between them in a swing; and when each is in contact."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -7,8 +7,6 @@ so the whole is passed over a fixed number of times; nothing stops early, and no
 near equals, so results do not depend on a machine's last digits.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 

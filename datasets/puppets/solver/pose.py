@@ -1,7 +1,5 @@
 """Poses in the making, filled in from the root outward, and what the solvers return."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Reachability of what a score asks of hands and floor, for a body."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

@@ -19,8 +19,6 @@
 | stairs | leg lengths | treads and rises times its leg; the sole as far on a tread as it fits |
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ..bodies.structures import Body

@@ -1,7 +1,5 @@
 """Points of a body that its own hands can be put on."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

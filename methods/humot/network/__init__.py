@@ -1,7 +1,5 @@
 """HuMoT's networks: motion to a code that is independent of the body, and back for any template."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from torch import Tensor, nn

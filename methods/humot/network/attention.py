@@ -5,8 +5,6 @@ sums over tokens says everything about queries and keys, and one matrix does to 
 attention, and projection would do: neither is ever applied to tokens one by one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """A transformer block after XCiT: attention between channels, local interaction, feed-forward layers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from itertools import product
 from typing import Any

@@ -1,7 +1,5 @@
 """HuMoT's decoder: joint positions of a body from a code per frame and the body's template."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import torch

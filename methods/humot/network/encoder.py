@@ -1,7 +1,5 @@
 """HuMoT's encoder: a code per frame from the joint positions of any body."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import torch

@@ -4,8 +4,6 @@ A convolution of k taps costs k products per frame. In the frequencies of a stre
 costs between two and three, a change of basis included, and that is a small matrix product as well.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable
 from functools import lru_cache

@@ -1,7 +1,5 @@
 """NKN's networks: a recurrent encoder, and a decoder that sees what it answered the frame before."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import torch

@@ -7,8 +7,6 @@ known beforehand are made for all steps at once, and so are the gradients of all
 Time comes first in this file: ``(frames, rows, ...)``.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any, Literal, Protocol
 

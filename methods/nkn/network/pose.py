@@ -6,8 +6,6 @@ then left, up, forward (centimetres per frame) and turn (radians per frame); see
 centimetres that grow with the body.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import torch

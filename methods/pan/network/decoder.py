@@ -1,7 +1,5 @@
 """PAN's motion decoder: codes of parts to edges (section 5.3, eq. 8)."""
 
-from __future__ import annotations
-
 from torch import Tensor, nn
 from torch.nn import functional
 

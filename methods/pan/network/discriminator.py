@@ -1,7 +1,5 @@
 """PAN's discriminator of short stretches of motion (section 5.4)."""
 
-from __future__ import annotations
-
 from torch import Tensor, nn
 from torch.nn import functional
 

@@ -1,8 +1,6 @@
 """PAN's encoders: motion to codes of body parts at a quarter of the frames (sections 4 and 5.1), and bodies
 to codes (section 5.2)."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -3,8 +3,6 @@
 The root's channels, the last edge, belong to every part.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 

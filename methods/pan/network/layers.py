@@ -3,8 +3,6 @@
 Weights of parts that differ in size are stored end to end, and padded only while they are used.
 """
 
-from __future__ import annotations
-
 import math
 from collections.abc import Callable, Sequence
 from itertools import accumulate

@@ -6,8 +6,6 @@ row to ``<method>.sets.csv`` beside the rows; the features go to ``<method>.feat
 number can be computed again. The features are as disposable as predictions; the rows are what is kept.
 """
 
-from __future__ import annotations
-
 from retarget_bench.evaluation.set_metrics.files import SetValue, read
 
 __all__ = ["SetValue", "read"]

@@ -1,7 +1,5 @@
 """Features that set metrics make: of finished cases, and of real motion to compare them with."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache

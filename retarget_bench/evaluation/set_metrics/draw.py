@@ -11,8 +11,6 @@ against generated ones of all clips (``draw_apart``). The floor compares the two
 Everything is decided by names and by the real motion, nothing by what a method made of it.
 """
 
-from __future__ import annotations
-
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """From the features of a unit's cases to its values: one per value id and target structure."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace

@@ -1,7 +1,5 @@
 """The files of sets: features of single cases, of a whole unit, and the values."""
 
-from __future__ import annotations
-
 import csv
 import shutil
 from collections.abc import Iterable, Mapping, Sequence

@@ -4,8 +4,6 @@ Each asks for a clean motion back: after it went through a method (HuMoT, Table 
 noise on them (Figure 8), from positions of some of its joints (Figure 9). A data set knows nothing of them.
 """
 
-from __future__ import annotations
-
 from retarget_bench.api import TASKS, Dataset
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.tasks.derived import Derived

@@ -1,7 +1,5 @@
 """The cases of a derived task, from the motions that a data set has."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property

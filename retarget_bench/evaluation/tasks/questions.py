@@ -1,7 +1,5 @@
 """Questions of the derived tasks: from a clean motion to a source, a target and the right answer."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass

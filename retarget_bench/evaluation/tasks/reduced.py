@@ -1,7 +1,5 @@
 """A character of which only some joints are known."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

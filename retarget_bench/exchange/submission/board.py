@@ -1,7 +1,5 @@
 """The leaderboard: tables of all submissions in a folder, with the cost of each method."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

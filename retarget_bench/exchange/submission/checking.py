@@ -1,7 +1,5 @@
 """Checks of a submission: complete, consistent, and of the right data."""
 
-from __future__ import annotations
-
 import json
 import re
 from collections.abc import Iterator, Sequence

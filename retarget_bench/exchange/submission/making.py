@@ -1,7 +1,5 @@
 """A submission folder from the results of runs, with the memory and speed of the method measured."""
 
-from __future__ import annotations
-
 import shutil
 import sys
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """``submission.toml``: who submits what, made how, at what cost."""
 
-from __future__ import annotations
-
 import json
 import tomllib
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Errors by source and target, and by joint."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace

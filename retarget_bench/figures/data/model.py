@@ -1,7 +1,5 @@
 """Chart data before drawing: series, means, intervals, limits and the cases behind each mark."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

@@ -1,7 +1,5 @@
 """Charts that compare methods: by kind, by rank, over clips, and against speed."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping, Sequence
 from statistics import median

@@ -1,7 +1,5 @@
 """The value of a chart, its methods in order, and its means and worst cases as in tables."""
 
-from __future__ import annotations
-
 import difflib
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace

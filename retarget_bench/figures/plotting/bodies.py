@@ -1,7 +1,5 @@
 """Heat maps of pairs, and skeletons with the errors of their joints."""
 
-from __future__ import annotations
-
 import math
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Drawing a figure of charts into a file."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 from retarget_bench.figures.data.model import (

@@ -1,7 +1,5 @@
 """Marks beyond the end of an axis, drawn outside the frame with their numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 

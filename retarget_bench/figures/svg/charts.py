@@ -1,7 +1,5 @@
 """Drawing a chart as inline SVG."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 

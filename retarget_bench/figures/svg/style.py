@@ -1,7 +1,5 @@
 """CSS of charts in a page: colours of methods and errors, on light and dark paper."""
 
-from __future__ import annotations
-
 import colorsys
 from collections.abc import Iterable, Sequence
 

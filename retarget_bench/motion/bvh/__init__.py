@@ -4,8 +4,6 @@
 Every number is kept exactly. What cannot be kept is refused with a FileError that names file and line.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path

@@ -7,8 +7,6 @@ reading what is kept of it. Nothing here ever fails: a cache that is damaged or 
 as none.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import time

@@ -5,8 +5,6 @@ time that a command takes to start. So every file is looked at once, and what wa
 the file's size and time of change.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 import re

@@ -1,7 +1,5 @@
 """The content of a BVH file before any of it is interpreted."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from decimal import Decimal
 from functools import cached_property

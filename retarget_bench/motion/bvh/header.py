@@ -1,7 +1,5 @@
 """Reading the text before the numbers: joints, number of frames, frame time."""
 
-from __future__ import annotations
-
 import math
 import re
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """From what a BVH file says to a skeleton and its motion."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path

@@ -1,7 +1,5 @@
 """Recognising what is not BVH under the name of one, from its first bytes."""
 
-from __future__ import annotations
-
 _SIGNATURES: tuple[tuple[bytes, str], ...] = (
     (
         b"version https://git-lfs",

@@ -16,8 +16,6 @@ the joints that hang on it:
 Joints that nothing hangs on follow their parents. The root joint is where it was seen, exactly.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from functools import cached_property
 

@@ -5,8 +5,6 @@ in the complex plane, so that they never have to be unwrapped: what speaks for a
 there, neighbouring frames pull at each other, and the least sum of squares is one banded system per joint.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.motion import hinges, rotation

@@ -1,7 +1,5 @@
 """One line that says what the data are; bench list shows it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from functools import cached_property
 from itertools import product

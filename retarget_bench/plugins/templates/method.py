@@ -1,7 +1,5 @@
 """One line that says what the method does; bench list shows it."""
 
-from __future__ import annotations
-
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import transfer

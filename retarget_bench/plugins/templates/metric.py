@@ -1,7 +1,5 @@
 """One line that says what the metric measures; bench list shows it."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 import numpy as np

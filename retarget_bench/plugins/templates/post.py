@@ -1,7 +1,5 @@
 """One line that says what the post-processor does; bench list shows it."""
 
-from __future__ import annotations
-
 import numpy as np
 
 from retarget_bench.api import Context, Prediction

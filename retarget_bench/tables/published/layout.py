@@ -1,7 +1,5 @@
 """A published table with our rows under the printed ones, as a table that every renderer can draw."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

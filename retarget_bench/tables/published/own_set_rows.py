@@ -1,8 +1,6 @@
 """Our rows of published tables that compare whole sets of answers: values of sets on targets of two or four
 legs, and what real motion scores in their place."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass

@@ -4,8 +4,6 @@
 pairs it is a mean over, or why there is none.
 """
 
-from __future__ import annotations
-
 import tomllib
 from collections import Counter
 from collections.abc import Mapping, Sequence

@@ -1,7 +1,5 @@
 """Tables drawn: as text, Markdown, LaTeX, HTML or CSV. Every renderer gets the same ``Table``."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from functools import partial
 

@@ -1,7 +1,5 @@
 """Tables as CSV, for other programs: full precision, with interval, mark and counts beside every number."""
 
-from __future__ import annotations
-
 import csv
 import io
 from collections.abc import Sequence

@@ -1,7 +1,5 @@
 """Tables as LaTeX with booktabs, for ``\\input`` into a paper, readable by any TeX engine."""
 
-from __future__ import annotations
-
 import unicodedata
 from collections.abc import Sequence
 

@@ -1,7 +1,5 @@
 """Tables as Markdown: best in bold, intervals on request."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 from retarget_bench.tables.model import MARKS, Cell, Group, Row, Table

@@ -1,7 +1,5 @@
 """Tables as aligned text, at most ``WIDTH`` wide, with intervals on request."""
 
-from __future__ import annotations
-
 import textwrap
 from collections.abc import Sequence
 from dataclasses import dataclass

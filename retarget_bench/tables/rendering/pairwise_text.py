@@ -1,7 +1,5 @@
 """A comparison of two methods as text, Markdown or comma-separated values."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

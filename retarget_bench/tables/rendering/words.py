@@ -1,7 +1,5 @@
 """Texts of legends that all renderers share, and names made safe to print."""
 
-from __future__ import annotations
-
 import re
 import unicodedata
 from collections.abc import Sequence

@@ -6,8 +6,6 @@ of both are matched by their places in the reference pose, between the two bodie
 Places, not roles, since what a role names (the head, the upper spine) lies elsewhere on another structure.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any

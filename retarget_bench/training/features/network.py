@@ -5,8 +5,6 @@ stride 2 and tanh make ``(FRAMES / 8, 256)`` activations of them, and their mean
 mean 0 and standard deviation 1 over the training windows, is the window's feature vector.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache

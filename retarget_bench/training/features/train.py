@@ -1,7 +1,5 @@
 """Training a feature network: a convolutional autoencoder of windows, after Holden et al. (2015, 2016)."""
 
-from __future__ import annotations
-
 import time
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import asdict, dataclass

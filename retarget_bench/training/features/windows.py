@@ -15,8 +15,6 @@ Speeds and jolts are sizes, not vectors, since filters that learn to rebuild rea
 pass that goes to and fro from frame to frame, as trembling does.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

@@ -3,8 +3,6 @@
 Imports torch and ``training.parallel``. Names of parameters and buffers are part of weights files.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 
 from torch import Tensor, nn

@@ -1,7 +1,5 @@
 """Adversarial training: losses of logits and scores, when a discriminator learns, and older answers."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 from torch.nn import functional

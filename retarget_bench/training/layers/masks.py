@@ -1,7 +1,5 @@
 """Masks of rows that differ in length, and means over what they keep."""
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor
 

@@ -1,7 +1,5 @@
 """Mean and standard deviation of training data, kept beside a network's weights."""
 
-from __future__ import annotations
-
 import numpy as np
 import torch
 from torch import Tensor, nn

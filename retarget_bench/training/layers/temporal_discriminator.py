@@ -5,8 +5,6 @@ Source: Villegas et al., CVPR 2018, the second architecture of the published cod
 the third, fourth and last convolution is the one reading under which it has 280,413 parameters.
 """
 
-from __future__ import annotations
-
 import torch
 from torch import Tensor, nn
 from torch.nn import functional

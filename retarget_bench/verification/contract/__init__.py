@@ -5,8 +5,6 @@
     assert_contract("methods", "my_method")
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 
 from retarget_bench import defaults

@@ -1,7 +1,5 @@
 """Shared by the checks of every kind of plug-in: trials, outcomes, sample cases, snapshots."""
 
-from __future__ import annotations
-
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace

@@ -1,7 +1,5 @@
 """The checks that a data set must pass."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from typing import Any
 

@@ -1,7 +1,5 @@
 """The checks that a method must pass."""
 
-from __future__ import annotations
-
 import random
 from collections.abc import Sequence
 from dataclasses import replace

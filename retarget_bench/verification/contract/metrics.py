@@ -1,7 +1,5 @@
 """The checks that metrics of single cases, and metrics of sets of cases, must pass."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Mapping
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """The checks that a post-processor must pass: its own, and those of a method that it follows."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from dataclasses import replace
 

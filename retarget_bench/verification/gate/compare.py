@@ -1,7 +1,5 @@
 """Comparison of two snapshots, row by row."""
 
-from __future__ import annotations
-
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass

@@ -4,8 +4,6 @@
 ``frozen.csv`` has metrics on frozen motions, ``rows/<method>.csv`` a method on cases of the smoke split.
 """
 
-from __future__ import annotations
-
 import hashlib
 import json
 from collections.abc import Mapping

@@ -5,8 +5,6 @@ are measured is seen. Skins are left out. Rotations are stored in single precisi
 they are read.
 """
 
-from __future__ import annotations
-
 import json
 from collections.abc import Mapping
 from dataclasses import fields, is_dataclass, replace

@@ -1,7 +1,5 @@
 """Report of a check as text, and as Markdown for a pull request: moved rows first, then counts."""
 
-from __future__ import annotations
-
 from collections import Counter
 from collections.abc import Sequence
 

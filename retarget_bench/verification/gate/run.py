@@ -1,7 +1,5 @@
 """One run of the gate: measure, compare, and accept the changes."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path

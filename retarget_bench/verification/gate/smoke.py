@@ -1,7 +1,5 @@
 """Methods on a few cases: which cases, and everything from the question to the mean that a table shows."""
 
-from __future__ import annotations
-
 import tempfile
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field

@@ -1,7 +1,5 @@
 """Snapshots: measured numbers with the facts that they depend on."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path

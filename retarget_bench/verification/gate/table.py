@@ -1,7 +1,5 @@
 """Numbers by row and column, and the text files that they are kept in."""
 
-from __future__ import annotations
-
 import csv
 import io
 import math

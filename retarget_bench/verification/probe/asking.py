@@ -1,7 +1,5 @@
 """Asking one method all probes on a few cases of a data set, or on two BVH files."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import combinations

@@ -4,8 +4,6 @@ A probe gives a question and a way to bring the new answer back to where the pla
 deviation is the mean distance between the two over frames and joints, in per cent of the target's height.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

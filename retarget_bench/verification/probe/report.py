@@ -1,7 +1,5 @@
 """Results of probing a method: rows in the format of every other result, and sentences."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path

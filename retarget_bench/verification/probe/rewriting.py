@@ -4,8 +4,6 @@ Every function gives a new Motion (or Character) in which each original joint is
 function says. None of them looks at what a joint is called.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import asdict, replace
 

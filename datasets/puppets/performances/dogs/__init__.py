@@ -1,7 +1,5 @@
 """Kinds of performance on four legs."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping
 
 from ...randomness import Stream

@@ -3,8 +3,6 @@
 For work on bipeds and quadrupeds, which have no pairs: what is matched is the path, not the movement.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 

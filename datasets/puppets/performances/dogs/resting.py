@@ -3,8 +3,6 @@
 Getting up is sitting down played backwards.
 """
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

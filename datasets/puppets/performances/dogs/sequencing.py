@@ -4,8 +4,6 @@ Whoever sits or lies down gets up again. Paws stay where the part before left th
 them; all other channels run on with fading speed and are cross-faded on a bridge.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial

@@ -1,7 +1,5 @@
 """Kinds of performance on two legs: each function draws a Score of so many frames from random numbers."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 

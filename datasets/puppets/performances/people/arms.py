@@ -1,7 +1,5 @@
 """Arms that go from one shape to the next: what gestures, blows and dances are made of."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 

@@ -1,7 +1,5 @@
 """Two dance routines: steps in bars of four beats with figures of the arms, and a line dance of touches."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

@@ -4,8 +4,6 @@ Take-off, flight and landing follow each other like a thrown body's; how far the
 grows with the speed they stop.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """Lunging, and kneeling down on one knee or both and getting up again."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Jogging and running: steps with a flight between them."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise

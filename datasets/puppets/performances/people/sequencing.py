@@ -10,8 +10,6 @@ Parts are rotated and moved so that one foot stays where it is; the other makes 
 that happens all channels run on with fading speed and are cross-faded, so nothing jumps.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """Stairs, up and down, one foot on every step; they grow with the performer (``solver/scaling.py``)."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 from itertools import pairwise
 

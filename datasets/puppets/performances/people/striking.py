@@ -4,8 +4,6 @@ Punches and kicks hit nothing: muscles stop hand and foot over several frames, f
 and no velocity jumps. So none of them declares an impact.
 """
 
-from __future__ import annotations
-
 import numpy as np
 
 from ...conventions import SIDES, sign

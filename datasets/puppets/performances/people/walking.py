@@ -1,7 +1,5 @@
 """Walking: forward, backward, sideways, along arcs, sneaking, marching, limping, turning on the spot."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np
