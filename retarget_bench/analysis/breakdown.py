@@ -9,7 +9,7 @@ import numpy as np
 
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.tasks import questions
+from retarget_bench.evaluation.tasks import definitions
 from retarget_bench.motion.roles import BODY_PARTS
 from retarget_bench.results import case_metadata, compatibility, store
 from retarget_bench.results.columns import Key
@@ -74,8 +74,8 @@ def _levels(matrix: ResultMatrix) -> dict[str, str]:
             f"{matrix.dataset}, {matrix.split}: these cases have no levels; those of bench task "
             "denoise and joint-completion do"
         )
-    ordered = sorted(matrix.cases, key=lambda info: questions.level_order(conditions.get(info.id, {})))
-    return {info.id: questions.level_name(conditions.get(info.id, {})) for info in ordered}
+    ordered = sorted(matrix.cases, key=lambda info: definitions.level_order(conditions.get(info.id, {})))
+    return {info.id: definitions.level_name(conditions.get(info.id, {})) for info in ordered}
 
 
 # ---------------------------------------------------------------------------------------------- joints

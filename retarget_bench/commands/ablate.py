@@ -73,25 +73,25 @@ def command(
     from retarget_bench.plugins import registry
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.tables.rendering import WITH_INTERVALS
-    from retarget_bench.training import ablating
+    from retarget_bench.training import ablation_runner
     from retarget_bench.training.train import TrainingOptions
 
     spec = Spec.parse(method)
     data = registry.canonical("datasets", options.dataset_spec(dataset, root))
     tested = Spec.parse(test) if test else data
-    ablation = ablating.find(spec, table)
-    ablating.check(ablation, tested)
+    ablation = ablation_runner.find(spec, table)
+    ablation_runner.check(ablation, tested)
     # "" for no budget of one's own: a folder that was trained under one must not pass for this
     asked = TrainingOptions(spec, data, preset, budget or "", seed, jobs=jobs, device=device)
     reporter: Any = ConsoleReporter()
     try:
-        trained = ablating.train_rows(ablation, asked, out, reporter)
+        trained = ablation_runner.train_rows(ablation, asked, out, reporter)
     finally:
         reporter.close()
-    wanted = ablating.plan_of(ablation, trained, tested, out / "results", jobs)
+    wanted = ablation_runner.plan_of(ablation, trained, tested, out / "results", jobs)
     planning.carry_out(wanted, "bench ablate")
-    found = ablating.numbers_of(wanted, trained)
+    found = ablation_runner.numbers_of(wanted, trained)
     on, by = (plan.dataset(each).label.strip() for each in (data, tested))
     recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
-    made = ablating.table(ablation, trained, found, ablating.AblationFacts(on, by, recipe))
+    made = ablation_runner.table(ablation, trained, found, ablation_runner.AblationFacts(on, by, recipe))
     options.write_out(WITH_INTERVALS[form]([made]), output)

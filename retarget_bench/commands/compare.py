@@ -112,12 +112,12 @@ def _checked(matrices: Sequence[ResultMatrix], wanted: list[str] | None) -> list
 
 def _values(matrix: ResultMatrix, wanted: list[str] | None, everything: bool) -> list[str]:
     """Value ids to compare on a split: those asked for, all, or the columns of a table."""
-    from retarget_bench.tables.builder import FIRST_SIGHT, stand_in
+    from retarget_bench.tables.builder import DEFAULT_COLUMNS, stand_in
 
     there = list(dict.fromkeys(value for value, index in matrix.keys if not index))
     if everything or wanted is not None:
         return there if everything else list(wanted or ())
-    shown = (stand_in(key, there) for key in FIRST_SIGHT)
+    shown = (stand_in(key, there) for key in DEFAULT_COLUMNS)
     return [key for key in shown if key in there]
 
 

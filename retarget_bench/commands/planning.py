@@ -122,7 +122,7 @@ def _default_methods(task: str = "retarget") -> tuple[Spec, ...]:
     that do not accept positions.
     """
     from retarget_bench.api import TASKS
-    from retarget_bench.api.offers import method_card
+    from retarget_bench.api.optional import method_card
 
     kind = "motion" if task in ("retarget", "reconstruct") else "positions"
     specs = []
@@ -139,7 +139,7 @@ def _default_metrics(task: str = "retarget") -> tuple[str, ...]:
     """All metrics of a task, and for derived tasks ``defaults.TASK_METRICS``. A metric with a value id that
     another one declares is left out; built-in ones come first."""
     from retarget_bench.api import TASKS
-    from retarget_bench.api.offers import metric_tasks
+    from retarget_bench.api.optional import metric_tasks
     from retarget_bench.errors import BenchError
     from retarget_bench.evaluation.score import declared_values
 

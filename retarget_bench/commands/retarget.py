@@ -70,7 +70,7 @@ def command(
         if out.exists() and given.exists() and out.samefile(given):
             raise BenchError(f"{out} would overwrite {given}; choose another name for the result")
     from retarget_bench.motion import importer
-    from retarget_bench.motion.bvh import like
+    from retarget_bench.motion.bvh import write_like
 
     performer = importer.load(source, unit=unit, up=up, root=root_place, roles=roles, fps=fps)
     body = importer.load(target, unit=target_unit, up=target_up, root=target_root_place, roles=target_roles)
@@ -83,7 +83,7 @@ def command(
             "one body has four legs and the other two: what each limb should do is a guess", err=True
         )
     answer = _retargeted(method, performer, body, seed)
-    for note in like.write(out, answer, body, root=target_root_place):
+    for note in write_like.write(out, answer, body, root=target_root_place):
         click.echo(f"{out}: {note}", err=True)
     click.echo(_summary(out, method, performer, body))
 

@@ -81,7 +81,7 @@ def scene_of(
     """The scene of a case, or of files, that a command's words describe. Raises BenchError."""
     from dataclasses import replace
 
-    from retarget_bench.viewer import results_library, scenes
+    from retarget_bench.viewer import results_library, scene_builder
 
     if results_library.are_files(names):
         found = _of_files(names, root)
@@ -93,7 +93,7 @@ def scene_of(
         roots = results or (Path("runs"),)
         places = results_library.results(roots, task, dataset, methods)
         having, case_id = results_library.case(places, names[0])
-        found = scenes.of_case(having, case_id, dataset=_moved(having, root))
+        found = scene_builder.of_case(having, case_id, dataset=_moved(having, root))
         found = replace(found, colours=results_library.colours(roots))
     shown = [figure for figure in found.figures if figure.part not in hidden]
     return replace(found, figures=tuple(shown))
@@ -103,16 +103,16 @@ def _of_files(names: Sequence[str], root: str | None) -> Scene:
     """A stored prediction is shown with its case; other files as they are."""
     from dataclasses import replace
 
-    from retarget_bench.viewer import results_library, scenes
+    from retarget_bench.viewer import results_library, scene_builder
 
     paths = [Path(name) for name in names]
     stored = [results_library.place_of(path) for path in paths]
     places = [each[0] for each in stored if each is not None]
     if len(places) == len(paths) and len({each[1] for each in stored if each is not None}) == 1:
         assert stored[0] is not None
-        found = scenes.of_case(places, stored[0][1], dataset=_moved(places, root))
+        found = scene_builder.of_case(places, stored[0][1], dataset=_moved(places, root))
         return replace(found, colours=results_library.colours({place.root for place in places}))
-    return scenes.of_files(paths)
+    return scene_builder.of_files(paths)
 
 
 def _asked(name: str, methods: Sequence[str], dataset: str | None, root: str | None) -> Scene:
@@ -120,14 +120,14 @@ def _asked(name: str, methods: Sequence[str], dataset: str | None, root: str | N
     from retarget_bench.api import TASKS
     from retarget_bench.evaluation import plan
     from retarget_bench.plugins.spec import Spec
-    from retarget_bench.viewer import results_library, scenes
+    from retarget_bench.viewer import results_library, scene_builder
 
     if not methods:
         raise BenchError("say which methods to ask: --ask -m METHOD")
     spec = dataset_spec(dataset or defaults.DATASET, root)
     data = plan.dataset(registry.canonical("datasets", spec))
     ids = [info.id for split in data.card.splits for info in data.cases(TASKS[0], split)]
-    return scenes.of_case_asked(
+    return scene_builder.of_case_asked(
         spec, None, results_library.matching(ids, name), [Spec.parse(m) for m in methods]
     )
 

@@ -125,7 +125,7 @@ def _tables(
     if task in DERIVED and columns is not None and task != "reconstruct":
         by = by or BY[task]
     found = summary.split_summaries(places, by, at_least)
-    wanted: tuple[str, ...] = builder.FIRST_SIGHT
+    wanted: tuple[str, ...] = builder.DEFAULT_COLUMNS
     if everything:
         # nobody times probes, nor derived tasks
         timed = places[0].task == "retarget"

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.api import Method
-from retarget_bench.api.offers import OffersAttention
+from retarget_bench.api.optional import OffersAttention
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.files import write_csv
 from retarget_bench.motion.motion import Motion

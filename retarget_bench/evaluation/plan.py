@@ -15,7 +15,7 @@ from retarget_bench.api import (
     Method,
     Metric,
     SetMetric,
-    offers,
+    optional,
 )
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.batches import RULE, batches
@@ -87,12 +87,12 @@ def method(spec: Spec) -> Method:
 
 def metrics(names: tuple[str, ...]) -> tuple[Metric, ...]:
     """The metrics of single cases, built once per process; BenchError where two declare one value."""
-    return tuple(each for each in _built(names) if not offers.is_set_metric(each))
+    return tuple(each for each in _built(names) if not optional.is_set_metric(each))
 
 
 def set_metrics(names: tuple[str, ...]) -> tuple[SetMetric, ...]:
     """The metrics of sets of cases, likewise."""
-    return tuple(each for each in _built(names) if offers.is_set_metric(each))
+    return tuple(each for each in _built(names) if optional.is_set_metric(each))
 
 
 @cache
@@ -141,7 +141,7 @@ class EvaluationUnit:
             "method": self.method.name,
             "parameters": dict(self.known_as.parameters),
             "code": folder_hash(self.plan.external) if self.plan.external else method_code(self.method),
-            "weights": "" if self.plan.external else offers.weights_hash(method(self.method)),
+            "weights": "" if self.plan.external else optional.weights_hash(method(self.method)),
             "dataset": self.dataset.name,
             "dataset_parameters": without_location(self.dataset),
             "content": self.data.content,
@@ -156,7 +156,7 @@ class EvaluationUnit:
     @property
     def in_batches(self) -> bool:
         """Whether the method takes several cases at once."""
-        return self.plan.external is None and offers.takes_batches(method(self.method))
+        return self.plan.external is None and optional.takes_batches(method(self.method))
 
     @cached_property
     def batches(self) -> Sequence[tuple[str, ...]]:
@@ -211,7 +211,7 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
 
 def _seeds(plan: Plan, spec: Spec) -> int:
     """The number of seeds that a method runs with."""
-    stochastic = not plan.external and offers.method_card(method(spec)).stochastic
+    stochastic = not plan.external and optional.method_card(method(spec)).stochastic
     return plan.seeds if stochastic else 1
 
 
@@ -227,7 +227,7 @@ def known_as(spec: Spec) -> Spec:
 
     Raises BenchError where there are no such weights.
     """
-    label = offers.weights_label(method(spec)) if "weights" in spec.parameters else ""
+    label = optional.weights_label(method(spec)) if "weights" in spec.parameters else ""
     return spec.with_parameters(weights=label) if label else spec
 
 

@@ -20,16 +20,16 @@ from retarget_bench.api import (
     Method,
     Prediction,
     TrainingClips,
-    offers,
+    optional,
 )
-from retarget_bench.api.offers import method_card, takes_batches
+from retarget_bench.api.optional import method_card, takes_batches
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.files import atomic
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
-from retarget_bench.plugins.answers import EMPTY, Invalid, verified
 from retarget_bench.plugins.post_processors import Composed
+from retarget_bench.plugins.prediction_check import EMPTY, Invalid, verified
 
 
 @dataclass(frozen=True)
@@ -197,7 +197,7 @@ def _training(dataset: Dataset) -> Mapping[str, Mapping[str, TrainingClips]] | N
     """The training part of a data set; the same object as long as the process lives."""
     if id(dataset) not in _CASTS:
         # the data set is kept beside it, lest another one be given its id
-        _CASTS[id(dataset)] = dataset, offers.training(dataset) or None
+        _CASTS[id(dataset)] = dataset, optional.training(dataset) or None
     return _CASTS[id(dataset)][1]
 
 
@@ -213,7 +213,7 @@ def _clips_of_target(dataset: Dataset, info: CaseInfo, splits: Sequence[str]) ->
 
 def _real_clips(dataset: Dataset, case: Case) -> list[CaseInfo]:
     """Likewise where cases have no references: the real motion that the data set has of the target."""
-    if not offers.offers_real(dataset):
+    if not optional.offers_real(dataset):
         return []
     found = [
         info

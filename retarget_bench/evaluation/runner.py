@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import Any
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.evaluation.header import header_of
+from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
 from retarget_bench.evaluation.process_pool import Executor, LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files

@@ -7,7 +7,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 
 from retarget_bench.api import Case, CaseInfo, Prediction
-from retarget_bench.api.offers import offers_real
+from retarget_bench.api.optional import offers_real
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict as stage_one
 from retarget_bench.evaluation.plan import Plan, dataset, known_as, method, metrics, set_metrics
@@ -17,7 +17,7 @@ from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.collect import collect
 from retarget_bench.files import write_text
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.answers import Invalid, verified
+from retarget_bench.plugins.prediction_check import Invalid, verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import CaseResult, ResultPaths

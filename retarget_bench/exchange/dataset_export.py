@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench import __version__
-from retarget_bench.api import CaseInfo, Dataset, Prediction, offers
+from retarget_bench.api import CaseInfo, Dataset, Prediction, optional
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.files import slug, write_text
 from retarget_bench.motion import bvh
@@ -126,7 +126,7 @@ def export(data: Dataset, name: str, folder: Path) -> Iterator[tuple[int, int]]:
     Raises BenchError where the folder holds something else, NotSupported for motions without rotations.
     """
     target = _Folder.open(folder, f"retarget-bench export of {name}: {data.content}")
-    parts = offers.parts(data)
+    parts = optional.parts(data)
     listed = [
         (part, each, info)
         for part, each in parts.items()
@@ -135,7 +135,7 @@ def export(data: Dataset, name: str, folder: Path) -> Iterator[tuple[int, int]]:
     ]
     training = [
         (structure, character, clips, number)
-        for structure, mine in offers.training(data).items()
+        for structure, mine in optional.training(data).items()
         for character, clips in mine.items()
         for number in range(len(clips))
     ]
@@ -212,7 +212,7 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
             target.add(files["labels_file"], lambda path: write_text(path, text))
     present = {key: file for key, file in files.items() if file in target.done}
     row = {**asdict(info), **present}
-    if isinstance(data, offers.OffersUnseen):
+    if isinstance(data, optional.OffersUnseen):
         row["not_in_training"] = sorted(data.unseen(info))
     return {"part": part, **row} if part else row
 
@@ -234,7 +234,7 @@ def _labels(data: Dataset, info: CaseInfo, contacts: Any) -> dict[str, Any]:
             if (label := getattr(contacts, name)) is not None:
                 columns = zip(contacts.roles, np.asarray(label).T, strict=True)
                 found[name] = {role: runs(column).tolist() for role, column in columns}
-    if isinstance(data, offers.OffersLabels):
+    if isinstance(data, optional.OffersLabels):
         known = data.labels(info)
         starts = [0, *(np.flatnonzero(known.kind[1:] != known.kind[:-1]) + 1).tolist(), len(known.kind)]
         found["kind"] = [[str(known.kind[first]), first, end] for first, end in pairwise(starts)]

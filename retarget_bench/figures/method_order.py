@@ -86,5 +86,5 @@ def main_value(found: ResultMatrix, task: str) -> str | None:
     """The first column of the tables of a split; None where no case has any of the usual ones."""
     wanted = COLUMNS.get(task.split("-")[0], ())
     present = {value for value, _ in found.keys}
-    columns = (builder.stand_in(key, present) for key in (*wanted, *builder.FIRST_SIGHT) if key != FPS)
+    columns = (builder.stand_in(key, present) for key in (*wanted, *builder.DEFAULT_COLUMNS) if key != FPS)
     return next((key for key in columns if key is not None), None)

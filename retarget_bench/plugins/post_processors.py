@@ -20,13 +20,13 @@ from retarget_bench.api import (
     Method,
     MethodCard,
     Prediction,
-    offers,
+    optional,
 )
-from retarget_bench.api.offers import takes_batches
+from retarget_bench.api.optional import takes_batches
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.plugins.answers import Invalid, verified
+from retarget_bench.plugins.prediction_check import Invalid, verified
 
 
 @dataclass(frozen=True)
@@ -81,15 +81,15 @@ class Composed:
 
     @property
     def weights_hash(self) -> str:
-        return offers.weights_hash(self.method)
+        return optional.weights_hash(self.method)
 
     @property
     def weights_label(self) -> str:
-        return offers.weights_label(self.method)
+        return optional.weights_label(self.method)
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
-        return offers.method_manifest(self.method)
+        return optional.method_manifest(self.method)
 
     def supports(self, source: Character, target: Character) -> str | None:
         if reason := self.method.supports(source, target):
@@ -147,7 +147,7 @@ _NO_CASE = CaseInfo("", "retarget", "", "", "", "")
 
 def _card(method: Method, posts: Sequence[Post]) -> MethodCard:
     """The method's card, with what follows it."""
-    card = offers.method_card(method)
+    card = optional.method_card(method)
     cards = [post.card for post in posts]
     then = ", ".join(each.name for each in cards)
     return replace(

@@ -14,7 +14,7 @@ from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.tasks import questions
+from retarget_bench.evaluation.tasks import definitions
 from retarget_bench.figures import method_order
 from retarget_bench.figures.data import values
 from retarget_bench.motion.character import Character
@@ -94,7 +94,7 @@ class Split:
             conditions |= case_metadata.read_conditions(row.paths)
         found["structure"] = [structures.get(info.target, UNKNOWN) for info in cases]
         if conditions:
-            found["level"] = [questions.level_name(conditions.get(info.id, {})) for info in cases]
+            found["level"] = [definitions.level_name(conditions.get(info.id, {})) for info in cases]
         return found
 
 

@@ -9,7 +9,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.report.chapters import Chapter
 from retarget_bench.report.choosing import Chosen
 from retarget_bench.tables.model import count
-from retarget_bench.viewer import player, scenes
+from retarget_bench.viewer import player, scene_builder
 from retarget_bench.viewer.packing import packed
 
 ROOM = 10_500_000
@@ -53,7 +53,7 @@ def motions(
             continue
         try:
             places = [row.paths for row in split.matrix.rows]
-            scene = scenes.of_case(places, case, dataset=chapter.data)
+            scene = scene_builder.of_case(places, case, dataset=chapter.data)
             text = player.data(packed(scene, skins))
         except BenchError as error:
             found.reasons[each] = str(error)

@@ -12,7 +12,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from retarget_bench.api import CaseInfo, Dataset
-from retarget_bench.api.offers import OffersConditions, OffersUnseen
+from retarget_bench.api.optional import OffersConditions, OffersUnseen
 from retarget_bench.errors import FileError
 from retarget_bench.files import write_csv
 from retarget_bench.motion.character import Character

@@ -13,7 +13,7 @@ from retarget_bench.tables import missing, provenance, set_groups
 from retarget_bench.tables.groups import FPS, GroupBuilder, by_method, by_part
 from retarget_bench.tables.model import Group, Problem, Table
 
-FIRST_SIGHT = (
+DEFAULT_COLUMNS = (
     "mpjpe_h.world",
     "mpjpe_h.root",
     "plant_recall",
@@ -36,7 +36,7 @@ Values = Mapping[str, DeclaredValue]
 
 def tables(
     found: Sequence[SplitSummary],
-    columns: Sequence[str] = FIRST_SIGHT,
+    columns: Sequence[str] = DEFAULT_COLUMNS,
     by: str = "",
     *,
     with_sets: bool = False,
@@ -52,7 +52,7 @@ def tables(
     by_dataset: dict[str, list[SplitSummary]] = {}
     for section in found:
         by_dataset.setdefault(section.dataset, []).append(section)
-    if columns is not FIRST_SIGHT:
+    if columns is not DEFAULT_COLUMNS:
         _check_columns(columns, declared, by, set_groups.declared(found))
     methods = {score.label: score.header for section in found for score in section.scores}
     return [
@@ -138,7 +138,7 @@ def _groups(
 ) -> list[Group]:
     """Per split: the values of cases, then those of sets, structure by structure."""
     of_sets = set_groups.declared(found)
-    cases = wanted if wanted is FIRST_SIGHT else [key for key in wanted if key not in of_sets]
+    cases = wanted if wanted is DEFAULT_COLUMNS else [key for key in wanted if key not in of_sets]
     groups = []
     for section in found:
         if cases:
@@ -168,7 +168,7 @@ def _columns(section: SplitSummary, wanted: Sequence[str], declared: Values) -> 
     for key in wanted:
         if (shown := stand_in(key, present)) is not None:
             keys.append(shown)
-        elif key in declared and not (wanted is FIRST_SIGHT and key in WHERE_KNOWN):
+        elif key in declared and not (wanted is DEFAULT_COLUMNS and key in WHERE_KNOWN):
             absent.setdefault(missing.lacking([declared[key]], *section.scores), []).append(key)
     lost = [
         f"{section.split}: not shown: {', '.join(declared[key].label for key in each)} ({why})"
@@ -189,7 +189,7 @@ def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared:
     present = _present(found)
     shown = (stand_in(key, present) for key in wanted if key != FPS)
     keys = list(dict.fromkeys(key for key in shown if key is not None))
-    if wanted is not FIRST_SIGHT:
+    if wanted is not DEFAULT_COLUMNS:
         return keys
     return keys[:1] or [key for key in declared if key in present]
 

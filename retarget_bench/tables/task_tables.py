@@ -32,4 +32,4 @@ def task_tables(places: Sequence[ResultPaths], task: str, by: By | None = None) 
 def _columns(found: Sequence[summary.SplitSummary], wanted: Sequence[str]) -> Sequence[str]:
     """Those that any result has; the default columns of all tables where none has."""
     there = {key for section in found for key in section.values}
-    return tuple(key for key in wanted if key in there) or builder.FIRST_SIGHT
+    return tuple(key for key in wanted if key in there) or builder.DEFAULT_COLUMNS

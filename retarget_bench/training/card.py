@@ -7,7 +7,7 @@ from typing import Any
 
 import torch
 
-from retarget_bench.api import Dataset, offers
+from retarget_bench.api import Dataset, optional
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import log, parallel
 from retarget_bench.training.checkpoint import Checkpoint
@@ -83,7 +83,7 @@ def manifest(data: Dataset, training_data: TrainingData) -> dict[str, list[str]]
 def _manifest(data: Dataset, kept: Mapping[str, str], training_data: TrainingData) -> dict[str, list[str]]:
     """The same of one data set. kept: those of its characters that were trained on -> as the material calls
     them."""
-    told = offers.data_manifest(data)
+    told = optional.data_manifest(data)
     if not told:
         structures = {training_data.characters[name].structure for name in kept.values()}
         return {"characters": sorted(kept), "structures": sorted(structures)}

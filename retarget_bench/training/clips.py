@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from retarget_bench.api import Dataset, TrainingClips, offers
+from retarget_bench.api import Dataset, TrainingClips, optional
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.process_pool import Function, LocalPool
 from retarget_bench.plugins.registry import files as plugin_files
@@ -16,17 +16,17 @@ Progress = Callable[[int, int], None]
 
 def training_clips(data: Dataset) -> Cast:
     """What a data set has to train on. Raises NotSupported where that is nothing."""
-    found = offers.training(data)
+    found = optional.training(data)
     usable = {structure: mine for structure, mine in found.items() if mine}
     if not usable:
-        why = "; ".join(offers.training_notes(data)) or "see TrainingDataset in retarget_bench/api"
+        why = "; ".join(optional.training_notes(data)) or "see TrainingDataset in retarget_bench/api"
         raise NotSupported(f"{data.label.strip()} has no training motion; {why}")
     return usable
 
 
 def held_out(data: Dataset) -> Dataset | None:
     """The data set's own validation part: cases that training has no clip of."""
-    return offers.validation(data)
+    return optional.validation(data)
 
 
 def by_character(

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import Dataset, offers
+from retarget_bench.api import Dataset, optional
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation.plan import method
 from retarget_bench.evaluation.worker import register_plugins
@@ -187,7 +187,7 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
     notes = [f"not trained on {name}: {why}" for name, why in unfit.items()]
-    notes += offers.training_notes(dataset(data))
+    notes += optional.training_notes(dataset(data))
     notes += [
         f"not trained on {number} clip{'s' * (number > 1)} of {name}, in which the body is another one"
         for name, (_, number, _) in found.items()

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from pathlib import Path
 
-from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips, offers
+from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, DatasetCard, TrainingClips, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.plan import locations
@@ -154,7 +154,9 @@ class JointDataset:
     def training_notes(self) -> Sequence[str]:
         """What the data sets leave out of training, and which of them do not steer it though others do."""
         told = [
-            f"{data.label.strip()}: {note}" for data in self._given for note in offers.training_notes(data)
+            f"{data.label.strip()}: {note}"
+            for data in self._given
+            for note in optional.training_notes(data)
         ]
         unparted = [data.label.strip() for data in self._given if held_out(data) is None]
         if 0 < len(unparted) < len(self._given):
@@ -176,7 +178,7 @@ class JointDataset:
 
 def _names(data: Dataset) -> list[str]:
     """Of all characters that a data set tests and trains on."""
-    moving = offers.training(data)
+    moving = optional.training(data)
     return sorted({*data.characters(), *(name for mine in moving.values() for name in mine)})
 
 

@@ -11,7 +11,7 @@ import torch
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.header import versions
+from retarget_bench.evaluation.header_builder import versions
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, joint_datasets, log, parallel, request, weights

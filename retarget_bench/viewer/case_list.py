@@ -10,7 +10,7 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.viewer import results_library, scenes
+from retarget_bench.viewer import results_library, scene_builder
 from retarget_bench.viewer.results_library import StoredResults, read_stored, read_unfinished, unfinished
 from retarget_bench.viewer.scene import Scene
 
@@ -48,7 +48,7 @@ class CaseList:
     def scene(self, case: str) -> Scene:
         """What there is of a case now. Raises BenchError."""
         if self.files:
-            return scenes.of_files(self.files)
+            return scene_builder.of_files(self.files)
         having = [each for each in self._told if case in each.cases]
         if not having:
             raise BenchError(f"there are no results of case {case!r} any more")
@@ -58,7 +58,7 @@ class CaseList:
         ]
         spec = self.data or having[0].dataset
         data = spec if self.root is None else spec.with_parameters(root=self.root)
-        return scenes.of_stored(same, case, data, results_library.colours(self.roots))
+        return scene_builder.of_stored(same, case, data, results_library.colours(self.roots))
 
     def _places(self) -> list[ResultPaths]:
         """Finished results, then those that are being made."""

@@ -11,8 +11,8 @@ from retarget_bench.errors import BenchError
 from retarget_bench.viewer.bodies import Solid
 from retarget_bench.viewer.camera import VIEWS
 from retarget_bench.viewer.colours import FAINT, INK, PAPER, STAGE, TROUBLE, Colour, colours, tints
+from retarget_bench.viewer.renderer import Following, Stage, stages
 from retarget_bench.viewer.scene import Figure, Scene
-from retarget_bench.viewer.stage import Following, Stage, stages
 from retarget_bench.viewer.text import Font, font, short, wrapped
 
 SMALLEST, LARGEST = 16, 8192

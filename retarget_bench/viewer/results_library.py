@@ -16,7 +16,7 @@ from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.figures import method_order
 from retarget_bench.files import digest
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.answers import verified
+from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import CaseResult, ResultPaths

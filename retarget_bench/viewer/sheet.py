@@ -8,8 +8,8 @@ from PIL import Image, ImageDraw
 from retarget_bench.errors import BenchError
 from retarget_bench.viewer.colours import FAINT, INK, PAPER, STAGE, colours
 from retarget_bench.viewer.drawing import GAP, SMALLEST, Box, DrawingStyle, away, chip, nothing, staged
+from retarget_bench.viewer.renderer import Stage
 from retarget_bench.viewer.scene import Figure, Scene
-from retarget_bench.viewer.stage import Stage
 from retarget_bench.viewer.text import font, plain, short, wrapped
 
 MOST = 24

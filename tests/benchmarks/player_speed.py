@@ -23,7 +23,7 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.viewer import player
 from retarget_bench.viewer.packing import packed
 from retarget_bench.viewer.scene import Scene
-from retarget_bench.viewer.scenes import of_case_asked
+from retarget_bench.viewer.scene_builder import of_case_asked
 
 sys.path[:0] = [str(Path(__file__).parents[2]), str(Path(__file__).parents[1] / "viewing")]
 

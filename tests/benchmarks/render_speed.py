@@ -24,7 +24,7 @@ from retarget_bench.evaluation import plan
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.viewer.drawing import Drawing, DrawingStyle
 from retarget_bench.viewer.scene import Scene
-from retarget_bench.viewer.scenes import of_case_asked
+from retarget_bench.viewer.scene_builder import of_case_asked
 
 PUPPETS = Spec.parse("puppets[size=tiny]")
 METHODS = [Spec("copy_rotations"), Spec("ik")]

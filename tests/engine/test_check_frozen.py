@@ -10,7 +10,7 @@ import pytest
 from gates import FOLDER, measured, quiet
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.verification.gate import compare, frozen, golden, packing, run, smoke
+from retarget_bench.verification.gate import compare, frozen, golden, packing, run
 from retarget_bench.verification.gate.compare import Status
 
 
@@ -21,7 +21,7 @@ def copied(tmp_path, monkeypatch):
     facts = json.loads((tmp_path / "golden" / "golden.json").read_text(encoding="utf-8"))
     facts["methods"] = {"rest_pose": facts["methods"]["rest_pose"]}
     (tmp_path / "golden" / "golden.json").write_text(json.dumps(facts), encoding="utf-8")
-    monkeypatch.setattr(smoke, "default_methods", list)
+    monkeypatch.setattr(method_rows, "default_methods", list)
     return tmp_path / "golden"
 
 

@@ -11,7 +11,7 @@ from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
-from retarget_bench.verification.gate import compare, frozen, golden, smoke
+from retarget_bench.verification.gate import compare, frozen, golden, method_rows
 from retarget_bench.verification.gate.compare import Status
 
 
@@ -81,7 +81,7 @@ def test_the_smoke_split_shows_every_structure_on_both_sides(ours):
         assert {bodies[pair[side]].structure for pair in pairs} == {b.structure for b in bodies.values()}
     assert len({case.split("/")[2].rsplit("-", 1)[0] for case in cases}) >= 8
     for split, chosen in ours.smoke.items():
-        assert [info.id for info in smoke.choose(data, data.cases("retarget", split))] == chosen
+        assert [info.id for info in method_rows.choose(data, data.cases("retarget", split))] == chosen
 
 
 def test_the_origin_of_every_frozen_motion_stands_beside_it():

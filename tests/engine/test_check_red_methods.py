@@ -9,7 +9,7 @@ from gates import FOLDER, quiet
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import rotation
 from retarget_bench.plugins import registry
-from retarget_bench.verification.gate import golden, run, smoke
+from retarget_bench.verification.gate import golden, method_rows, run
 from retarget_bench.verification.gate.compare import Status
 
 
@@ -125,13 +125,13 @@ def test_self_pairs_that_slip_into_intra_are_seen(monkeypatch):
 
 def test_self_pairs_that_a_mean_pools_are_seen(monkeypatch):
     """Every value is averaged as legacy protocols are, while the cards say that it is not."""
-    write = smoke.store.write_results
+    write = method_rows.store.write_results
 
     def pooled(place, header, entries, infos):
         values = {name: replace(value, with_self=True) for name, value in header.values.items()}
         write(place, replace(header, values=values), entries, infos)
 
-    monkeypatch.setattr(smoke.store, "write_results", pooled)
+    monkeypatch.setattr(method_rows.store, "write_results", pooled)
     found = checked("copy_rotations")
     assert found.verdict == 1
     moved = [line for line in found.lines if line.status is not Status.SAME]

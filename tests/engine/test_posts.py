@@ -12,7 +12,7 @@ from small_plans import asked, carry_out
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import Context, MethodCard
-from retarget_bench.api.offers import takes_batches
+from retarget_bench.api.optional import takes_batches
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict, runner

@@ -7,9 +7,9 @@ import pytest
 
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.published import published_tables
-from retarget_bench.training import ablating
+from retarget_bench.training import ablation_runner
 
-TABLE = ablating.find(Spec.parse("humot"), "losses")
+TABLE = ablation_runner.find(Spec.parse("humot"), "losses")
 
 
 @pytest.mark.parametrize(

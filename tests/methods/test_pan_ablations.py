@@ -7,9 +7,9 @@ import pytest
 
 from retarget_bench.methods.pan import Pan
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import ablating
+from retarget_bench.training import ablation_runner
 
-TABLE = ablating.find(Spec.parse("pan"), "table5")
+TABLE = ablation_runner.find(Spec.parse("pan"), "table5")
 
 
 def test_the_printed_numbers():

@@ -11,8 +11,8 @@ from scipy import stats
 
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.tasks import canonical, questions
-from retarget_bench.evaluation.tasks.questions import MAJOR_ROLES
+from retarget_bench.evaluation.tasks import canonical, definitions
+from retarget_bench.evaluation.tasks.definitions import MAJOR_ROLES
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -98,7 +98,7 @@ def test_a_proportion_of_joints_is_given_where_they_are_and_fingers_never():
 def test_joints_are_drawn_alike():
     counts = np.zeros(12)
     for number in range(3000):
-        chosen = questions.drawn(number, 12, 3)
+        chosen = definitions.drawn(number, 12, 3)
         assert len(set(chosen)) == 3
         counts[list(chosen)] += 1
     assert stats.chisquare(counts).pvalue > 1e-3
@@ -109,7 +109,7 @@ def test_the_major_joints_are_the_twelve_of_the_paper():
         assert set(case.source.character.roles) == set(MAJOR_ROLES)
         assert len(MAJOR_ROLES) == 12
         assert case.info.id.endswith("/joints-major")
-        assert questions.level_name(case.conditions) == "major"
+        assert definitions.level_name(case.conditions) == "major"
 
 
 def test_bodies_without_all_major_joints_are_not_asked_for_them():
@@ -121,15 +121,15 @@ def test_bodies_without_all_major_joints_are_not_asked_for_them():
 
 def test_seeds_and_numbers_stay_what_they_are():
     case = "puppets/ada>ada/walk-001/noise-5cm"
-    assert questions.seed_of("denoise", case) == GOLDEN_SEED
-    assert questions.gaussian(GOLDEN_SEED, (3,)).tolist() == pytest.approx(GOLDEN_NOISE, abs=1e-12)
-    assert questions.drawn(GOLDEN_SEED, 22, 6) == GOLDEN_JOINTS
+    assert definitions.seed_of("denoise", case) == GOLDEN_SEED
+    assert definitions.gaussian(GOLDEN_SEED, (3,)).tolist() == pytest.approx(GOLDEN_NOISE, abs=1e-12)
+    assert definitions.drawn(GOLDEN_SEED, 22, 6) == GOLDEN_JOINTS
 
 
 def test_uniform_numbers_are_those_of_the_raw_bits():
     raw = np.random.Philox(key=5).random_raw(4)
     expected = [((int(each) >> 11) + 0.5) / 2**53 for each in raw]
-    assert questions.uniform(5, 4).tolist() == expected
+    assert definitions.uniform(5, 4).tolist() == expected
 
 
 def test_levels_that_are_written_alike_are_one():

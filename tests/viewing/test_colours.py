@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from retarget_bench.commands.scene_options import scene_of
 from retarget_bench.figures import method_order, palette
-from retarget_bench.viewer import results_library, scenes
+from retarget_bench.viewer import results_library, scene_builder
 from retarget_bench.viewer.case_list import CaseList
 from retarget_bench.viewer.colours import names
 from tests.viewing.small_runs import CASE, ran
@@ -31,7 +31,7 @@ def test_methods_keep_the_colour_of_their_rank_whoever_is_shown_and_in_which_ord
 def test_seeds_share_a_colour_and_who_has_no_rank_takes_one_that_is_free(tmp_path):
     places = ran(tmp_path, "copy", "far")
     having, case = results_library.case(places, CASE)
-    scene = scenes.of_case(having, case)
+    scene = scene_builder.of_case(having, case)
     first, second = (figure.label for figure in scene.figures[2:])
     assert names(scene)[2:] == [palette.colour(0), palette.colour(1)], "by order where nobody ranked"
     seeded = replace(scene.figures[2], label=f"{first}, seed 2")

@@ -59,7 +59,8 @@ def test_data_may_lie_elsewhere_than_usual(tmp_path, monkeypatch):
     ran(tmp_path, "copy")
     asked = []
     monkeypatch.setattr(
-        "retarget_bench.viewer.scenes.of_stored", lambda told, case, data, colours: asked.append(data)
+        "retarget_bench.viewer.scene_builder.of_stored",
+        lambda told, case, data, colours: asked.append(data),
     )
     case_list = CaseList([tmp_path], root="elsewhere")
     case_list.refresh()

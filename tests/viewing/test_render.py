@@ -16,7 +16,7 @@ from retarget_bench import cli
 from retarget_bench.commands.render import chosen
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.results.store import case_file
-from retarget_bench.viewer import clips, scenes
+from retarget_bench.viewer import clips, scene_builder
 from retarget_bench.viewer.clips import ffmpeg, write_clip
 
 SMALL = ("--size", "160x120")
@@ -125,7 +125,7 @@ def test_clips_that_do_not_fit_in_memory_are_refused(tmp_path):
 
 # ----------------------------------------------------------------------------------------- what is shown
 def test_frames_are_chosen_in_seconds_and_at_a_rate(tmp_path):
-    shown = scenes.of_files([bvh_file(tmp_path / "a.bvh", 121, fps=60)])
+    shown = scene_builder.of_files([bvh_file(tmp_path / "a.bvh", 121, fps=60)])
     assert shown.fps == pytest.approx(60, rel=1e-3)
     assert chosen(shown, 0, None, None, None) == list(range(0, 121, 2))  # 60 per second is seen at 30
     assert chosen(shown, 0, None, None, 50) == [0, 50, 100]

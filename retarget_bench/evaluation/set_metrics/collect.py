@@ -9,7 +9,7 @@ import numpy as np
 
 from retarget_bench.api import Case, CaseFeatures, CaseInfo, Prediction, SetMetric
 from retarget_bench.api.comparison import Comparison
-from retarget_bench.api.offers import OffersReal
+from retarget_bench.api.optional import OffersReal
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.plan import dataset, set_metrics
 from retarget_bench.evaluation.set_metrics.files import Arrays

@@ -6,8 +6,8 @@ noise on them (Figure 8), from positions of some of its joints (Figure 9). A dat
 
 from retarget_bench.api import TASKS, Dataset
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.tasks.definitions import QUESTIONS
 from retarget_bench.evaluation.tasks.derived import Derived
-from retarget_bench.evaluation.tasks.questions import QUESTIONS
 from retarget_bench.plugins.spec import Spec
 
 RETARGET, *DERIVED = TASKS

@@ -6,10 +6,10 @@ from functools import cached_property
 
 import numpy as np
 
-from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, offers
-from retarget_bench.api.offers import OffersUnseen
+from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, optional
+from retarget_bench.api.optional import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation.tasks.questions import QUESTIONS, Level, TaskQuestion
+from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Spec
 
@@ -51,12 +51,12 @@ class Derived:
     def characters(self) -> Mapping[str, Character]:
         return self._data.characters()
 
-    def training(self) -> offers.Cast:
+    def training(self) -> optional.Cast:
         """The training part of the data set."""
-        return offers.training(self._data)
+        return optional.training(self._data)
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
-        return offers.data_manifest(self._data)
+        return optional.data_manifest(self._data)
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Raises NotSupported for another task or split."""

@@ -29,7 +29,7 @@ COSTS = (
 """As submitted; measured on the submitters' machines, so not ranked."""
 
 
-def board(folder: Path, columns: Sequence[str] = builder.FIRST_SIGHT) -> tuple[list[Table], list[str]]:
+def board(folder: Path, columns: Sequence[str] = builder.DEFAULT_COLUMNS) -> tuple[list[Table], list[str]]:
     """Tables of every sound submission in a folder, and sentences about those left out.
 
     Raises BenchError where the folder has none.

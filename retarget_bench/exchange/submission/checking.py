@@ -11,7 +11,7 @@ from typing import Any, Literal
 
 from pydantic import TypeAdapter, ValidationError
 
-from retarget_bench.api import TASKS, Dataset, offers
+from retarget_bench.api import TASKS, Dataset, optional
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.plan import Plan, dataset, metric_versions, metrics
 from retarget_bench.evaluation.predict import as_scored
@@ -123,7 +123,7 @@ def _score(folder: Path, manifest: Manifest) -> None:
     plan = Plan(
         methods=(Spec(manifest.method.label),),
         datasets=(spec,),
-        metrics=tuple(name for name, each in working.items() if TASKS[0] in offers.metric_tasks(each)),
+        metrics=tuple(name for name, each in working.items() if TASKS[0] in optional.metric_tasks(each)),
         root=folder / ROWS,
         stage="score",
         external=folder / PREDICTIONS,

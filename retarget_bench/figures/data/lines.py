@@ -11,8 +11,8 @@ import numpy as np
 from retarget_bench.analysis.breakdown import breakdown, structures_of
 from retarget_bench.analysis.summary import Mean, SplitSummary, split_summary
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks import questions
-from retarget_bench.evaluation.tasks.questions import MAJOR
+from retarget_bench.evaluation.tasks import definitions
+from retarget_bench.evaluation.tasks.definitions import MAJOR
 from retarget_bench.figures import axis_limits
 from retarget_bench.figures.data import values
 from retarget_bench.figures.data.model import Axis, Cases, Figure, Line, LineChart, Mark, NothingToDraw
@@ -149,7 +149,7 @@ def denoise(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence
     ticks = [
         (at, f"{number:g}")
         for name, at in given.items()
-        if (number := questions.level_number(name)) is not None
+        if (number := definitions.level_number(name)) is not None
     ]
     chart = LineChart(
         matrix.split,
@@ -171,7 +171,7 @@ def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequenc
     """
     (matrix,) = values.in_order([matrix], order)
     sections = _levels(matrix)
-    given = {each.part: at for each in sections if (at := questions.level_number(each.part)) is not None}
+    given = {each.part: at for each in sections if (at := definitions.level_number(each.part)) is not None}
     share = major_share(row.paths for row in matrix.rows)
     extra = {MAJOR: share} if share is not None else {}
     charts = []

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 from retarget_bench import defaults
 from retarget_bench.api import Dataset
-from retarget_bench.api.offers import is_set_metric
+from retarget_bench.api.optional import is_set_metric
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import Check

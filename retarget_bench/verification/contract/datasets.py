@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
-from retarget_bench.api.offers import offers_real
+from retarget_bench.api.optional import offers_real
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from retarget_bench.verification.contract.common import Trial, demand

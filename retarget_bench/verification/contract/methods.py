@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Method, Prediction
-from retarget_bench.api.offers import method_card, takes_batches
+from retarget_bench.api.optional import method_card, takes_batches
 from retarget_bench.evaluation import predict
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.answers import verified
+from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import (
     KINDS_OF_SOURCE,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
-from retarget_bench.verification.gate.smoke import MEAN
+from retarget_bench.verification.gate.method_rows import MEAN
 from retarget_bench.verification.gate.snapshot import Snapshot
 from retarget_bench.verification.gate.table import Table, value_id
 

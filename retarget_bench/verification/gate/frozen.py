@@ -14,7 +14,7 @@ import numpy as np
 
 from retarget_bench.api import Case, Metric, Prediction, Sample, SetMetric
 from retarget_bench.api.comparison import Comparison
-from retarget_bench.api.offers import is_set_metric
+from retarget_bench.api.optional import is_set_metric
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.evaluation import score
 from retarget_bench.verification.gate import packing

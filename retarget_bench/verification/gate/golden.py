@@ -15,7 +15,7 @@ from typing import Any
 
 import retarget_bench
 from retarget_bench.errors import FileError
-from retarget_bench.evaluation.header import versions
+from retarget_bench.evaluation.header_builder import versions
 from retarget_bench.files import atomic
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.gate.frozen import FOLDER

@@ -7,7 +7,7 @@ from pathlib import Path
 from retarget_bench import defaults
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.verification.gate import compare, golden, report, smoke, snapshot
+from retarget_bench.verification.gate import compare, golden, method_rows, report, snapshot
 from retarget_bench.verification.gate.compare import GateRow, Status
 from retarget_bench.verification.gate.snapshot import GateRequest, Progress, Snapshot
 
@@ -78,7 +78,7 @@ def _request(
     if before is not None and (accept or not named):
         labels += before.methods
     if complete and (accept or not named):
-        labels += smoke.default_methods()
+        labels += method_rows.default_methods()
     spec = dataset or Spec.parse(before.dataset["spec"] if before is not None else defaults.DATASET)
     partial = before is not None and not complete and not accept
     return GateRequest(

@@ -6,12 +6,12 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench.api import Metric, SetMetric
-from retarget_bench.api.offers import is_set_metric, metric_tasks
+from retarget_bench.api.optional import is_set_metric, metric_tasks
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.verification.gate import frozen, smoke
+from retarget_bench.verification.gate import frozen, method_rows
 from retarget_bench.verification.gate.table import Table
 
 Progress = Callable[[int, int], None]
@@ -55,7 +55,7 @@ class GateRequest:
     """A request for a snapshot.
 
     methods: labels, in the order of the report. metrics: names. wanted: split -> case ids, or None: those
-    that ``smoke.choose`` takes. folder: where the frozen motions lie, or None: none are measured.
+    that ``method_rows.choose`` takes. folder: where the frozen motions lie, or None: none are measured.
     """
 
     methods: tuple[str, ...]
@@ -95,14 +95,14 @@ def measure(request: GateRequest, progress: Progress) -> Snapshot:
 def _measure_methods(
     request: GateRequest, names: tuple[str, ...], found: Snapshot, progress: Progress
 ) -> None:
-    asked = smoke.prepare(request.dataset, request.wanted, found.missing)
+    asked = method_rows.prepare(request.dataset, request.wanted, found.missing)
     found.dataset, found.smoke = asked.facts, {split: [i.id for i in infos] for split, infos in asked}
     if not any(found.smoke.values()):
         found.missing.append(f"{request.dataset} has no case to ask methods")
         return
-    methods = smoke.methods(request.methods, found.missing)
-    found.methods = {label: smoke.method_facts(spec) for label, spec in methods.items()}
-    answers = smoke.measure(asked, methods, names, found.missing, progress)
+    methods = method_rows.methods(request.methods, found.missing)
+    found.methods = {label: method_rows.method_facts(spec) for label, spec in methods.items()}
+    answers = method_rows.measure(asked, methods, names, found.missing, progress)
     found.rows = {label: answer.table for label, answer in answers.items()}
     found.problems = {label: answer.problems for label, answer in answers.items() if answer.problems}
 

@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
-from retarget_bench.api.offers import method_card
+from retarget_bench.api.optional import method_card
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation.predict import predict
 from retarget_bench.motion.character import Character

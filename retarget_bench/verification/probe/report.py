@@ -7,7 +7,7 @@ from typing import Any
 
 from retarget_bench.api import Value
 from retarget_bench.evaluation.code_hash import code_hash, package_code
-from retarget_bench.evaluation.header import header_of
+from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.files import digest
 from retarget_bench.plugins.spec import Spec

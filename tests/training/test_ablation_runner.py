@@ -15,7 +15,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan, runner
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.tables.rendering import WITH_INTERVALS
-from retarget_bench.training import ablating, train
+from retarget_bench.training import ablation_runner, train
 from retarget_bench.training.ablation import Ablation, AblationColumn, AblationRow
 from tests.in_process import InThisProcess
 from tests.training.conftest import TOYS, Silent
@@ -35,7 +35,7 @@ TOY = Ablation(
     notes=("a note",),
 )
 SPEC, DATA = Spec.parse("toy_trainee"), Spec.parse("toy_walks")
-HERE = ablating.AblationFacts("toys", "toys", "preset quick")
+HERE = ablation_runner.AblationFacts("toys", "toys", "preset quick")
 
 
 def info(pair: str, clip: str, split: str) -> CaseInfo:
@@ -55,47 +55,49 @@ def asked(toy_plugins: None, monkeypatch: pytest.MonkeyPatch) -> train.TrainingO
 
 
 def test_unknown_tables_are_named_with_those_that_there_are(asked):
-    assert ablating.find(SPEC, "table1") is TOY
+    assert ablation_runner.find(SPEC, "table1") is TOY
     with pytest.raises(BenchError, match=r"no ablation 'table7'; there are table1 \(Toys"):
-        ablating.find(SPEC, "table7")
+        ablation_runner.find(SPEC, "table7")
     with pytest.raises(BenchError, match="copy_rotations offers no ablation"):
-        ablating.find(Spec.parse("copy_rotations"), "table1")
+        ablation_runner.find(Spec.parse("copy_rotations"), "table1")
     with pytest.raises(BenchError, match=r"have no part in an ablation; ablate toy_trainee$"):
-        ablating.find(Spec.parse("toy_trainee+footfix"), "table1")
+        ablation_runner.find(Spec.parse("toy_trainee+footfix"), "table1")
     with pytest.raises(BenchError, match="pause is what rows of table1 change; leave it out"):
-        ablating.find(Spec.parse("toy_trainee[pause=0.5]"), "table1")
+        ablation_runner.find(Spec.parse("toy_trainee[pause=0.5]"), "table1")
 
 
 def test_rows_are_trained_once_and_under_one_budget(asked, tmp_path):
     reporter = Silent()
-    trained = ablating.train_rows(TOY, asked, tmp_path, reporter)
+    trained = ablation_runner.train_rows(TOY, asked, tmp_path, reporter)
     assert [str(each.method) for each in trained] == ["toy_trainee", "toy_trainee[pause=0.001]"]
     assert [status.step for status in reporter.moments] == [1, 2, 3, 4] * 2
     again = Silent()
-    ablating.train_rows(TOY, asked, tmp_path, again)
+    ablation_runner.train_rows(TOY, asked, tmp_path, again)
     assert not again.moments
     assert sum("trained already" in text for text in again.said) == 2
     with pytest.raises(BenchError, match="began with budget 4it, not 6it"):
-        ablating.train_rows(TOY, replace(asked, budget="6it"), tmp_path, Silent())
+        ablation_runner.train_rows(TOY, replace(asked, budget="6it"), tmp_path, Silent())
 
 
 def test_an_interrupted_row_goes_on(asked, tmp_path):
     # a validation, and with it a checkpoint, is due after step 5
     with pytest.raises(KeyboardInterrupt):
-        ablating.train_rows(TOY, replace(asked, budget="8it"), tmp_path, Silent(stop=6))
+        ablation_runner.train_rows(TOY, replace(asked, budget="8it"), tmp_path, Silent(stop=6))
     reporter = Silent()
-    ablating.train_rows(TOY, replace(asked, budget="8it"), tmp_path, reporter)
+    ablation_runner.train_rows(TOY, replace(asked, budget="8it"), tmp_path, reporter)
     assert [status.step for status in reporter.moments] == [6, 7, 8, *range(1, 9)]
 
 
 def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
-    trained = ablating.train_rows(TOY, asked, tmp_path, Silent())
-    wanted = ablating.plan_of(TOY, trained, DATA, tmp_path / "results", 1)
+    trained = ablation_runner.train_rows(TOY, asked, tmp_path, Silent())
+    wanted = ablation_runner.plan_of(TOY, trained, DATA, tmp_path / "results", 1)
     assert wanted.splits == ("intra", "cross")
     assert len(wanted.methods) == 2
     places = runner.run(wanted, lambda done, total: None)
-    found = ablating.numbers_of(wanted, trained)
-    table = ablating.table(TOY, trained, found, ablating.AblationFacts("walks", "walks", "preset quick"))
+    found = ablation_runner.numbers_of(wanted, trained)
+    table = ablation_runner.table(
+        TOY, trained, found, ablation_runner.AblationFacts("walks", "walks", "preset quick")
+    )
     names = [row.label for row in table.groups[0].rows]
     assert names == ["plain (printed)", "plain", "slow (printed)", "slow"]
     ours = table.groups[0].rows[1].cells
@@ -118,8 +120,8 @@ def test_ours_are_means_per_clip_over_common_cases():
     cases = [info(pair, clip, "cross") for pair in ("a>b", "b>a") for clip in ("x", "y")]
     numbers = dict(zip(cases, (1.0, 5.0, 3.0, 100.0), strict=True))
     other = dict.fromkeys(cases[:3], 2.0)
-    trained: Any = [ablating.TrainedRow(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
-    table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}, {"mpjpe_m": other}], HERE)
+    trained: Any = [ablation_runner.TrainedRow(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
+    table = ablation_runner.table(TOY, trained, [{"mpjpe_m": numbers}, {"mpjpe_m": other}], HERE)
     cell = table.groups[0].rows[1].cells[0]
     assert (cell.value, cell.n, cell.clips) == (pytest.approx(((1 + 3) / 2 + 5) / 2), 3, 2)
     assert table.groups[0].rows[1].cells[1].value is None  # no intra pair
@@ -129,8 +131,8 @@ def test_ours_are_means_per_clip_over_common_cases():
 def test_many_clips_have_an_interval():
     cases = [info("a>b", f"clip {k}", "cross") for k in range(20)]
     numbers = {case: 1.0 + 0.1 * (k % 5) for k, case in enumerate(cases)}
-    trained: Any = [ablating.TrainedRow(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
-    table = ablating.table(TOY, trained, [{"mpjpe_m": numbers}] * 2, HERE)
+    trained: Any = [ablation_runner.TrainedRow(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
+    table = ablation_runner.table(TOY, trained, [{"mpjpe_m": numbers}] * 2, HERE)
     cell = table.groups[0].rows[1].cells[0]
     assert cell.interval.low < cell.value < cell.interval.high
 
@@ -138,7 +140,7 @@ def test_many_clips_have_an_interval():
 def test_a_value_that_no_metric_has_is_said(asked):
     odd = replace(TOY, columns=(AblationColumn("Odd", "m", "oddness"),))
     with pytest.raises(BenchError, match="no metric computes oddness"):
-        ablating.check(odd, DATA)
+        ablation_runner.check(odd, DATA)
 
 
 # ------------------------------------------------------------------------------ another data set to test on

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import retarget_bench
-from retarget_bench.api import Dataset, Method, Metric, SetMetric, offers
+from retarget_bench.api import Dataset, Method, Metric, SetMetric, optional
 from retarget_bench.evaluation.plan import (
     EvaluationUnit,
     method,
@@ -44,7 +44,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
         set_values=_values(asked),
         networks=unit.networks,
         # what tables need to know of structures that answers without references are of
-        four_legged=tuple(_four_legged(data)) if asked and isinstance(data, offers.OffersReal) else None,
+        four_legged=tuple(_four_legged(data)) if asked and isinstance(data, optional.OffersReal) else None,
         keys=unit.keys,
         task=plan.task,
         split=unit.split,
@@ -81,7 +81,7 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
     if unit.plan.external:
         return MethodInfo(**common, origin=ELSEWHERE, privileged=(), control=False)
     asked = method(unit.method)
-    card = offers.method_card(asked)
+    card = optional.method_card(asked)
     return MethodInfo(
         **common,
         summary=str(card.summary),
@@ -106,7 +106,7 @@ def _posts(unit: EvaluationUnit) -> Iterator[dict[str, Any]]:
 
 def _manifest(asked: Method) -> dict[str, tuple[str, ...]] | None:
     """The training data of a method's weights (characters, structures, kinds, clips); None: untrained."""
-    manifest = offers.method_manifest(asked)
+    manifest = optional.method_manifest(asked)
     return None if manifest is None else {key: tuple(map(str, names)) for key, names in manifest.items()}
 
 

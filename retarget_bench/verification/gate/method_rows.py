@@ -8,11 +8,11 @@ from pathlib import Path
 from typing import Any
 
 from retarget_bench.analysis import summary
-from retarget_bench.api import CaseInfo, Dataset, Method, offers
+from retarget_bench.api import CaseInfo, Dataset, Method, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict as stage_one
-from retarget_bench.evaluation.header import header_of
+from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.evaluation.score import declared_values, score
 from retarget_bench.files import digest
@@ -107,7 +107,7 @@ def default_methods() -> list[str]:
     """Labels of the built-in methods that take part in a plain run and are deterministic, variants too."""
     found = []
     for name, method in registry.working("methods")[0].items():
-        card = offers.method_card(method)
+        card = optional.method_card(method)
         if registry.find("methods", name).origin != registry.BUILT_IN:
             continue
         if card.default and "retarget" in card.tasks and not card.stochastic:
@@ -134,8 +134,8 @@ def method_facts(spec: Spec) -> dict[str, str]:
     """Version, and the hash of the weights of a learned method ("" for others)."""
     method = plans.method(spec)
     return {
-        "version": str(offers.method_card(method).version),
-        "weights": offers.weights_hash(method),
+        "version": str(optional.method_card(method).version),
+        "weights": optional.weights_hash(method),
     }
 
 

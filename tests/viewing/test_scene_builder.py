@@ -10,7 +10,7 @@ from viewing_toys.toy_moves import DOG, PERSON
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.viewer import scenes
+from retarget_bench.viewer import scene_builder
 
 
 @pytest.fixture(autouse=True)
@@ -20,7 +20,7 @@ def _toys():
 
 def test_a_case_has_source_reference_and_methods_in_their_order(tmp_path):
     places = ran(tmp_path, "positions", "copy", "peek")
-    scene = scenes.of_case(places, CASE)
+    scene = scene_builder.of_case(places, CASE)
     assert [figure.part for figure in scene.figures] == ["source", "reference", *["prediction"] * 3]
     labels = [figure.label for figure in scene.figures[2:]]
     assert labels == ["toy_method[does=positions]", "toy_method", "toy_method[does=peek]"]
@@ -40,7 +40,7 @@ def test_a_case_has_source_reference_and_methods_in_their_order(tmp_path):
 
 def test_errors_are_those_of_the_rows(tmp_path):
     places = ran(tmp_path, "copy")
-    scene = scenes.of_case(places, CASE)
+    scene = scene_builder.of_case(places, CASE)
     copied = scene.figures[2]
     row = scene.values["toy_method"]["mpjpe_h.world"]
     assert row > 1
@@ -52,7 +52,7 @@ def test_errors_are_those_of_the_rows(tmp_path):
 
 def test_contacts_are_each_figures_own(tmp_path):
     """The whole body goes forward at 1 m/s but for what the nodding adds: nothing rests."""
-    scene = scenes.of_case(ran(tmp_path, "copy"), CASE)
+    scene = scene_builder.of_case(ran(tmp_path, "copy"), CASE)
     for figure in scene.figures:
         names = [figure.character.roles[joint] for joint in figure.joints]
         assert names == ["left_foot", "left_toe", "right_foot", "right_toe"]
@@ -69,7 +69,7 @@ def test_contacts_are_each_figures_own(tmp_path):
     ],
 )
 def test_what_failed_is_told_and_not_drawn(tmp_path, does, status, words):
-    scene = scenes.of_case(ran(tmp_path, "copy", does), CASE)
+    scene = scene_builder.of_case(ran(tmp_path, "copy", does), CASE)
     lost = scene.figures[3]
     assert (lost.positions, lost.status, lost.error) == (None, status, None)
     assert words in lost.message
@@ -78,34 +78,34 @@ def test_what_failed_is_told_and_not_drawn(tmp_path, does, status, words):
 
 def test_a_refused_case_is_told_beside_one_that_was_not(tmp_path):
     places = ran(tmp_path, "picky")
-    assert scenes.of_case(places, CASE).figures[2].status == "ok"
-    refused = scenes.of_case(places, OTHER).figures[2]
+    assert scene_builder.of_case(places, CASE).figures[2].status == "ok"
+    refused = scene_builder.of_case(places, OTHER).figures[2]
     assert (refused.status, refused.message) == ("unsupported", "I only know tall targets")
 
 
 def test_a_prediction_that_is_gone_or_not_the_scored_one_is_missing(tmp_path):
     (place,) = ran(tmp_path, "copy")
     path = place.prediction(CASE)
-    answer = scenes.of_case([place], CASE).figures[2].motion
+    answer = scene_builder.of_case([place], CASE).figures[2].motion
     predict.write_prediction(path, answer, "another key")
-    other = scenes.of_case([place], CASE).figures[2]
+    other = scene_builder.of_case([place], CASE).figures[2]
     assert (other.positions, other.status) == (None, "missing")
     assert "not the one that was scored" in other.message
     path.unlink()
-    gone = scenes.of_case([place], CASE).figures[2]
+    gone = scene_builder.of_case([place], CASE).figures[2]
     assert (gone.positions, gone.status) == (None, "missing")
     assert "bench predict" in gone.message
 
 
 def test_one_frame_has_errors_and_no_contact(tmp_path):
-    scene = scenes.of_case(ran(tmp_path, "copy", data="toy_moves[frames=1]"), CASE)
+    scene = scene_builder.of_case(ran(tmp_path, "copy", data="toy_moves[frames=1]"), CASE)
     assert scene.frames == 1
     assert scene.figures[2].error.shape == (1,)
     assert not scene.figures[2].planted.any()
 
 
 def test_a_dog_has_four_feet(tmp_path):
-    scene = scenes.of_case(ran(tmp_path, "copy", data="toy_moves[four_legged=true]"), CASE)
+    scene = scene_builder.of_case(ran(tmp_path, "copy", data="toy_moves[four_legged=true]"), CASE)
     dog = scene.figures[2]
     assert dog.character.four_legged
     names = {dog.character.roles[joint] for joint in dog.joints}
@@ -117,15 +117,15 @@ def test_an_unknown_case_is_a_sentence_with_near_ones(tmp_path):
     with pytest.raises(
         BenchError, match=r"no case 'toy_moves/small>tall/nod'; near it: toy_moves/small>tall"
     ):
-        scenes.of_case(places, "toy_moves/small>tall/nod")
+        scene_builder.of_case(places, "toy_moves/small>tall/nod")
     with pytest.raises(BenchError, match="toy_moves has no case"):
-        scenes.of_case_asked(Spec("toy_moves"), None, "nothing", [])
+        scene_builder.of_case_asked(Spec("toy_moves"), None, "nothing", [])
 
 
 def test_asked_now_is_what_is_stored(tmp_path):
-    stored = scenes.of_case(ran(tmp_path, "noise", "raise"), CASE)
+    stored = scene_builder.of_case(ran(tmp_path, "noise", "raise"), CASE)
     specs = [Spec.parse("toy_method[does=noise]"), Spec.parse("toy_method[does=raise]")]
-    asked = scenes.of_case_asked(Spec("toy_moves"), "intra", CASE, specs)
+    asked = scene_builder.of_case_asked(Spec("toy_moves"), "intra", CASE, specs)
     assert np.allclose(asked.figures[2].positions, stored.figures[2].positions, atol=1e-6)
     assert asked.figures[3].message == stored.figures[3].message
     assert [figure.label for figure in asked.figures] == [figure.label for figure in stored.figures]
@@ -135,7 +135,7 @@ def test_asked_now_is_what_is_stored(tmp_path):
 def test_files_are_brought_to_the_first_rate_and_the_shortest_length(tmp_path):
     slow = bvh_file(tmp_path / "slow.bvh", frames=30, fps=30)
     quick = bvh_file(tmp_path / "quick.bvh", frames=40, fps=60)
-    scene = scenes.of_files([slow, quick])
+    scene = scene_builder.of_files([slow, quick])
     assert (scene.fps, scene.frames) == (pytest.approx(30, rel=1e-3), 20)
     first, second = scene.figures
     assert [first.label, second.label] == ["slow", "quick"]
@@ -145,7 +145,7 @@ def test_files_are_brought_to_the_first_rate_and_the_shortest_length(tmp_path):
 
 
 def test_one_file_is_shown_as_it_is(tmp_path):
-    (figure,) = scenes.of_files([bvh_file(tmp_path / "dog.bvh", 5, 60, DOG)], ["<a dog>"]).figures
+    (figure,) = scene_builder.of_files([bvh_file(tmp_path / "dog.bvh", 5, 60, DOG)], ["<a dog>"]).figures
     assert (figure.label, figure.part, figure.message) == ("<a dog>", "motion", "")
     assert figure.character.four_legged
     assert figure.positions.shape == (5, len(DOG), 3)
@@ -156,22 +156,22 @@ def test_a_prediction_file_borrows_the_bones_of_a_file_that_has_its_joints(tmp_p
     person = bvh_file(tmp_path / "person.bvh", 5, 30)
     (place,) = ran(tmp_path / "runs", "positions")
     answer = place.prediction(CASE)
-    scene = scenes.of_files([answer, dog, person], ["answer", "dog", "person"])
+    scene = scene_builder.of_files([answer, dog, person], ["answer", "dog", "person"])
     assert scene.figures[0].character.skeleton.names == tuple(PERSON)
     assert scene.figures[0].motion is None
     assert np.allclose(scene.figures[0].positions, np.load(answer)["positions"][:5])
     with pytest.raises(FileError, match="holds no bones: give the BVH file"):
-        scenes.of_files([answer, dog])
+        scene_builder.of_files([answer, dog])
 
 
 def test_files_that_cannot_be_shown_are_told_in_words(tmp_path):
     other = tmp_path / "notes.txt"
     other.write_text("hello")
     with pytest.raises(FileError, match=r"no motion file that can be shown; give \.bvh"):
-        scenes.of_files([other])
+        scene_builder.of_files([other])
     broken = tmp_path / "broken.npz"
     broken.write_text("hello")
     with pytest.raises(FileError, match=r"not a readable \.npz"):
-        scenes.of_files([broken])
+        scene_builder.of_files([broken])
     with pytest.raises(BenchError, match="no file"):
-        scenes.of_files([])
+        scene_builder.of_files([])
