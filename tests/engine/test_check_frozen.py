@@ -10,7 +10,7 @@ import pytest
 from gates import FOLDER, measured, quiet
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.verification.gate import compare, frozen, golden, packing, run
+from retarget_bench.verification.gate import compare, frozen, golden, method_rows, packing, run
 from retarget_bench.verification.gate.compare import Status
 
 

@@ -10,7 +10,7 @@ import pytest
 
 from retarget_bench.errors import FileError
 from retarget_bench.motion import bvh, importer, rotation
-from retarget_bench.motion.bvh import like as bvh_like
+from retarget_bench.motion.bvh import write_like
 
 BODY = """JOINT Spine
 {{
@@ -133,7 +133,7 @@ def test_the_file_holds_the_motion_and_keeps_its_own_hierarchy(tmp_path, dress, 
     path = target(tmp_path / "target.bvh", text, place)
     like = importer.load(path, unit=unit, up=up)
     motion = performance(like)
-    assert bvh_like.write(tmp_path / "out.bvh", motion, like) == ()
+    assert write_like.write(tmp_path / "out.bvh", motion, like) == ()
 
     before, after = bvh.parse(path), bvh.parse(tmp_path / "out.bvh")
     assert after.hierarchy.names == before.hierarchy.names
@@ -154,7 +154,7 @@ def test_angles_do_not_jump(tmp_path):
     turned = np.tile(rotation.identity(), (200, len(body_.skeleton), 1))
     turned[:, body_.joint_of["head"]] = spin
     motion = body_.motion(turned, np.tile([0.0, 1.0, 0.0], (200, 1)), 30.0)
-    bvh_like.write(tmp_path / "out.bvh", motion, like)
+    write_like.write(tmp_path / "out.bvh", motion, like)
     values = bvh.parse(tmp_path / "out.bvh").values
     assert np.abs(np.diff(values, axis=0)).max() < 4  # degrees; 12 radians in 199 steps are 3.5 each
     assert np.ptp(values, axis=0).max() == pytest.approx(np.degrees(12.0), abs=1e-3)
@@ -168,7 +168,7 @@ def test_a_joint_with_too_few_channels_is_named_and_turned_as_far_as_it_goes(tmp
     knee = body_.joint_of["left_leg"]
     turned[1, knee] = rotation.from_euler(np.radians([20.0, 0.0, 15.0]), "XYZ")
     motion = body_.motion(turned, np.tile([0.0, 1.0, 0.0], (2, 1)), 30.0)
-    notes = bvh_like.write(tmp_path / "out.bvh", motion, like)
+    notes = write_like.write(tmp_path / "out.bvh", motion, like)
     assert notes == ("LeftLeg has 1 rotation channels: 15.0 degrees lost",)
     back = importer.load(tmp_path / "out.bvh").motion
     expected = rotation.about(np.array([1.0, 0.0, 0.0]), np.radians(20.0))
@@ -182,7 +182,7 @@ def test_a_body_that_cannot_move_is_refused_and_nothing_is_left(tmp_path):
     path.write_text(f"{text}MOTION\nFrames: 1\nFrame Time: 0.04\n{row}\n")
     like = importer.load(path)
     with pytest.raises(FileError, match="no position channels"):
-        bvh_like.write(tmp_path / "out.bvh", performance(like), like)
+        write_like.write(tmp_path / "out.bvh", performance(like), like)
     assert [p.name for p in tmp_path.iterdir()] == ["target.bvh"]
 
 
@@ -193,7 +193,7 @@ def test_real_files_keep_their_dress(tmp_path, real_data):
         path = min(folder.glob("*.bvh"))
         like = importer.load(path)
         some = performance(like, frames=8)
-        assert bvh_like.write(tmp_path / "out.bvh", some, like) == (), path
+        assert write_like.write(tmp_path / "out.bvh", some, like) == (), path
         reading = like.findings.reading
         unit = str(reading.unit[1])
         roots = [
