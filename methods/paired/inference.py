@@ -1,0 +1,74 @@
+"""Retargeting: the copy of a motion, corrected by the network, with feet held where the source's feet rest."""
+
+import numpy as np
+import torch
+from torch import Tensor
+
+from retarget_bench.motion import alignment, rates, rotation, transfer
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+
+from .features import FPS, Body
+from .network import Corrector, Correction, copy_of, goals_of, seen
+from .pose import posed
+
+CHUNK = 1024
+"""Frames that are answered at once: memory does not grow with a clip's length."""
+
+
+def retargeted(network: Corrector, source: Motion, target: Character, hold=None) -> Motion:
+    """The source's pose on the target with the network's correction, at the source's own rate."""
+    theirs, ours = Body(source.character), Body(target)
+    bodies = [_sizes(theirs, torch.float32), _sizes(ours, torch.float32)]
+    thirty = rates.at_thirty(source)
+    seen_at_thirty = _arrays(theirs, thirty)
+    found = at_rate(correction(network, seen_at_thirty, bodies), source, thirty.frames)
+    copied = transfer.carry(source, target, "hip_height")
+    arrays = seen_at_thirty if thirty is source else _arrays(theirs, source)
+    motion = {**arrays, "rotations": torch.from_numpy(ours.see(copied)["rotations"])[None]}
+    motion = {name: each.double() for name, each in motion.items()}
+    start = copy_of(network.tree, found.scale, motion, *(_sizes(body, torch.float64) for body in (theirs, ours)))
+    mine = _sizes(ours, torch.float64)
+    goals = goals_of(found, start, motion["turn"], mine)
+    if hold is not None:
+        goals = hold(goals, motion, mine, source.fps, theirs, ours)
+    answer = posed(network.tree, motion["rotations"], mine["offsets"], goals)
+    rotations = ours.turned(copied, answer.turned[0].numpy())
+    root = transfer.root_from_hips(target, rotations, answer.positions[0, :, 0].numpy())
+    return target.motion(rotations, root, source.fps)
+
+
+def _arrays(body: Body, motion: Motion) -> dict[str, Tensor]:
+    return {name: torch.from_numpy(array)[None] for name, array in body.see(motion).items()}
+
+
+def _sizes(body: Body, dtype: torch.dtype) -> dict[str, Tensor]:
+    return {
+        "offsets": torch.from_numpy(body.offsets)[None].to(dtype),
+        "lengths": torch.from_numpy(body.lengths)[None].to(dtype),
+    }
+
+
+def correction(network: Corrector, arrays: dict[str, Tensor], bodies: list[dict[str, Tensor]]) -> Correction:
+    """The correction of a source at 30 fps."""
+    found: list[Correction] = []
+    frames = arrays["hips"].shape[1]
+    with torch.inference_mode():
+        for first in range(0, frames, CHUNK):
+            last = min(first + CHUNK, frames)
+            start, end = max(first - network.reach - 1, 0), min(last + network.reach, frames)
+            what, sizes = seen(network.tree, {k: each[:, start:end] for k, each in arrays.items()}, *bodies)
+            answer = network(what, sizes, torch.ones(what.shape[:2], dtype=torch.bool))
+            kept = slice(first - start, last - start)
+            found.append(Correction(*(each[:, kept] for each in answer[:-1]), answer.scale))
+    parts = [torch.cat(each, 1) for each in zip(*(part[:-1] for part in found), strict=True)]
+    return Correction(*parts, found[0].scale)
+
+
+def at_rate(found: Correction, source: Motion, frames: int) -> Correction:
+    """A correction at 30 fps at the source's own rate, in double precision."""
+    low, share = rates.between(source.frames, source.fps, FPS, frames)
+    parts = [
+        torch.from_numpy(rates.straight(each[0].double().numpy(), low, share))[None] for each in found[:-1]
+    ]
+    return Correction(*parts, found.scale.double())

@@ -1,0 +1,64 @@
+"""Losses of an answer against the right one, each in per cent of the target's height or in degrees."""
+
+from collections.abc import Mapping
+
+import torch
+from torch import Tensor
+
+from retarget_bench.motion.kinematics_torch import Tree
+from retarget_bench.motion.kinematics_torch import forward as kinematics
+
+from .features import FEET, HANDS
+from .pose import Posed
+
+NEAR = 0.08
+"""Heights: a hand this near to a joint of its body is as good as touching it."""
+
+
+def terms(tree: Tree, answer: Posed, truth: Mapping[str, Tensor], target: Mapping[str, Tensor], real: Tensor) -> dict[str, Tensor]:
+    """Name -> loss, unweighted. truth: ``rotations``, ``hips``, ``planted``. real: ``(rows, frames)``."""
+    height = target["lengths"][:, :1, None, None]
+    ours = answer.positions
+    theirs, turned = kinematics(tree, target["offsets"], truth["rotations"], truth["hips"])
+    ours, theirs = 100 * ours / height, 100 * theirs / height
+    off = ours - theirs
+    relative = off - off[:, :, :1]
+    pairs = real[:, 1:] & real[:, :-1]
+    feet = ours[:, :, list(FEET)]
+    rests = (truth["planted"][:, 1:] * truth["planted"][:, :-1]) * pairs[..., None]
+    speed = length(feet.diff(dim=1))
+    jerk = off.diff(dim=1).diff(dim=1)
+    steady = pairs[:, 1:] & pairs[:, :-1]
+    heights = off[:, :, list(FEET), 1].abs() * truth["planted"] * real[..., None]
+    dot = (answer.turned * turned).sum(-1).abs().clamp(max=1.0)
+    return {
+        "world": masked(length(off).mean(-1), real),
+        "relative": masked(length(relative).mean(-1), real),
+        "speed": masked(length(off.diff(dim=1)).mean(-1), pairs),
+        "jerk": masked(length(jerk).mean(-1), steady),
+        "rests": (speed * rests).sum() / rests.sum().clamp(min=1),
+        "floor": heights.sum() / (truth["planted"] * real[..., None]).sum().clamp(min=1),
+        "turns": masked((1 - dot * dot).mean(-1), real) * 1000,
+        "touch": touch(ours, theirs, real),
+    }
+
+
+def touch(ours: Tensor, theirs: Tensor, real: Tensor) -> Tensor:
+    """How far vectors from hands to joints of the body are off, those counting most that are short."""
+    total, count = ours.new_zeros(()), ours.new_zeros(())
+    for hand in HANDS:
+        right = theirs - theirs[:, :, hand : hand + 1]
+        mine = ours - ours[:, :, hand : hand + 1]
+        weight = torch.exp(-length(right) / (100 * NEAR)) * real[..., None]
+        weight[:, :, hand] = 0
+        total = total + (length(mine - right) * weight).sum()
+        count = count + weight.sum()
+    return total / count.clamp(min=1)
+
+
+def length(vectors: Tensor) -> Tensor:
+    return torch.sqrt(vectors.square().sum(-1) + 1e-6)
+
+
+def masked(values: Tensor, real: Tensor) -> Tensor:
+    return (values * real).sum() / real.sum().clamp(min=1)

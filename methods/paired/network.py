@@ -1,0 +1,181 @@
+"""The network: temporal convolutions over what is seen of a motion, steered by both bodies."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import torch
+from torch import Tensor, nn
+from torch.nn import functional
+
+from retarget_bench.motion.kinematics_torch import Tree
+from retarget_bench.motion.kinematics_torch import forward as kinematics
+
+from .features import FEET, FPS, JOINTS, SKELETON
+from .pose import ARMS, END, LEGS, TRUNK, UPPER, Goals, Posed, copied, exponential, multiply, posed
+
+SEEN = 2 * 3 * JOINTS + 6 * JOINTS + 5 + len(FEET)
+BODIES = 2 * 3 * JOINTS + 2
+SIZES = {"trunk": 3 * len(TRUNK), "hips": 3, "limbs": 3 * 4, "swivel": 4, "ends": 3 * 4}
+"""Numbers of a correction."""
+LARGEST = 0.15
+"""Of the logarithm of the path's scale."""
+
+
+class Correction(NamedTuple):
+    """Of a copied motion, over ``(rows, frames)``. trunk: ``(10, 3)`` rotation vectors. hips: ``(3,)`` left,
+    up, forward, in heights; limbs: ``(4, 3)`` likewise. swivel: ``(4,)`` radians. ends: ``(4, 3)`` rotation
+    vectors. scale: ``(rows,)`` by which the level path is longer."""
+
+    trunk: Tensor
+    hips: Tensor
+    limbs: Tensor
+    swivel: Tensor
+    ends: Tensor
+    scale: Tensor
+
+
+class Block(nn.Module):
+    """A convolution over time and one over channels, with what the bodies ask for in between."""
+
+    def __init__(self, width: int, reach: int) -> None:
+        super().__init__()
+        self.reach = reach
+        self.norm = nn.LayerNorm(width)
+        self.time = nn.Linear(3 * width, width)
+        self.out = nn.Linear(width, width)
+
+    def forward(self, hidden: Tensor, scale: Tensor, shift: Tensor, real: Tensor) -> Tensor:
+        seen = (self.norm(hidden) * (1 + scale) + shift) * real
+        padded = functional.pad(seen, (0, 0, self.reach, self.reach))
+        frames = seen.shape[1]
+        around = [padded[:, first : first + frames] for first in (0, self.reach, 2 * self.reach)]
+        return hidden + self.out(functional.silu(self.time(torch.cat(around, -1))))
+
+
+class Corrector(nn.Module):
+    """From a motion's copy to the correction of it."""
+
+    def __init__(self, width: int = 256, reaches: tuple[int, ...] = (1, 2, 4, 8, 4, 2, 1)) -> None:
+        super().__init__()
+        self.enter = nn.Linear(SEEN, width)
+        self.bodies = nn.Sequential(nn.Linear(BODIES, 256), nn.SiLU(), nn.Linear(256, 128), nn.SiLU())
+        self.join = nn.Linear(128, width)
+        self.steer = nn.Linear(128, 2 * width * len(reaches))
+        self.path = nn.Linear(128, 1)
+        self.blocks = nn.ModuleList(Block(width, reach) for reach in reaches)
+        self.norm = nn.LayerNorm(width)
+        self.leave = nn.Linear(width, sum(SIZES.values()))
+        for layer in (self.path, self.leave):
+            nn.init.zeros_(layer.weight)
+            nn.init.zeros_(layer.bias)
+        self.tree = Tree.of(SKELETON)
+        self.reach = sum(reaches)
+
+    def forward(self, seen: Tensor, bodies: Tensor, real: Tensor) -> Correction:
+        """seen: ``(rows, frames, SEEN)``. bodies: ``(rows, BODIES)``. real: ``(rows, frames)`` bool."""
+        code = self.bodies(bodies)
+        mask = real.unsqueeze(-1).to(seen.dtype)
+        steering = self.steer(code).unsqueeze(1).chunk(2 * len(self.blocks), dim=-1)
+        hidden = self.enter(seen) + self.join(code).unsqueeze(1)
+        for number, block in enumerate(self.blocks):
+            hidden = block(hidden, steering[2 * number], steering[2 * number + 1], mask)
+        out = self.leave(self.norm(hidden)).float()
+        trunk, hips, limbs, swivel, ends = (0.1 * out).split(list(SIZES.values()), dim=-1)
+        scale = torch.exp(LARGEST * torch.tanh(self.path(code).float().squeeze(-1)))
+        return Correction(
+            2 * trunk.unflatten(-1, (-1, 3)),
+            hips,
+            limbs.unflatten(-1, (-1, 3)),
+            5 * swivel,
+            5 * ends.unflatten(-1, (-1, 3)),
+            scale,
+        )
+
+
+def ahead(vectors: Tensor, turn: Tensor) -> Tensor:
+    """Vectors ``(..., 3)`` of the world as left, up, forward of a direction ``(..., 2)``, parts cos, sin."""
+    x, y, z = vectors.unbind(-1)
+    cos, sin = turn.unbind(-1)
+    return torch.stack([x * cos - z * sin, y, z * cos + x * sin], -1)
+
+
+def world(vectors: Tensor, turn: Tensor) -> Tensor:
+    """The inverse of ``ahead``."""
+    return ahead(vectors, torch.stack([turn[..., 0], -turn[..., 1]], -1))
+
+
+def columns(quaternions: Tensor) -> Tensor:
+    """``(..., 6)`` the first two columns of the rotation matrices of quaternions ``(..., 4)``."""
+    w, x, y, z = quaternions.unbind(-1)
+    return torch.stack(
+        [
+            1 - 2 * (y * y + z * z),
+            2 * (x * y + w * z),
+            2 * (x * z - w * y),
+            2 * (x * y - w * z),
+            1 - 2 * (x * x + z * z),
+            2 * (y * z + w * x),
+        ],
+        -1,
+    )
+
+
+Arrays = Mapping[str, Tensor]
+
+
+def seen(tree: Tree, motion: Arrays, source: Arrays, target: Arrays) -> tuple[Tensor, Tensor]:
+    """What the network sees of a motion ``(rows, frames, SEEN)`` and of both bodies ``(rows, BODIES)``.
+
+    motion: ``rotations``, ``hips``, ``turn``, ``planted`` as ``Body.see`` gives them. source, target:
+    ``offsets`` ``(rows, 22, 3)`` and ``lengths`` ``(rows, 2)``.
+    """
+    rotations, turn = motion["rotations"], motion["turn"]
+    half = torch.atan2(turn[..., 1], turn[..., 0]) / 2
+    zero = torch.zeros_like(half)
+    back = torch.stack([half.cos(), zero, -half.sin(), zero], -1)
+    facing = torch.cat([multiply(back, rotations[..., 0, :]).unsqueeze(-2), rotations[..., 1:, :]], -2)
+    still = torch.zeros_like(motion["hips"])
+    parts = []
+    for body in (source, target):
+        places, _ = kinematics(tree, body["offsets"], facing, still)
+        parts.append((places / body["lengths"][:, :1, None, None]).flatten(-2))
+    parts[1] = 4 * (parts[1] - parts[0])
+    hips, height = motion["hips"], source["lengths"][:, :1, None]
+    step = ahead(hips.diff(dim=1, prepend=hips[:, :1]), turn) * (0.5 * FPS) / height
+    level = hips[..., 1:2] / height
+    ratio = (target["lengths"][:, 1] / source["lengths"][:, 1] / target["lengths"][:, 0])[:, None, None]
+    parts += [columns(facing).flatten(-2), step, level, 4 * (hips[..., 1:2] * ratio - level), motion["planted"]]
+    bones = [(body["offsets"] / body["lengths"][:, :1, None]).flatten(-2) for body in (source, target)]
+    sizes = [body["lengths"][:, 1:] / body["lengths"][:, :1] for body in (source, target)]
+    return torch.cat(parts, -1), torch.cat([4 * bones[0], 8 * (bones[1] - bones[0]), *sizes], -1)
+
+
+def copy_of(tree: Tree, scale: Tensor, motion: Arrays, source: Arrays, target: Arrays) -> Posed:
+    """The source's rotations on the target, its path scaled by the heights of the hips, level also by
+    ``scale`` ``(rows,)``."""
+    ratio = target["lengths"][:, 1] / source["lengths"][:, 1]
+    path = motion["hips"] * torch.stack([ratio * scale, ratio, ratio * scale], -1)[:, None]
+    return copied(tree, motion["rotations"], path, target["offsets"])
+
+
+def goals_of(correction: Correction, start: Posed, turn: Tensor, target: Arrays) -> Goals:
+    """What a correction of a copied motion asks of the target."""
+    height = target["lengths"][:, :1, None]
+    hips = start.positions[:, :, 0] + world(correction.hips, turn) * height
+    moves = world(correction.limbs, turn[:, :, None]) * height[..., None]
+    ends = start.positions[:, :, END]
+    return Goals(
+        trunk=exponential(correction.trunk),
+        hips=hips,
+        feet=ends[:, :, LEGS] + moves[:, :, LEGS],
+        hands=(ends - start.positions[:, :, UPPER])[:, :, ARMS] + moves[:, :, ARMS],
+        swivel=correction.swivel,
+        ends=multiply(start.turned[:, :, END], exponential(correction.ends)),
+    )
+
+
+def applied(tree: Tree, correction: Correction, motion: Arrays, source: Arrays, target: Arrays) -> Posed:
+    """The copy with its correction."""
+    start = copy_of(tree, correction.scale, motion, source, target)
+    goals = goals_of(correction, start, motion["turn"], target)
+    return posed(tree, motion["rotations"], target["offsets"], goals)
