@@ -193,12 +193,23 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
         for name, (_, number, _) in found.items()
         if number
     ]
-    notes += [
-        f"not trained on {len(unusable)} clip{'s' * (len(unusable) > 1)} of {name}: {some(unusable, 10)}"
-        for name, (*_, unusable) in found.items()
-        if unusable
-    ]
+    notes += _unusable({name: unusable for name, (*_, unusable) in found.items() if unusable})
     return TrainingData({name: bodies[name] for name in kept}, kept, tuple(notes))
+
+
+_FEW = 5
+"""Characters with unusable clips, up to which each has a note of its own."""
+
+
+def _unusable(found: Mapping[str, Sequence[str]]) -> list[str]:
+    """Sentences on clips that cannot be used, by character."""
+    if len(found) <= _FEW:
+        return [
+            f"not trained on {len(clips)} clip{'s' * (len(clips) > 1)} of {name}: {some(clips, 10)}"
+            for name, clips in found.items()
+        ]
+    every = [clip for clips in found.values() for clip in clips]
+    return [f"not trained on {len(every)} clips of {len(found)} characters: {some(every, 10)}"]
 
 
 def clips_of(job: Mapping[str, Any]) -> tuple[list[ClipArrays], int, list[str]]:
