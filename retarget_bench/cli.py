@@ -37,7 +37,7 @@ COMMANDS = {
     "train": ("train", "Train a learned method: weights and their card."),
     "ablate": ("ablate", "Train and score the rows of a published ablation table."),
     "train-features": ("train_features", "Train the feature networks of FID."),
-    "data": ("data", "Export a data set as files."),
+    "data": ("data", "Export a data set as files; make training data beforehand."),
     "submit": ("submit", "Make or check a submission to a leaderboard, or draw the leaderboard."),
     "export-cases": (
         "export_cases",

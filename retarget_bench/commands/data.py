@@ -1,4 +1,4 @@
-"""``bench data``: export of data sets."""
+"""``bench data``: export of data sets, and training data made beforehand."""
 
 from pathlib import Path
 
@@ -44,3 +44,27 @@ def export(dataset: str, folder: Path, form: str, root: str | None) -> None:
     files = [path for path in folder.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6
     click.echo(f"{folder}: {len(files)} files, {size:.0f} MB. Check them with: sha256sum -c SHA256SUMS")
+
+
+@command.command("prepare")
+@click.argument("dataset", metavar="DATASET", shell_complete=options.plugin_names("datasets"))
+@options.root_option
+@options.jobs_option
+@options.plugin_option
+def prepare(dataset: str, root: str | None, jobs: int) -> None:
+    """Make the training motion and training pairs of a data set and keep them in the cache folder.
+
+    Training makes what it needs by itself; this does it beforehand, in the background if you like.
+    Interrupted, the same command goes on where it stopped.
+
+    \b
+    bench data prepare 'puppets[size=large,bodies=200]'
+    """
+    from retarget_bench.files import cache_folder
+    from retarget_bench.training.prepare import prepare
+
+    spec, total = registry.canonical("datasets", options.dataset_spec(dataset, root)), 0
+    with options.progress_bar("bench data prepare", "item") as progress:
+        for done, total in prepare(spec, jobs):
+            progress(done, total)
+    click.echo(f"{spec}: {total} bodies and groups of pairs are in {cache_folder()}")
