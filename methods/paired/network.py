@@ -7,6 +7,7 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
+from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 
@@ -70,6 +71,13 @@ class Corrector(nn.Module):
             nn.init.zeros_(layer.bias)
         self.tree = Tree.of(SKELETON)
         self.reach = sum(reaches)
+
+    def take(self, tensors: Mapping[str, Tensor]) -> None:
+        """Take over exported tensors. Raises BenchError where they are another network's."""
+        own = {name: tensor.shape for name, tensor in self.state_dict().items()}
+        if own != {name: tensor.shape for name, tensor in tensors.items()}:
+            raise BenchError("these weights are not of this version of paired; train it anew")
+        self.load_state_dict(dict(tensors))
 
     def forward(self, seen: Tensor, bodies: Tensor, real: Tensor) -> Correction:
         """seen: ``(rows, frames, SEEN)``. bodies: ``(rows, BODIES)``. real: ``(rows, frames)`` bool."""

@@ -1,0 +1,99 @@
+"""Paired: a network that corrects copied rotations, trained on exactly paired motion."""
+
+from collections.abc import Mapping
+from functools import cached_property
+
+import numpy as np
+from torch import Tensor
+
+from retarget_bench.api import Context, Method, MethodCard, Prediction
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Motion
+from retarget_bench.training.config import TrainingConfig
+from retarget_bench.training.data import TrainingData
+from retarget_bench.training.learned_method import LearnedMethod
+
+from .features import Body, unfit
+from .inference import retargeted
+from .network import Corrector
+from .training import PairedTraining
+
+
+class Paired(LearnedMethod):
+    """Copies rotations, then corrects them by what exact pairs teach; ours.
+
+    1. The source's rotations are copied and its path is scaled by the ratio of the heights of the hips.
+    2. A temporal convolution network sees the source, the copy and both bodies over the 22 roles of
+       ``body22``, and answers in every frame with turns of trunk, head, collar bones and toes, a shift of
+       the hips, where ankles and wrists go, and how limbs swivel and feet and hands turn. One number of
+       both bodies alone scales the level path.
+    3. Limbs bend towards their goals in closed form.
+    4. Feet that the source holds still are held at one place, at the height that the source's sole has
+       (``feet=false``: not).
+
+    Frames 0.7 s before and after decide a frame. Joints outside of the 22 roles follow their parents as
+    they do in the copy. Bodies may lack spine joints, neck, collar bones and toes.
+
+    It is trained on the same performances by two bodies: the loss is the distance of all joints in the
+    world and from the hips, of speeds, accelerations and turns, of feet that rest, and of vectors from the
+    hands to near joints of the body (``losses.py``).
+    """
+
+    from_pairs = True
+
+    def __init__(self, weights: str = "puppets", feet: bool = True) -> None:
+        super().__init__(weights)
+        self.feet = feet
+        self.presets: Mapping[str, TrainingConfig] = PRESETS
+        self.card = MethodCard(
+            name="paired",
+            summary="Copied rotations corrected by a network that learned from exact pairs, with feet held",
+            version="1",
+            parameters={
+                "weights": "name of shipped weights, or a path to others",
+                "feet": "hold ankles and toes where the source holds them (true, false)",
+            },
+        )
+
+    # -------------------------------------------------------------------------------------- training
+    def unfit(self, character: Character) -> str:
+        return unfit(character)
+
+    def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
+        return Body(motion.character).see(motion)
+
+    def training_module(self, training_data: TrainingData, config: TrainingConfig) -> PairedTraining:
+        def trained(tensors: Mapping[str, Tensor]) -> Method:
+            return Paired(self.weights, self.feet).using(tensors)
+
+        return PairedTraining(training_data, config, Corrector(), trained)
+
+    # ----------------------------------------------------------------------------------- retargeting
+    def supports(self, source: Character, target: Character) -> str | None:
+        return self.untrained or unfit(source) or unfit(target) or None
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
+        if not isinstance(source, Motion):
+            raise NotSupported("paired needs a source with rotations, not positions only")
+        return retargeted(self._network, source, target, self.feet)
+
+    @cached_property
+    def _network(self) -> Corrector:
+        network = Corrector()
+        network.take(self.tensors)
+        return network.eval()
+
+
+PRESETS = {
+    "paper": TrainingConfig(steps=200_000, batch=64, window=64, rate=1e-3, schedule="cosine", warm_up=500),
+    "default": TrainingConfig(
+        steps=40_000, batch=16, window=64, rate=1e-3, schedule="cosine", warm_up=200, validate=1000
+    ),
+    "quick": TrainingConfig(
+        steps=60, batch=8, window=64, rate=1e-3, schedule="cosine", warm_up=10, validate=30, cases=4
+    ),
+}
+"""No paper prints any; ``paper`` is the longest that we know to pay."""
+
+plugin = Paired
