@@ -102,7 +102,10 @@ METHOD_FAULTS = {
         "39 frames; the source has 40",
     ),
     "not a number": (
-        {ANSWER: "root[0] = np.nan; " + ANSWER, "from __future__ import annotations": "import numpy as np"},
+        {
+            ANSWER: "root[0] = np.nan; " + ANSWER,
+            "from retarget_bench.api import": "import numpy as np\nfrom retarget_bench.api import",
+        },
         "answers keep",
         "not finite",
     ),
@@ -157,7 +160,9 @@ METHOD_FAULTS = {
     "batch of another length": (in_batches("return found[1:]"), "asked in a batch", "answers to"),
     "batch that looks at its first case": (
         in_batches("return [replace(one, root=one.root + 1e-4 * found[0].root[0]) for one in found]")
-        | {"from __future__ import annotations": "from dataclasses import replace"},
+        | {
+            "from retarget_bench.api import": "from dataclasses import replace\nfrom retarget_bench.api import"
+        },
         "asked in a batch",
         "joints are off by up to",
     ),
@@ -176,7 +181,9 @@ METHOD_FAULTS = {
 
 def test_a_batch_that_answers_as_its_cases_alone_passes(tmp_path, bows):
     fine = in_batches("return [replace(one, root=one.root + 1e-6) for one in found]")
-    fine |= {"from __future__ import annotations": "from dataclasses import replace"}
+    fine |= {
+        "from retarget_bench.api import": "from dataclasses import replace\nfrom retarget_bench.api import"
+    }
     assert failures("methods", plant(tmp_path, "method", fine), bows) == {}
 
 
