@@ -65,6 +65,7 @@ def failures(kind: registry.Kind, name: str, data: str) -> dict[str, str]:
     return {each.demand: each.problem for each in contract.check(kind, name, data) if not each.passed}
 
 
+API = "from retarget_bench.api import"
 ANSWER = "return target.motion(copied.rotations, root, source.fps)"
 REASON = "return transfer.reason(source, target)"
 BATCH = f"""{REASON}
@@ -104,7 +105,7 @@ METHOD_FAULTS = {
     "not a number": (
         {
             ANSWER: "root[0] = np.nan; " + ANSWER,
-            "from retarget_bench.api import": "import numpy as np\nfrom retarget_bench.api import",
+            API: f"import numpy as np\n{API}",
         },
         "answers keep",
         "not finite",
@@ -161,7 +162,7 @@ METHOD_FAULTS = {
     "batch that looks at its first case": (
         in_batches("return [replace(one, root=one.root + 1e-4 * found[0].root[0]) for one in found]")
         | {
-            "from retarget_bench.api import": "from dataclasses import replace\nfrom retarget_bench.api import"
+            API: f"from dataclasses import replace\n{API}",
         },
         "asked in a batch",
         "joints are off by up to",
