@@ -8,33 +8,47 @@ from ...conventions import FPS, SIDES, sign
 from ...curves import wander
 from ...randomness import Stream
 from ..score import Score
-from .striding import Course, Gait, Tread, carried, stepping, striding, with_air
+from .striding import Gait, Swing, Tread, stepping, striding, with_air
 from .style import Carriage, Style, personal, seconds
 
 MODES = ("steady", "steady", "start", "stop", "there")
+Ranges = tuple[tuple[float, float], tuple[float, float], tuple[float, float], tuple[float, ...]]
+"""Of gaits: steps a second, leg lengths a step, share of a stride that a foot is down, and angles turned in
+a hundred frames, to either side."""
+
+_RANGES: dict[str, Ranges] = {
+    "walk": ((1.5, 2.15), (0.54, 0.90), (0.60, 0.65), (0.0, 0.0, 0.35, 0.8, 1.4)),
+    "arc": ((1.6, 2.0), (0.50, 0.72), (0.60, 0.65), (1.6, 2.2, 2.8)),
+    "walk_backwards": ((1.4, 1.9), (0.36, 0.58), (0.62, 0.68), (0.0, 0.0, 0.5)),
+    "walk_sideways": ((1.5, 2.1), (0.14, 0.24), (0.60, 0.66), (0.0, 0.0, 0.3)),
+    "turn": ((1.4, 1.9), (0.0, 0.0), (0.62, 0.68), (1.8, 2.6, 3.4)),
+    "sneak": ((0.95, 1.35), (0.42, 0.62), (0.60, 0.66), (0.0, 0.0, 0.4, 0.9)),
+    "march": ((1.6, 1.9), (0.40, 0.62), (0.56, 0.60), (0.0, 0.0, 0.0, 0.6)),
+    "limp": ((1.2, 1.6), (0.34, 0.52), (0.64, 0.68), (0.0, 0.0, 0.5)),
+}
+
+_TREADS = {
+    # landing, leaving, flat, peel, lift, width
+    "walk_backwards": Tread((0.10, 0.45), (0.12, 0.10), 0.14, (0.10, 0.04), (0.035, 0.015), 0.95, 0.30),
+    "walk_sideways": Tread((0.16, 0.10), (0.26, 0.20), 0.09, (0.12, 0.0), (0.04, 0.02), 1.75, 0.30),
+    "turn": Tread((0.20, 0.0), (0.42, 0.0), 0.10, (0.14, 0.0), (0.045, 0.02), 1.0, 0.30),
+    "sneak": Tread((0.22, 0.20), (0.35, 0.30), 0.12, (0.16, 0.0), (0.05, 0.02), 0.9),
+    "march": Tread((0.12, 0.08), (0.40, 0.35), 0.08, (0.12, 0.04), (0.06, 0.02), 0.85),
+}
+"""How feet come down where it is not as in a usual walk."""
 
 
-def gait(
-    stream: Stream,
-    frames: int,
-    *,
-    mode: str,
-    rate: tuple[float, float],
-    step: tuple[float, float],
-    duty: tuple[float, float],
-    turns: tuple[float, ...] = (0.0,),
-    bearing: float = 0.0,
-    lame: str = "",
-    limp: float = 0.0,
-) -> Gait:
-    """A gait drawn from ranges. rate: steps a second. turns: angles a hundred frames, to either side."""
+def gait(stream: Stream, frames: int, mode: str, ranges: Ranges, **how: float | str) -> Gait:
+    """A gait drawn from ranges. mode: of ``Gait``; nothing: any. how: further fields of ``Gait``."""
+    rate, step, duty, turns = ranges
+    mode = mode or stream.choice(MODES)
     stride = 2.0 * FPS / stream.uniform(*rate)
     first = stream.uniform(0.0, 1.0)
     later = min(12.0, max(frames - 1.65 * stride, 0.0)) if mode == "there" else 12.0
     turned = stream.choice(turns) * stream.sign() * min(frames, 200) / 100.0
     if mode == "there" and frames < 1.65 * stride:
         mode = "start"
-    return Gait(
+    drawn = Gait(
         mode=mode,
         frames=frames,
         stride=stride,
@@ -45,72 +59,22 @@ def gait(
         turned=turned + stream.normal(0.04),
         heading=stream.uniform(-np.pi, np.pi),
         style=Style.draw(stream),
-        bearing=bearing,
-        lame=lame,
-        limp=limp,
     )
+    return replace(drawn, **how)  # type: ignore[arg-type]
 
 
-def walk(stream: Stream, frames: int, mode: str = "") -> Score:
-    """Walking at 0.45 to 0.8 leg lengths a step, with heel strike and toe-off."""
-    drawn = gait(
-        stream,
-        frames,
-        mode=mode or stream.choice(MODES),
-        rate=(1.5, 2.15),
-        step=(0.54, 0.90),
-        duty=(0.60, 0.65),
-        turns=(0.0, 0.0, 0.35, 0.8, 1.4),
-    )
-    course = Course.of(drawn)
-    carriage = personal(stream, drawn.style, drawn.step)
-    return striding(stream, "walk", drawn, course, stepping(drawn, course, Tread()), carriage)
-
-
-def arc(stream: Stream, frames: int, mode: str = "steady") -> Score:
-    """Walking round a narrow bend, the body leaning into it."""
-    drawn = gait(
-        stream,
-        frames,
-        mode=mode,
-        rate=(1.6, 2.0),
-        step=(0.50, 0.72),
-        duty=(0.60, 0.65),
-        turns=(1.6, 2.2, 2.8),
-    )
-    course = Course.of(drawn)
+def walk(stream: Stream, frames: int, mode: str = "", kind: str = "walk") -> Score:
+    """Walking with heel strike and toe-off; ``arc``: round a narrow bend, the body leaning into it."""
+    drawn = gait(stream, frames, mode, _RANGES[kind])
     return striding(
-        stream,
-        "arc",
-        drawn,
-        course,
-        stepping(drawn, course, Tread()),
-        personal(stream, drawn.style, drawn.step),
+        stream, kind, drawn, stepping(drawn, Tread()), personal(stream, drawn.style, drawn.step)
     )
 
 
 def walk_backwards(stream: Stream, frames: int, mode: str = "") -> Score:
     """Short careful steps, toe first, looking over a shoulder or straight ahead."""
-    drawn = gait(
-        stream,
-        frames,
-        mode=mode or stream.choice(MODES),
-        rate=(1.4, 1.9),
-        step=(0.36, 0.58),
-        duty=(0.62, 0.68),
-        turns=(0.0, 0.0, 0.5),
-        bearing=np.pi,
-    )
-    course = Course.of(drawn)
-    tread = Tread(
-        landing=(0.10, 0.45),
-        leaving=(0.12, 0.10),
-        flat=0.14,
-        peel=(0.10, 0.04),
-        lift=(0.035, 0.015),
-        width=0.95,
-        under=0.30,
-    )
+    kind = "walk_backwards"
+    drawn = gait(stream, frames, mode, _RANGES[kind], bearing=np.pi)
     usual = personal(stream, drawn.style, drawn.step)
     carriage = replace(
         usual,
@@ -121,45 +85,21 @@ def walk_backwards(stream: Stream, frames: int, mode: str = "") -> Score:
         swing=0.5 * usual.swing,
         aside=usual.aside + 0.06,
     )
-    return striding(stream, "walk_backwards", drawn, course, stepping(drawn, course, tread), carriage)
+    return striding(stream, kind, drawn, stepping(drawn, _TREADS[kind]), carriage)
 
 
 def sneak(stream: Stream, frames: int, mode: str = "steady") -> Score:
     """Slow, low and soft: the toe feels for the floor, the arms are held ready."""
-    drawn = gait(
-        stream,
-        frames,
-        mode=mode,
-        rate=(0.95, 1.35),
-        step=(0.42, 0.62),
-        duty=(0.60, 0.66),
-        turns=(0.0, 0.0, 0.4, 0.9),
-    )
-    course = Course.of(drawn)
-    tread = Tread(
-        landing=(0.22, 0.20),
-        leaving=(0.35, 0.30),
-        flat=0.12,
-        peel=(0.16, 0.0),
-        lift=(0.05, 0.02),
-        width=0.9,
-    )
-    feet = stepping(drawn, course, tread)
+    drawn = gait(stream, frames, mode, _RANGES["sneak"])
     high = stream.uniform(0.0, 1.0)
-    shares, knee = (0.0, 0.45, 0.7, 1.0), (60.0, 85.0 + 15.0 * high, 60.0, 40.0)
-    air = {
-        side: carried(
-            foot.plants,
-            frames,
-            shares,
-            (5.0, 48.0 + 12.0 * high, 50.0, 38.0),
-            knee,
-            most=0.7,
-            point=0.05,
-            full=(0.45, 0.55),
-        )
-        for side, foot in feet.items()
-    }
+    swing = Swing(
+        (0.0, 0.45, 0.7, 1.0),
+        (5.0, 48.0 + 12.0 * high, 50.0, 38.0),
+        (60.0, 85.0 + 15.0 * high, 60.0, 40.0),
+        full=(0.45, 0.55),
+        most=0.7,
+        point=0.05,
+    )
     low = stream.uniform(0.09, 0.17)
     carriage = Carriage(
         low=low,
@@ -174,8 +114,8 @@ def sneak(stream: Stream, frames: int, mode: str = "steady") -> Score:
         aside=stream.uniform(0.05, 0.25),
         bend=stream.uniform(0.7, 1.25),
     )
-    score = striding(stream, "sneak", drawn, course, with_air(feet, air), carriage, low=low)
-    return _groping(stream, score)
+    feet = with_air(stepping(drawn, _TREADS["sneak"]), swing)
+    return _groping(stream, striding(stream, "sneak", drawn, feet, carriage, low=low))
 
 
 def _groping(stream: Stream, score: Score) -> Score:
@@ -190,38 +130,16 @@ def _groping(stream: Stream, score: Score) -> Score:
 
 def march(stream: Stream, frames: int) -> Score:
     """Marching on parade: knees high, flat feet, stretched arms, everything on the beat."""
-    drawn = gait(
-        stream,
-        frames,
-        mode="steady",
-        rate=(1.6, 1.9),
-        step=(0.40, 0.62),
-        duty=(0.56, 0.60),
-        turns=(0.0, 0.0, 0.0, 0.6),
-    )
-    course = Course.of(drawn)
-    tread = Tread(
-        landing=(0.12, 0.08),
-        leaving=(0.40, 0.35),
-        flat=0.08,
-        peel=(0.12, 0.04),
-        lift=(0.06, 0.02),
-        width=0.85,
-    )
-    feet = stepping(drawn, course, tread)
+    drawn = gait(stream, frames, "steady", _RANGES["march"])
     thigh = stream.uniform(46.0, 70.0)
-    air = {
-        side: carried(
-            foot.plants,
-            frames,
-            (0.0, 0.25, 0.5, 0.75, 1.0),
-            (-5.0, 0.6 * thigh, thigh, 0.7 * thigh, 20.0),
-            (40.0, 75.0, thigh + 10.0, 0.7 * thigh + 8.0, 20.0),
-            full=(0.48, 0.52),
-            point=0.0,
-        )
-        for side, foot in feet.items()
-    }
+    swing = Swing(
+        (0.0, 0.25, 0.5, 0.75, 1.0),
+        (-5.0, 0.6 * thigh, thigh, 0.7 * thigh, 20.0),
+        (40.0, 75.0, thigh + 10.0, 0.7 * thigh + 8.0, 20.0),
+        full=(0.48, 0.52),
+        point=0.0,
+    )
+    feet = with_air(stepping(drawn, _TREADS["march"]), swing)
     carriage = Carriage(
         low=0.020,
         bob=0.012,
@@ -236,7 +154,7 @@ def march(stream: Stream, frames: int) -> Score:
         bend=stream.choice((-0.1, 0.2, 0.7)),
         hinge=0.1,
     )
-    score = striding(stream, "march", drawn, course, with_air(feet, air), carriage, thigh=thigh)
+    score = striding(stream, "march", drawn, feet, carriage, thigh=thigh)
     strikes = sorted(plant.strike for foot in feet.values() for plant in foot.plants)
     return replace(score, impacts=tuple(strike for strike in strikes if 0 <= strike < frames))
 
@@ -244,20 +162,8 @@ def march(stream: Stream, frames: int) -> Score:
 def limp(stream: Stream, frames: int, mode: str = "steady") -> Score:
     """One leg is spared: it bears weight for a short time only, hardly rolls, and the body dips over it."""
     lame, size = stream.choice(SIDES), stream.uniform(0.035, 0.085)
-    drawn = gait(
-        stream,
-        frames,
-        mode=mode,
-        rate=(1.2, 1.6),
-        step=(0.34, 0.52),
-        duty=(0.64, 0.68),
-        turns=(0.0, 0.0, 0.5),
-        lame=lame,
-        limp=size,
-    )
-    course = Course.of(drawn)
+    drawn = gait(stream, frames, mode, _RANGES["limp"], lame=lame, limp=size)
     stiff = Tread(landing=(0.05, 0.0), leaving=(0.20, 0.15), flat=0.08, peel=(0.12, 0.0), under=0.22)
-    treads = {side: stiff if side == lame else Tread(under=0.31) for side in SIDES}
     usual = personal(stream, drawn.style, drawn.step)
     carriage = replace(
         usual,
@@ -269,9 +175,8 @@ def limp(stream: Stream, frames: int, mode: str = "steady") -> Score:
         swing=0.6 * usual.swing,
         turn=0.07,
     )
-    score = striding(
-        stream, "limp", drawn, course, stepping(drawn, course, treads), carriage, lame=lame, limp=size
-    )
+    feet = stepping(drawn, Tread(under=0.31), stiff)
+    score = striding(stream, "limp", drawn, feet, carriage, lame=lame, limp=size)
     return _dipping(score, drawn)
 
 
@@ -288,42 +193,12 @@ def _dipping(score: Score, drawn: Gait) -> Score:
     )
 
 
-_SIDEWAYS = Tread(
-    landing=(0.16, 0.10),
-    leaving=(0.26, 0.20),
-    flat=0.09,
-    peel=(0.12, 0.0),
-    lift=(0.04, 0.02),
-    width=1.75,
-    under=0.30,
-)
-_ON_THE_SPOT = Tread(
-    landing=(0.20, 0.0),
-    leaving=(0.42, 0.0),
-    flat=0.10,
-    peel=(0.14, 0.0),
-    lift=(0.045, 0.02),
-    width=1.0,
-    under=0.30,
-)
-
-
 def walk_sideways(stream: Stream, frames: int, mode: str = "") -> Score:
     """One foot steps aside, the other follows up to it; eyes forward or where it goes."""
     to = stream.sign()
-    drawn = gait(
-        stream,
-        frames,
-        mode=mode or stream.choice(MODES),
-        rate=(1.5, 2.1),
-        step=(0.14, 0.24),
-        duty=(0.60, 0.66),
-        turns=(0.0, 0.0, 0.3),
-        bearing=0.5 * np.pi * to,
-    )
+    drawn = gait(stream, frames, mode, _RANGES["walk_sideways"], bearing=0.5 * np.pi * to)
     # the foot in front of the way goes first
     drawn = replace(drawn, lead="left" if to > 0 else "right")
-    course = Course.of(drawn)
     usual = personal(stream, drawn.style, drawn.step)
     carriage = replace(
         usual,
@@ -335,23 +210,16 @@ def walk_sideways(stream: Stream, frames: int, mode: str = "") -> Score:
         swing=0.0,
         aside=stream.uniform(0.05, 0.30),
     )
-    score = striding(stream, "walk_sideways", drawn, course, stepping(drawn, course, _SIDEWAYS), carriage)
-    return _looking(stream, score, 0.55 * to * stream.choice((0.0, 1.0)))
+    score = striding(stream, "walk_sideways", drawn, stepping(drawn, _TREADS["walk_sideways"]), carriage)
+    gaze = score.trunk.gaze.copy()
+    gaze[:, 0] += 0.55 * to * stream.choice((0.0, 1.0)) + wander(stream, seconds(frames), 0.08)
+    return replace(score, trunk=replace(score.trunk, gaze=gaze))
 
 
 def turn(stream: Stream, frames: int, mode: str = "") -> Score:
     """Round on the spot in small steps, the eyes first."""
-    drawn = gait(
-        stream,
-        frames,
-        mode=mode or stream.choice(MODES),
-        rate=(1.4, 1.9),
-        step=(0.0, 0.0),
-        duty=(0.62, 0.68),
-        turns=(1.8, 2.6, 3.4),
-    )
+    drawn = gait(stream, frames, mode, _RANGES["turn"])
     drawn = replace(drawn, lead="left" if drawn.turned > 0.0 else "right")
-    course = _turning(Course.of(drawn), drawn.turned, frames)
     usual = personal(stream, drawn.style, drawn.step)
     carriage = replace(
         usual,
@@ -364,28 +232,9 @@ def turn(stream: Stream, frames: int, mode: str = "") -> Score:
         lean=0.5 * usual.lean,
         swing=0.3 * usual.swing,
     )
-    score = striding(stream, "turn", drawn, course, stepping(drawn, course, _ON_THE_SPOT), carriage)
-    return _stepping_arms(stream, score)
-
-
-def _turning(course: Course, turned: float, frames: int) -> Course:
-    """The same course, turning only while the feet step."""
-    rate = course.activity * turned / frames
-    heading = np.cumsum(rate)
-    return replace(course, heading=heading - heading[len(heading) // 2] + course.heading[len(heading) // 2])
-
-
-def _looking(stream: Stream, score: Score, aside: float) -> Score:
-    gaze = score.trunk.gaze.copy()
-    gaze[:, 0] += aside + wander(stream, seconds(score.frames), 0.08)
-    return replace(score, trunk=replace(score.trunk, gaze=gaze))
-
-
-def _stepping_arms(stream: Stream, score: Score) -> Score:
-    """Arms that are flung outward a little by the turning."""
+    score = striding(stream, "turn", drawn, stepping(drawn, _TREADS["turn"]), carriage)
+    # arms are flung outward a little by the turning
     size = stream.uniform(0.03, 0.10)
-    hands = {
-        side: replace(hand, reach=hand.reach + np.array([size, 0.02 * size, 0.0]))
-        for side, hand in score.hands.items()
-    }
+    flung = np.array([size, 0.02 * size, 0.0])
+    hands = {side: replace(hand, reach=hand.reach + flung) for side, hand in score.hands.items()}
     return replace(score, hands=hands)
