@@ -84,7 +84,7 @@ def _joined_touches(a: Hand, b: Hand, length: int) -> tuple[Touch, ...]:
 
 
 def _joined_aim(a: Hand, b: Hand, length: int) -> tuple[np.ndarray | None, np.ndarray]:
-    """Where only one is aimed the other keeps its aim, unfollowed."""
+    """Aims of both hands in turn; where only one is aimed the other keeps its aim, unfollowed."""
     aimed = [np.zeros(len(hand.swivel)) + hand.aimed for hand in (a, b)]
     share = bridged(aimed[0], aimed[1], length, 0.0, 1.0)
     if a.aim is None and b.aim is None:

@@ -15,7 +15,7 @@ from .scene import Scene, step_to
 _QUICKEST = 14
 """Frames of a beat below which there is time for neither steps nor great figures."""
 _SWAY = 0.30
-"""How far the weight goes to a side on a beat without a step."""
+"""Share of the weight that goes to a side on a beat without a step."""
 
 
 class _Floor:

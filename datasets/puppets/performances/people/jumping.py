@@ -146,7 +146,7 @@ def _jumping(who: Performer, kind: str, jumps: Sequence[_Jump], tuck: float) -> 
 
 
 def _way(jumps: Sequence[_Jump], t: np.ndarray) -> np.ndarray:
-    """How far the body has come ``(frames,)``, leg lengths: falling forward before the take-off, landing
+    """Distance gone by the body ``(frames,)``, leg lengths: falling forward before the take-off, landing
     behind the feet."""
     way, start = np.zeros_like(t), 0.0
     for each in jumps:

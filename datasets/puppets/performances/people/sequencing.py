@@ -3,7 +3,7 @@
 Which ends can be joined is read off a Score (``stands``): in its first or last frame both soles are flat,
 no heel is raised, the hips are up (over 0.7 of a leg), and the body is neither in the air nor on stairs.
 Arms may be anywhere. A kind of which only some performances stand at an end is drawn again until one
-does. Kinds that need time (``least``) are drawn only where a part is long enough for them, and get a
+does. Kinds that need time (``takes``) are drawn only where a part is long enough for them, and get a
 larger share of the whole.
 
 Parts are rotated and moved so that one foot stays where it is; the other makes a step if it has to. While
@@ -30,7 +30,7 @@ def cut(score: Score, first: int, frames: int) -> Score:
 
 
 def _part(whole: Any, first: int, end: int) -> Any:
-    """Whatever a score is made of, with its channels cut and its stays so much earlier."""
+    """A score, or a part of one, with its channels cut and its stays so much earlier."""
     if isinstance(whole, np.ndarray):
         return whole[first:end]
     if isinstance(whole, Plant | HandPlant):
@@ -58,7 +58,7 @@ _HIP_HALF = 0.105
 
 
 def stands(score: Score, frame: int) -> bool:
-    """Whether a performance may be joined to another at its first (0) or last (-1) frame."""
+    """True where a performance may be joined to another at its first (0) or last (-1) frame."""
     at = frame % score.frames
     feet = [_plant(foot, at) is not None and foot.heel[at] == 0.0 for foot in score.feet.values()]
     calm = all(foot.air is None or foot.air.weight[at] == 0.0 for foot in score.feet.values())
@@ -81,12 +81,11 @@ def strung(
     stream: Stream,
     frames: int,
     among: Mapping[str, Kind],
-    kinds: Sequence[str] = (),
-    least: Mapping[str, int] | None = None,
+    kinds: Sequence[str],
+    takes: Mapping[str, int],
 ) -> Score:
     """``kinds`` in order, or as many as the time is right for, drawn from ``among`` without repeating one
-    until all have had their turn. least: kind -> frames that it takes from standing to standing."""
-    takes = least or {}
+    until all have had their turn. takes: kind -> frames that it takes from standing to standing."""
     count = len(kinds) or max(1, round((frames + BRIDGE) / (_USUAL + BRIDGE)))
     order = list(kinds) or _drawn_order(stream, list(among), count)
     shares = [stream.uniform(0.75, 1.3) * max(takes.get(name, 0) / 0.8 / _USUAL, 1.0) for name in order]
@@ -164,7 +163,7 @@ def _plant(foot: Foot, frame: int) -> Plant | None:
 
 
 def _standing(score: Score, side: str, frame: int) -> Plant:
-    """Where a foot stands in the first (0) or last (-1) frame."""
+    """The plant on which a foot stands in the first (0) or last (-1) frame."""
     plant = _plant(score.feet[side], frame % score.frames)
     assert plant is not None
     return plant
@@ -177,7 +176,7 @@ def _place(plant: Plant, side: str) -> np.ndarray:
 
 
 def _apart(one: Plant, other: Plant, side: str) -> float:
-    """How far two stays of a foot differ: leg lengths, and a third of the radians it is turned."""
+    """Difference of two stays of a foot: leg lengths, and a third of the radians it is turned."""
     away = float(np.sqrt(((_place(one, side) - _place(other, side)) ** 2).sum()))
     turned = (one.heading - other.heading) + sign(side) * (one.toe_out - other.toe_out)
     return away + abs(turned) / 3.0

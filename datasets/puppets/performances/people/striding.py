@@ -111,7 +111,7 @@ class Gait:
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Where the way leads, on frames from ``-MARGIN`` on: activity (0 standing, 1 under way), heading,
+    """The way of a gait, on frames from ``-MARGIN`` on: activity (0 standing, 1 under way), heading,
     place ``(n, 2)`` leg lengths."""
 
     activity: np.ndarray
@@ -128,7 +128,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Tread:
-    """How a foot comes down and leaves.
+    """Settings of how a foot comes down and leaves.
 
     landing: pitch of the sole at first touch, and what a step of a leg length adds to it.
     leaving: pitch when the toe leaves, and what a step adds.

@@ -137,7 +137,7 @@ class Performer:
 
 @dataclass(frozen=True)
 class Carriage:
-    """How the body is carried over its steps, in shares of a usual walk's or added to it.
+    """Settings of how the body is carried over its steps, in shares of a usual walk's or added to it.
 
     low, bob: of the hips' mean height and its going up and down, leg lengths. shock: share of the bob by
     which landings shake the hips. sway: to the side.
