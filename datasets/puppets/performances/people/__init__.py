@@ -72,7 +72,7 @@ KINDS: Mapping[str, Callable[..., Score]] = {
     "stairs_up": partial(walking.stairs, kind="stairs_up"),
     "stairs_down": partial(walking.stairs, kind="stairs_down"),
     "jump": jumping.jump,
-    "leap": jumping.leap,
+    "leap": partial(jumping.jump, kind="leap"),
     "hop": jumping.hop,
     "dance_steps": dancing.dance_steps,
     "dance_line": dancing.dance_line,

@@ -38,12 +38,12 @@ class Move:
     arc: Triple = (0.0, 0.0, 0.0)
 
 
-def moving(who: Performer, moves: Sequence[Move]) -> Hand:
+def moving(person: Performer, moves: Sequence[Move]) -> Hand:
     """An arm at ease that makes the moves in order."""
-    frames, k = who.frames, np.arange(who.frames, dtype=float)
-    hang = who.hang(0.035, 0.02, 0.05)
-    ease = rows(frames, 0.18 + who.wander(0.08), 0.0, who.wander(0.08))
-    small = rows(frames, *(who.wander(0.009) for _ in range(3)))
+    frames, k = person.frames, np.arange(person.frames, dtype=float)
+    hang = person.hang(0.035, 0.02, 0.05)
+    ease = rows(frames, 0.18 + person.wander(0.08), 0.0, person.wander(0.08))
+    small = rows(frames, *(person.wander(0.009) for _ in range(3)))
     reach, wrist, touches = hang, ease, dict[str, np.ndarray]()
     held = rest = rows(frames, 0.0, 0.7, 0.0)
     aim, aimed = np.tile([0.0, -1.0, 0.0, 0.0, 0.0, 1.0], (frames, 1)), np.zeros(frames)

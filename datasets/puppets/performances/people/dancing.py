@@ -63,33 +63,27 @@ class _Floor:
 
 
 # ------------------------------------------------------------------------------------------ steps
-def _vine(floor: _Floor, number: int, lead: str) -> None:
-    """Side, together, side, together."""
-    way = 0.24 * sign(lead)
-    steps = ((lead, way), (other(lead), way), (lead, 2 * way), (other(lead), 2 * way))
-    for beat, (side, to) in enumerate(steps):
-        floor.step(number + beat, side, to, 0.0)
-    floor.moved(number, 2 * way, 0.0)
+_STEPS = {
+    # shares of the way of a bar after each beat; the way: to the leading side, ahead, radians turned to it
+    "vine": ((0.5, 0.5, 1.0, 1.0), (0.48, 0.0, 0.0)),
+    "march": ((0.26, 0.52, 0.70, 0.70), (0.0, 1.0, 0.0)),
+    "turn": ((0.5, 0.5, 1.0, 1.0), (0.0, 0.0, 1.6)),
+}
 
 
-def _march(floor: _Floor, number: int, lead: str, way: float) -> None:
-    """Three steps ahead or back, and together."""
-    for beat, to in enumerate((0.26, 0.52, 0.70, 0.70)):
-        floor.step(number + beat, lead if beat % 2 == 0 else other(lead), 0.0, way * to)
-    floor.moved(number, 0.0, 0.70 * way)
-
-
-def _turn(floor: _Floor, number: int, lead: str) -> None:
-    """Round by a quarter or more on the spot, the inner foot first."""
-    angle = 1.6 * sign(lead)
-    for beat, share in enumerate((0.5, 0.5, 1.0, 1.0)):
-        floor.step(number + beat, lead if beat % 2 == 0 else other(lead), 0.0, 0.0, angle * share)
-    floor.moved(number, 0.0, 0.0, angle)
-
-
-def _sway(floor: _Floor, number: int, lead: str) -> None:
-    for beat in range(4):
-        floor.sway(number + beat, lead if beat % 2 == 0 else other(lead))
+def _steps(floor: _Floor, number: int, name: str, lead: str, way: float = 1.0) -> None:
+    """A bar of steps, the feet in turn. vine: side, together, side, together. march: three steps ahead, or
+    with ``way`` -1 back, and together. turn: round on the spot, the inner foot first. sway: no step."""
+    feet = (lead, other(lead), lead, other(lead))
+    if name == "sway":
+        for beat, side in enumerate(feet):
+            floor.sway(number + beat, side)
+        return
+    shares, (aside, ahead, turn) = _STEPS[name]
+    aside, ahead, turn = aside * sign(lead), ahead * way, turn * sign(lead)
+    for beat, (side, share) in enumerate(zip(feet, shares, strict=True)):
+        floor.step(number + beat, side, aside * share, ahead * share, turn * share)
+    floor.moved(number, aside * shares[-1], ahead * shares[-1], turn * shares[-1])
 
 
 # ------------------------------------------------------------------------------------------ arms
@@ -158,15 +152,10 @@ def dance_steps(stream: Stream, frames: int) -> Score:
         name = "sway" if floor.beat < _QUICKEST else name
         again = bar % 2 == 1 and name == before
         number = 4 * bar
-        if name == "vine":
-            _vine(floor, number, other(side) if again else side)
-        elif name == "march":
-            _march(floor, number, side, -1.0 if again else 1.0)
-        elif name == "turn":
+        if name == "turn":
             side = other(side)
-            _turn(floor, number, side)
-        else:
-            _sway(floor, number, side)
+        lead = other(side) if again and name == "vine" else side
+        _steps(floor, number, name, lead, way=-1.0 if again else 1.0)
         before = name
         quick = ("hips", "belly")
         slow = ("swing", "raise", "clap", "diagonal", "shoulders", *quick)
@@ -188,10 +177,7 @@ def dance_line(stream: Stream, frames: int) -> Score:
         if floor.beat < _QUICKEST:
             phrase = 3
         _line_bar(floor, number, ("ahead", "shoulders", third, "hips")[phrase], first)
-        if phrase == 3 and floor.beat >= _QUICKEST:
-            _turn(floor, number, first)
-        else:
-            _sway(floor, number, first)
+        _steps(floor, number, "turn" if phrase == 3 and floor.beat >= _QUICKEST else "sway", first)
     return _ended(scene, floor, bars, "dance_line", third=third, first=first)
 
 

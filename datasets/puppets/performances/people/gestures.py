@@ -222,11 +222,11 @@ def wave(stream: Stream, frames: int) -> Score:
     size = stream.uniform(0.7, 1.25)
     down = min(up + stream.uniform(2.0, 4.5), length + stream.uniform(-0.5, 0.5))
     at, rests = stream.uniform(-0.6, 0.6), stream.choice(("hang", "hip"))
-    who = Performer(stream, frames)
+    person = Performer(stream, frames)
     soft, upright = 0.065 * stream.uniform(0.0, 1.0) ** 2.2 - 0.008, stream.normal(0.075)
-    aside = who.style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5
-    who.style = replace(who.style, aside=aside, posture=who.style.posture + upright)
-    t, feet = who.t, _feet(stream, who.style, stream.uniform(-np.pi, np.pi), frames)
+    aside = person.style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5
+    person.style = replace(person.style, aside=aside, posture=person.style.posture + upright)
+    t, feet = person.t, _feet(stream, person.style, stream.uniform(-np.pi, np.pi), frames)
     raised = plateau(t, up, up + 0.85, down, down + 0.9)
     swing = size * raised * np.sin(2.0 * np.pi * rate * (t - up))
     late = raised * np.sin(2.0 * np.pi * rate * (t - up) - 0.7) * size
@@ -235,23 +235,22 @@ def wave(stream: Stream, frames: int) -> Score:
     over = 0.10 * feet.tip - 0.06 * lift - 0.015 * swing * np.sign(lift)
     # the eyes turn before the feet
     ahead = 0.8 * (feet.heading[-1] - feet.heading) * ramp(t, -0.1, 0.5)
-    trunk = who.trunk(
+    trunk = person.trunk(
         pelvis=(0.06 * feet.tip + 0.25 * at * raised, 0.02, -0.08 * feet.tip),
         chest=(0.30 * at * raised + 0.05 * lift, -0.04 * raised, over),
         gaze=(0.85 * at * raised + ahead, -0.05 * raised, 0.05 * lift),
         follow=0.1,
     )
     on_hip = plateau(t, up - 0.5, up + 0.2, down + 0.3, down + 1.0) if rests == "hip" else None
-    return feet.score(
-        "wave",
-        0.990 - soft - 0.012 * np.abs(feet.tip) + 0.004 * np.abs(swing),
-        trunk,
-        {
-            side: _waving(who, shape, raised, swing, late) if side in hands else _resting(who, side, on_hip)
-            for side in SIDES
-        },
-        {"hands": "+".join(hands), "shape": shape, "rate": rate, "rest": rests},
-    )
+    both: dict[str, Hand] = {}
+    for side in SIDES:
+        if side in hands:
+            both[side] = _waving(person, shape, raised, swing, late)
+        else:
+            both[side] = _resting(person, side, on_hip)
+    height = 0.990 - soft - 0.012 * np.abs(feet.tip) + 0.004 * np.abs(swing)
+    told: dict[str, float | str] = {"hands": "+".join(hands), "shape": shape, "rate": rate, "rest": rests}
+    return feet.score("wave", height, trunk, both, told)
 
 
 def _feet(stream: Stream, style: Style, heading: float, frames: int) -> Stance:
@@ -268,22 +267,22 @@ def _feet(stream: Stream, style: Style, heading: float, frames: int) -> Stance:
     return lift_heel(feet, side, start, start + length, stream.uniform(0.25, 0.5))
 
 
-def _waving(who: Performer, shape: str, raised: np.ndarray, swing: np.ndarray, late: np.ndarray) -> Hand:
+def _waving(person: Performer, shape: str, raised: np.ndarray, swing: np.ndarray, late: np.ndarray) -> Hand:
     """Up in front of the body, then from side to side about the elbow, the wrist trailing."""
     base, (wide, rise), elbow, palm = _SHAPES[shape]
-    still = np.zeros(who.frames)
-    down = hanging(who.wander(0.03), still + who.style.aside, still + who.style.elbow)
+    still = np.zeros(person.frames)
+    down = hanging(person.wander(0.03), still + person.style.aside, still + person.style.elbow)
     # two hands wave in and out together
-    up = rows(who.frames, base[0] + wide * swing, base[1] - rise * swing * swing, base[2])
+    up = rows(person.frames, base[0] + wide * swing, base[1] - rise * swing * swing, base[2])
     reach = down + raised[:, None] * (up - down)
     reach[:, 2] += 1.2 * raised * (1.0 - raised)
-    wrist = rows(who.frames, -0.25 * raised, -0.30 * late, palm * raised)
-    return who.hand(reach, upright=0.6, swivel=elbow * raised, wrist=wrist)
+    wrist = rows(person.frames, -0.25 * raised, -0.30 * late, palm * raised)
+    return person.hand(reach, upright=0.6, swivel=elbow * raised, wrist=wrist)
 
 
-def _resting(who: Performer, side: str, on_hip: np.ndarray | None) -> Hand:
+def _resting(person: Performer, side: str, on_hip: np.ndarray | None) -> Hand:
     """The other hand hangs, or rests on the hip."""
     if on_hip is None:
-        return who.idle_hand()
-    calm = who.idle_hand((Touch(f"{side}_hip", on_hip),))
+        return person.idle_hand()
+    calm = person.idle_hand((Touch(f"{side}_hip", on_hip),))
     return replace(calm, swivel=calm.swivel + 0.6 * on_hip)

@@ -9,7 +9,7 @@ import numpy as np
 from ...conventions import FPS, GRAVITY, SIDES
 from ...curves import bump, hermite
 from ...randomness import Stream
-from ..score import Foot, Plant, Score
+from ..score import Plant, Score
 from .striding import Gait, Swing, flowing, striding, with_air
 from .style import Carriage, Style
 
@@ -102,7 +102,7 @@ def run(stream: Stream, frames: int, kind: str = "run") -> Score:
         style=replace(Style.draw(stream), asymmetry=stream.normal(0.04)),
     )
     landing = stream.uniform(-0.22, 0.16)
-    feet = {side: Foot(_plants(gait, side, landing), np.zeros(frames)) for side in SIDES}
+    feet = gait.feet(lambda k: _plant(gait, round(gait.strike(k)), landing))
     knee, thigh = stream.uniform(*plan.knee), stream.uniform(*plan.thigh)
     (back, soon, lands), (leaves, late, ends) = plan.thighs, plan.knees
     swing = Swing(
@@ -136,52 +136,38 @@ def run(stream: Stream, frames: int, kind: str = "run") -> Score:
     )
     score = striding(stream, kind, gait, with_air(feet, swing), carriage, speed=speed)
     contacts = sorted((plant.strike, plant.off) for foot in feet.values() for plant in foot.plants)
+    # from the last frame borne to the first one borne again, as far as the clip shows them
+    gaps = [(before[1], after[0]) for before, after in pairwise(contacts) if after[0] > before[1]]
     tall, soft = stream.uniform(*plan.tall), 0.018 * gait.style.bounce
     return replace(
         score,
-        height=bouncing(contacts, frames, tall, soft),
-        flights=flights(contacts, frames),
+        height=_bouncing(contacts, frames, tall, soft),
+        flights=tuple((off, strike) for off, strike in gaps if strike > 0 and off < frames - 1),
         impacts=tuple(frame for contact in contacts for frame in contact if 0 <= frame < frames),
     )
 
 
-def _plants(gait: Gait, side: str, landing: float) -> tuple[Plant, ...]:
+def _plant(gait: Gait, strike: int, landing: float) -> Plant:
     """Feet come down a little before the body, nearly flat, and leave far behind it."""
-    found = []
-    down = gait.duty * gait.stride
-    for k in gait.steps:
-        if gait.side(k) != side:
-            continue
-        strike = round(gait.strike(k))
-        off = strike + max(round(down), 4)
-        heading, place, _ = gait.course.at(strike + 0.39 * (off - strike))
-        found.append(
-            Plant(
-                place=place,
-                width=0.35 * gait.style.stance,
-                heading=heading,
-                toe_out=0.5 * gait.style.toe_out,
-                strike=strike,
-                flat=strike + 2,
-                lift=min(strike + 2 + round(0.25 * (off - strike - 2)), off - 2),
-                off=off,
-                strike_pitch=landing,
-                off_pitch=0.64,
-                lift_height=0.20,
-                hurry=1.0,
-            )
-        )
-    return tuple(found)
+    down = max(round(gait.duty * gait.stride), 4)
+    heading, place, _ = gait.course.at(strike + 0.39 * down)
+    return Plant(
+        place=place,
+        width=0.35 * gait.style.stance,
+        heading=heading,
+        toe_out=0.5 * gait.style.toe_out,
+        strike=strike,
+        flat=strike + 2,
+        lift=strike + min(2 + round(0.25 * (down - 2)), down - 2),
+        off=strike + down,
+        strike_pitch=landing,
+        off_pitch=0.64,
+        lift_height=0.20,
+        hurry=1.0,
+    )
 
 
-def flights(contacts: Sequence[Contact], frames: int) -> tuple[Contact, ...]:
-    """(last frame borne, first frame borne again) of contacts in order, as far as the clip shows them."""
-    pairs = pairwise(contacts)
-    gaps = [(before[1], after[0]) for before, after in pairs if after[0] > before[1]]
-    return tuple((off, strike) for off, strike in gaps if strike > 0 and off < frames - 1)
-
-
-def bouncing(contacts: Sequence[Contact], frames: int, tall: float, soft: float) -> np.ndarray:
+def _bouncing(contacts: Sequence[Contact], frames: int, tall: float, soft: float) -> np.ndarray:
     """Height of the hips ``(frames,)``, leg lengths: parabolas in the flights, and between them the legs
     give way so that no speed jumps. tall: at every landing and take-off. soft: how much more they give."""
     t, height = np.arange(frames, dtype=float), np.full(frames, tall)

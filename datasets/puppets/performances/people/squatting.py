@@ -36,57 +36,57 @@ def squat(stream: Stream, frames: int) -> Score:
     deep = stream.uniform(0.66, 0.74) if knees else stream.uniform(0.50, 0.70)
     lean = stream.uniform(0.70, 0.84) if knees else stream.uniform(0.45, 0.75)
     toes, width = stream.choice((0.0, 0.0, 0.35)), stream.uniform(1.3, 2.0)
-    who = Performer(stream, frames)
-    who.style = replace(who.style, toe_out=who.style.toe_out + stream.uniform(0.05, 0.25))
+    person = Performer(stream, frames)
+    person.style = replace(person.style, toe_out=person.style.toe_out + stream.uniform(0.05, 0.25))
     heading = stream.uniform(-np.pi, np.pi)
-    t, still = who.t, np.zeros(frames)
+    t, still = person.t, np.zeros(frames)
     down = sum((plateau(t, *each) for each in times), start=still)
     rising = sum((plateau(t, up - 0.25, up + 0.1, up + 0.3, up + 0.7) for *_, up in times), start=still)
     support, side = shifting(stream, frames, 0.08), stream.choice(SIDES)
-    feet = stance(heading, who.style, frames, support, 0.6 * width if steps_out else width)
+    feet = stance(heading, person.style, frames, support, 0.6 * width if steps_out else width)
     if steps_out:
         # the whole difference is made by one foot; the balance brings the body between both
         feet = small_step(feet, side, 5, wider=0.8 * width)
     # heels rise together
     heel = toes * rising
     feet = replace(feet, feet={side: Foot(foot.plants, heel) for side, foot in feet.feet.items()})
-    trunk = who.trunk(
+    trunk = person.trunk(
         pelvis=(0.0, 0.03 + 0.55 * lean * down, 0.0),
         chest=(0.0, 0.45 * lean * down, 0.0),
         gaze=(0.0, 0.22 * lean * down, 0.0),
     )
-    hands = {side: _hand(who, arms, times, down, side) for side in SIDES}
+    hands = {side: _hand(person, arms, times, down, side) for side in SIDES}
     told: dict[str, float | str] = {"arms": arms, "deep": deep, "lean": lean, "toes": toes}
     return feet.score("squat", 0.994 - (0.994 - deep) * down + 0.3 * heel, trunk, hands, told)
 
 
-def _hand(who: Performer, arms: str, times: Times, down: np.ndarray, side: str) -> Hand:
-    frames, still = who.frames, np.zeros(who.frames)
+def _hand(person: Performer, arms: str, times: Times, down: np.ndarray, side: str) -> Hand:
+    frames, still = person.frames, np.zeros(person.frames)
     if arms == "knees":
         # on the thigh just over the knee while the trunk is low
         held = [(a + 0.25 * (b - a), b - 0.05, c + 0.1, d - 0.2 * (d - c)) for a, b, c, d in times]
-        resting = sum((plateau(who.t, *each) for each in held), start=still)
-        calm = who.idle_hand((Touch(f"{side}_knee", resting),))
-        reached = plateau(who.t, times[0][0], times[0][1], *times[-1][2:])
+        resting = sum((plateau(person.t, *each) for each in held), start=still)
+        calm = person.idle_hand((Touch(f"{side}_knee", resting),))
+        reached = plateau(person.t, times[0][0], times[0][1], *times[-1][2:])
         reach = calm.reach + reached[:, None] * np.array([0.0, 0.12, 0.25])
         return replace(calm, reach=reach, upright=still + 1.0, swivel=calm.swivel + 0.35 * resting)
     if arms == "hips":
-        calm = who.idle_hand((Touch(f"{side}_hip", still + 1.0),))
+        calm = person.idle_hand((Touch(f"{side}_hip", still + 1.0),))
         return replace(calm, swivel=calm.swivel + 0.6)
     if arms == "clasped":
         # palm to palm before the chest, fingers ahead and up
-        reach = rows(frames, 0.03, -0.30 + 0.08 * down + who.wander(0.015), 0.58 + 0.06 * down)
+        reach = rows(frames, 0.03, -0.30 + 0.08 * down + person.wander(0.015), 0.58 + 0.06 * down)
         touches = (Touch("left_palm", still + 1.0),) if side == "right" else ()
-        folded = who.hand(reach, upright=0.5, middle=1.0, touches=touches)
+        folded = person.hand(reach, upright=0.5, middle=1.0, touches=touches)
         return replace(
             folded, aim=np.tile([-1.0, 0.0, 0.0, 0.0, 0.45, 0.9], (frames, 1)), aimed=still + 1.0
         )
     # stretched out in front as a counterweight, a little ahead of the squat
-    hang = hanging(who.wander(0.03), who.style.aside + still, who.style.elbow + still)
-    out = np.array([0.06, -0.06 + 0.1 * who.style.posture, 0.93])
+    hang = hanging(person.wander(0.03), person.style.aside + still, person.style.elbow + still)
+    out = np.array([0.06, -0.06 + 0.1 * person.style.posture, 0.93])
     share = down * (2.0 - down)
-    reach = hang + share[:, None] * (out - hang) + who.wander(0.012)[:, None]
-    return who.hand(reach, upright=1.0, swivel=0.25 * share)
+    reach = hang + share[:, None] * (out - hang) + person.wander(0.012)[:, None]
+    return person.hand(reach, upright=1.0, swivel=0.25 * share)
 
 
 def touch_floor(stream: Stream, frames: int) -> Score:

@@ -88,6 +88,11 @@ class Gait:
         shift = 0.0 if self.lead == "left" else 0.5 * self.stride
         return 2.0 * np.pi * (np.arange(self.frames) - self.first - shift) / self.stride
 
+    def feet(self, plant: Callable[[int], Plant]) -> dict[str, Foot]:
+        """Feet with a stay from every strike on: ``plant(k)``."""
+        stays = {side: tuple(plant(k) for k in self.steps if self.side(k) == side) for side in SIDES}
+        return {side: Foot(stays[side], np.zeros(self.frames)) for side in SIDES}
+
     @cached_property
     def course(self) -> Course:
         k = np.arange(self.frames + 2 * MARGIN) - float(MARGIN)
@@ -183,15 +188,6 @@ def _plant(gait: Gait, tread: Tread, strike: int, off: int, place_at: float) -> 
     )
 
 
-def support(gait: Gait) -> np.ndarray:
-    """The foot that bears the weight while standing: before a start on the one that stays."""
-    even = np.full(gait.frames, 0.5)
-    if not gait.starts:
-        return even
-    off = gait.strike(0) - (1.0 - gait.duty) * gait.stride
-    return even - 0.42 * sign(gait.lead) * ramp(np.arange(gait.frames), off - 0.45 * gait.stride, off)
-
-
 _THIGH, _SHANK = 0.455, 0.468
 """Leg lengths, of a usual leg."""
 
@@ -276,7 +272,7 @@ def striding(
     **parameters: float | str,
 ) -> Score:
     """The whole performance over given feet."""
-    who, style, phase, course = (
+    person, style, phase, course = (
         Performer(stream, gait.frames, gait.style),
         gait.style,
         gait.phase,
@@ -288,15 +284,20 @@ def striding(
     # lean to the left that keeps a body in balance along its bend
     into = way * gait.speed * active * np.gradient(course.heading)[inside] / GRAVITY
     over_left = phase - 0.6 * np.pi
-    left = carriage.sway * active * np.cos(over_left) + who.wander(0.004) + 0.25 * into
+    left = carriage.sway * active * np.cos(over_left) + person.wander(0.004) + 0.25 * into
     # hips stay behind a trunk that leans ahead
     leaning = way * (carriage.lean + style.posture - 0.05)
     ahead = 0.014 * active * np.sin(2.0 * over_left) - carriage.back * leaning * active
-    sway = rows(gait.frames, *(row + who.wander(0.0022, *_QUICK) for row in (left, ahead)))
+    sway = rows(gait.frames, *(row + person.wander(0.0022, *_QUICK) for row in (left, ahead)))
     # highest over either foot, lowest between them, and shaken a little by every landing
     over_left = phase - 0.64 * np.pi
     wave = np.cos(2.0 * over_left) + carriage.shock * np.cos(4.0 * over_left - 1.0)
-    bob = carriage.bob * style.bounce * wave + who.wander(0.0021, *_QUICK)
+    bob = carriage.bob * style.bounce * wave + person.wander(0.0021, *_QUICK)
+    # while standing the weight is on both feet, before a start on the one that stays
+    support = np.full(gait.frames, 0.5)
+    if gait.starts:
+        off = gait.strike(0) - (1.0 - gait.duty) * gait.stride
+        support -= 0.42 * sign(gait.lead) * ramp(np.arange(gait.frames), off - 0.45 * gait.stride, off)
     return Score(
         kind=kind,
         heading=heading,
@@ -304,10 +305,10 @@ def striding(
         sway=sway,
         height=0.994 + active * (bob - carriage.low),
         balance=1.0 - active,
-        support=support(gait),
-        trunk=_trunk(who, gait, carriage, active, heading, into),
+        support=support,
+        trunk=_trunk(person, gait, carriage, active, heading, into),
         feet=feet,
-        hands={side: _arm(who, gait, carriage, side, active) for side in SIDES},
+        hands={side: _arm(person, gait, carriage, side, active) for side in SIDES},
         parameters={
             "mode": gait.mode,
             "step": gait.step,
@@ -325,7 +326,7 @@ def with_air(feet: Mapping[str, Foot], swing: Swing) -> dict[str, Foot]:
 
 
 def _trunk(
-    who: Performer,
+    person: Performer,
     gait: Gait,
     carriage: Carriage,
     active: np.ndarray,
@@ -335,34 +336,34 @@ def _trunk(
     """The pelvis turns with the leg in front and drops on the swinging side, the chest counters both."""
     phase, size = gait.phase, active * gait.step / 0.7
     turn = -carriage.turn * np.cos(gait.bearing) * size * np.cos(phase)
-    drop = -carriage.drop * size * who.style.bounce * np.cos(phase - 0.35 * np.pi)
+    drop = -carriage.drop * size * person.style.bounce * np.cos(phase - 0.35 * np.pi)
     tilt = carriage.tilt * active + 0.02 * size * np.cos(2.0 * phase)
     lean = carriage.lean * active + 0.015 * size * np.cos(2.0 * phase - 0.8)
-    ahead = np.array([gait.course.at(frame)[0] for frame in np.arange(who.frames) + 9.0])
-    return who.trunk(
+    ahead = np.array([gait.course.at(frame)[0] for frame in np.arange(person.frames) + 9.0])
+    return person.trunk(
         pelvis=(turn, tilt, drop + 0.35 * into),
-        chest=(-turn * carriage.counter * (1.0 + 0.8 * who.style.swing), lean, -0.8 * drop + 0.4 * into),
+        chest=(-turn * carriage.counter * (1.0 + 0.8 * person.style.swing), lean, -0.8 * drop + 0.4 * into),
         gaze=(1.6 * (ahead - heading), carriage.gaze - 0.012 * size * np.cos(2.0 * phase), 0.0),
         follow=0.15,
     )
 
 
-def _arm(who: Performer, gait: Gait, carriage: Carriage, side: str, active: np.ndarray) -> Hand:
+def _arm(person: Performer, gait: Gait, carriage: Carriage, side: str, active: np.ndarray) -> Hand:
     """Each arm swings with the other side's leg, a little late, and bends more in front."""
-    style = who.style
+    style = person.style
     still = carriage.still[side == "right"]
     own = (1.0 + sign(side) * style.asymmetry) * (1.0 - still)
     way = np.cos(gait.bearing)
     wave = -sign(side) * way * np.cos(gait.phase - 0.15)
     swing = carriage.swing * style.swing * own * active * min(gait.step / 0.7, 1.3)
-    ahead = swing * wave + (carriage.ahead + 0.14) * active - 0.14 + who.wander(0.03)
-    ahead = ahead + who.wander(0.014, *_QUICK)
+    ahead = swing * wave + (carriage.ahead + 0.14) * active - 0.14 + person.wander(0.03)
+    ahead = ahead + person.wander(0.014, *_QUICK)
     lagging = -sign(side) * way * np.cos(gait.phase - 0.55)
     bend = style.elbow + (carriage.bend + 0.4 * still) * active
     bend = bend + swing * (0.2 + carriage.hinge * (0.35 + lagging))
-    bend = bend + who.wander(0.05) + who.wander(0.028, *_QUICK)
+    bend = bend + person.wander(0.05) + person.wander(0.028, *_QUICK)
     # elbows are eased where they would be straight
     bend = 0.5 * (bend + 0.12 + np.sqrt((bend - 0.12) ** 2 + 0.01))
-    aside = style.aside + carriage.aside * active + who.wander(0.025)
+    aside = style.aside + carriage.aside * active + person.wander(0.025)
     swivel = carriage.out * active + carriage.behind * swing * (1.0 - wave)
-    return who.hand(hanging(ahead, aside, bend), upright=0.8, swivel=swivel)
+    return person.hand(hanging(ahead, aside, bend), upright=0.8, swivel=swivel)

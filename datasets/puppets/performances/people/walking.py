@@ -9,7 +9,7 @@ import numpy as np
 from ...conventions import FPS, SIDES, sign
 from ...curves import ramp, wander
 from ...randomness import Stream
-from ..score import Foot, Plant, Score, Stairs
+from ..score import Plant, Score, Stairs
 from .striding import Gait, Swing, Tread, stepping, striding, with_air
 from .style import Carriage, Style, along, personal, seconds
 
@@ -244,10 +244,7 @@ def stairs(stream: Stream, frames: int, kind: str) -> Score:
     top = max(-rise, 0.0) * (last - first)
     levels = {k: top + rise * (min(max(k, first), last) - first) for k in steps}
     risers = {k: 0.5 * tread * up * (levels[k + (up > 0)] != levels[k - (up < 0)]) for k in steps[1:-1]}
-    plants: dict[str, list[Plant]] = {side: [] for side in SIDES}
-    for k in steps:
-        plants[drawn.side(k)].append(_on_step(drawn, k, levels[k], risers.get(k, 0.0), up))
-    feet = {side: Foot(tuple(plants[side]), np.zeros(frames)) for side in SIDES}
+    feet = drawn.feet(lambda k: _on_step(drawn, k, levels[k], risers.get(k, 0.0), up))
     usual = personal(stream, drawn.style, tread)
     carriage = replace(
         usual,
