@@ -79,7 +79,7 @@ KINDS: Mapping[str, Callable[..., Score]] = {
     "lunge": kneeling.lunge,
     "kneel": kneeling.kneel,
     "sit": sitting.sit,
-    "get_up": sitting.get_up,
+    "get_up": partial(sitting.sit, kind="get_up"),
     "crawl": crawling.crawl,
     "lift": squatting.lift,
     "touch_floor": squatting.touch_floor,

@@ -19,7 +19,7 @@ from .striding import Swing, hung
 from .style import Performer, Style, along, hanging, rows
 
 STAND, _TALL, _LAND = 0.990, 1.005, 0.955
-"""Height of the hip joints of who stands, at take-off and at landing, leg lengths."""
+"""Height of the hip joints standing, at take-off and at landing, leg lengths."""
 
 
 @dataclass(frozen=True)

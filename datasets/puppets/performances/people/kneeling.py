@@ -85,18 +85,12 @@ class _Times:
     both: int = 56 + _SWING
 
 
-def kneel(stream: Stream, frames: int) -> Score:
-    """Kneeling down on one knee, or on both and back on the heels, a while there, and up the same way."""
-    return _down_and_up(stream, frames, "kneel", stream.choice((0.0, 1.0)))
-
-
-def rising(stream: Stream, frames: int) -> Score:
-    """Up from both knees."""
-    return _down_and_up(stream, frames, "get_up", 1.0, True)
-
-
-def _down_and_up(stream: Stream, frames: int, kind: str, late: float, rises: bool = False) -> Score:
-    """late: which part of it is shown where the clip is too short for all, from 0 to 1."""
+def kneel(stream: Stream, frames: int, rises: bool = False) -> Score:
+    """Kneeling down on one knee, or on both and back on the heels, a while there, and up the same way.
+    rises: up from both knees alone."""
+    kind = "get_up" if rises else "kneel"
+    # which part of it is shown where the clip is too short for all
+    late = 1.0 if rises else stream.choice((0.0, 1.0))
     second = rises or stream.choice((True, False))
     whole = max(frames, 240 if rises or second else 112)
     if rises and frames > 120:
@@ -106,7 +100,6 @@ def _down_and_up(stream: Stream, frames: int, kind: str, late: float, rises: boo
     scene.style = replace(scene.style, toe_out=0.6 * scene.style.toe_out)
     hind = stream.choice(SIDES)
     fore, long = other(hind), stream.uniform(0.72, 0.82)
-    feet = {hind: _hind(scene, hind, times), fore: _fore(scene, fore, times, second, long)}
     one = plateau(scene.k, times.step + 10.0, times.knee, times.rise, times.close + 6.0)
     # how far the body sits back on its heels
     back = 0.0 * one
@@ -115,23 +108,26 @@ def _down_and_up(stream: Stream, frames: int, kind: str, late: float, rises: boo
     _upper(scene, times, fore, one, back, second)
     score = scene.score(kind, knees="both" if second else hind, long=long)
     scene.ahead = scene.held(times.step + 2.0, times.step + 28.0, times.close - 10.0, times.close + 18.0)
+    # the hind foot bears the weight while the other is on its way
+    feet = scene.feet
+    for start in (times.step, times.close):
+        feet = feet.relieved(fore, start, start + 24, 0.9)
     score = replace(
         _carried(score, scene, 0.45 * long),
-        feet=feet,
-        support=_support(scene, fore, times),
+        feet={hind: _hind(scene, hind, times, one), fore: _fore(scene, fore, times, second, long)},
+        support=feet.support,
         height=score.height - 0.40 * one,
         sit_back=back * stream.uniform(0.45, 0.85) + 0.05 * one,
     )
     return cut(score, round(late * (whole - frames)), frames)
 
 
-def _hind(scene: Scene, side: str, times: _Times) -> Foot:
+def _hind(scene: Scene, side: str, times: _Times, kneel: np.ndarray) -> Foot:
     """Stays on its toes while the heel rises and the knee goes down."""
     k, foot = scene.k, scene.feet.feet[side]
     # the heel is up before the knee goes down and comes down after the hips are up
     heel = 0.45 * plateau(k, times.step + 6.0, times.step + 18.0, times.step + 20.0, times.knee - 4.0)
     heel += 0.55 * plateau(k, times.rise, times.close - 2.0, times.close + 6.0, times.close + 24.0)
-    kneel = plateau(k, times.step + 10.0, times.knee, times.rise, times.close + 6.0)
     return replace(foot, heel=heel, kneel=kneel)
 
 
@@ -167,16 +163,6 @@ def _fore(scene: Scene, side: str, times: _Times, second: bool, long: float) -> 
     plants[-1] = replace(plants[-1], lift=close, off=close + 5, off_pitch=0.15, lift_height=0.06)
     plants.append(replace(stands, strike=close + 20, flat=close + 24, strike_pitch=0.18))
     return Foot(tuple(plants), heel, kneel=kneel)
-
-
-def _support(scene: Scene, fore: str, times: _Times) -> np.ndarray:
-    """The hind foot bears the weight while the other is on its way."""
-    support = scene.feet.support
-    hind = 1.0 if fore == "right" else 0.0
-    for start, end in ((times.step, times.step + 24), (times.close, times.close + 24)):
-        away = 0.9 * scene.held(start - 16.0, start + 1.0, end - 3.0, end + 14.0)
-        support = support + away * (hind - support)
-    return support
 
 
 def _upper(scene: Scene, times: _Times, fore: str, one: np.ndarray, back: np.ndarray, second: bool) -> None:

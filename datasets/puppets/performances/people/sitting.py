@@ -16,23 +16,10 @@ from ...randomness import Stream
 from ..score import HandPlant, Plant, Score
 from . import arms
 from .arms import Shape
-from .kneeling import rising
+from .kneeling import kneel
 from .scene import Scene, Stance
 from .sequencing import cut
 from .style import along, rows
-
-
-def sit(stream: Stream, frames: int) -> Score:
-    """Sitting down on a seat or on the floor, and a while there, legs and hands now so, now so."""
-    return _sitting(stream, frames, "sit", stream.choice(("seat", "seat", "floor")), rises=False)
-
-
-def get_up(stream: Stream, frames: int) -> Score:
-    """Up to standing from a seat, from the floor or from both knees."""
-    begins = stream.choice(("seat", "floor", "knees"))
-    if begins == "knees":
-        return rising(stream, frames)
-    return _sitting(stream, frames, "get_up", begins, rises=True)
 
 
 @dataclass(frozen=True)
@@ -77,8 +64,14 @@ class _Seat:
         return self.first + self.down, self.last - self.up
 
 
-def _sitting(stream: Stream, frames: int, kind: str, on: str, rises: bool) -> Score:
-    """The whole of sitting down and getting up, of which the clip shows one part."""
+def sit(stream: Stream, frames: int, kind: str = "sit") -> Score:
+    """Sitting down on a seat or on the floor, and a while there, legs and hands now so, now so; ``get_up``:
+    up to standing from a seat, from the floor or from both knees."""
+    rises = kind == "get_up"
+    on = stream.choice(("seat", "floor", "knees") if rises else ("seat", "seat", "floor"))
+    if on == "knees":
+        return kneel(stream, frames, rises=True)
+    # the whole of sitting down and getting up, of which the clip shows one part
     seat = _Seat.draw(stream, frames, on)
     whole = round(seat.last) + 6
     scene = Scene(stream, whole, width=stream.uniform(1.0, 1.6), shift=0.1, loose=0.3)

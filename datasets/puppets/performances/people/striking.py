@@ -163,10 +163,11 @@ def catch(stream: Stream, frames: int) -> Score:
         away = end - 0.24 * room
         for side in SIDES:
             to = aside * sign(side)
-            turned = ((0.0, 0.0, 0.3), 0.2, 0.8, 1.0, "", (-0.75, 0.0, 0.65), (0.15, 0.95, 0.3))
-            out = Shape((wide + to, level, 0.80), *turned)
-            closed = ((0.0, 0.0, 0.3), 0.35, 0.6, 1.0, "", (-1.0, 0.0, -0.1), (-0.1, 0.3, 0.95))
-            held = Shape((wide + 0.2 * to, -0.52, 0.42), *closed)
+            reach, wrist = (wide + to, level, 0.80), (0.0, 0.0, 0.3)
+            palm, fingers = (-0.75, 0.0, 0.65), (0.15, 0.95, 0.3)
+            out = Shape(reach, wrist, 0.2, 0.8, 1.0, palm=palm, fingers=fingers)
+            reach, palm, fingers = (wide + 0.2 * to, -0.52, 0.42), (-1.0, 0.0, -0.1), (-0.1, 0.3, 0.95)
+            held = Shape(reach, wrist, 0.35, 0.6, 1.0, palm=palm, fingers=fingers)
             scene.arm(side, start, met - 2.0, out, (0.05, 0.0, 0.05))
             scene.arm(side, met - 1.0, taken + 4.0, held)
             scene.arm(side, away, end)
