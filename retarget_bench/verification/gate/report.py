@@ -1,5 +1,6 @@
 """Report of a check as text, and as Markdown for a pull request: moved rows first, then counts."""
 
+import html
 from collections import Counter
 from collections.abc import Sequence
 
@@ -35,9 +36,9 @@ def markdown(lines: Sequence[GateRow], verdict: int) -> str:
         out += [f"#### {status}", "", "| row | golden, now | |", "|---|---|---|"]
         for line in found[:MOST]:
             name = " ".join(f"`{_cell(part)}`" for part in (line.subject, line.where, line.value) if part)
-            out.append(f"| {name} | {_cell(_change(line))} | {_cell(_escaped(line.why))} |")
+            out.append(f"| {name} | {_cell(_change(line))} | {_cell(html.escape(line.why, quote=False))} |")
         if len(found) > MOST:
-            out += ["", f"and {len(found) - MOST} more: {_escaped(_most(found))}"]
+            out += ["", f"and {len(found) - MOST} more: {html.escape(_most(found), quote=False)}"]
         out.append("")
     return "\n".join([*out, VERDICTS[verdict], ""])
 
@@ -66,17 +67,11 @@ def _by_status(lines: Sequence[GateRow]) -> dict[Status, list[GateRow]]:
     for line in lines:
         if line.status not in (Status.SAME, Status.INCOMPARABLE):
             found.setdefault(line.status, []).append(line)
-    if folded := _folded([line for line in lines if line.status is Status.INCOMPARABLE]):
-        found[Status.INCOMPARABLE] = folded
+    alike = Counter((line.subject, line.why) for line in lines if line.status is Status.INCOMPARABLE)
+    for (subject, why), count in alike.items():
+        line = GateRow(Status.INCOMPARABLE, subject, f"{count} rows" if count > 1 else "", why=why)
+        found.setdefault(Status.INCOMPARABLE, []).append(line)
     return found
-
-
-def _folded(lines: Sequence[GateRow]) -> list[GateRow]:
-    grouped: dict[tuple[str, str], int] = Counter((line.subject, line.why) for line in lines)
-    return [
-        GateRow(Status.INCOMPARABLE, subject, f"{count} rows" if count > 1 else "", why=why)
-        for (subject, why), count in grouped.items()
-    ]
 
 
 def _most(lines: Sequence[GateRow]) -> str:
@@ -102,7 +97,3 @@ def _change(line: GateRow) -> str:
 
 def _cell(text: str) -> str:
     return text.replace("|", "\\|").replace("\n", " ")
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
