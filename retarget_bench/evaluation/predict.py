@@ -54,7 +54,7 @@ def predict(method: Method, case: Case, context: Context) -> Outcome:
     except Invalid as error:
         return Outcome("invalid", str(error))
     except (Exception, KeyboardInterrupt) as error:  # the method's own fault: it costs its row
-        return Outcome("failed", _one_line(error))
+        return Outcome("failed", one_line(error))
 
 
 def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Context]) -> list[Outcome]:
@@ -69,7 +69,7 @@ def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Contex
         together = [number for number, case in enumerate(cases) if _takes(method, case)]
         answers = _at_once(method, [pairs[number] for number in together])
     except KeyboardInterrupt as error:
-        return [Outcome("failed", _one_line(error)) for _ in pairs]
+        return [Outcome("failed", one_line(error)) for _ in pairs]
     found = dict(zip(together, answers, strict=False))
     return [found.get(number) or predict(method, *pair) for number, pair in enumerate(pairs)]
 
@@ -131,7 +131,8 @@ def _single(values: np.ndarray) -> np.ndarray:
     return values.astype(np.float32).astype(np.float64)
 
 
-def _one_line(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
+    """An error of a plug-in, with the line that raised it."""
     where = traceback.extract_tb(error.__traceback__)[-1]
     text = " ".join(str(error).split()) or "no message"
     return f"{type(error).__name__}: {text[:300]} ({Path(where.filename).name}:{where.lineno})"

@@ -36,9 +36,8 @@ class DatasetTrial(Trial[Dataset]):
         texts = ("summary", "version", "licence", "obtain")
         if empty := [name for name in texts if not getattr(card, name).strip()]:
             return f"no {', '.join(empty)}"
-        if unknown := set(card.splits) - set(SPLITS):
-            return f"splits {sorted(unknown)}; known are {', '.join(SPLITS)}"
-        return self.misnamed(card.name) or self.undescribed(card.parameters)
+        wrong = self.unknown(card, splits=SPLITS)
+        return wrong or self.misnamed(card.name) or self.undescribed(card.parameters)
 
     @demand("label, content and notes are text")
     def texts(self) -> str | None:
@@ -109,7 +108,9 @@ class DatasetTrial(Trial[Dataset]):
                 motion = getattr(case, name)
                 if motion is not None and not np.isfinite(motion.positions).all():
                     return f"{case.info.id}: a position of the {name} is not finite"
-                if isinstance(motion, Motion) and _off_unit(motion.rotations) > 1e-6:
+                if not isinstance(motion, Motion):
+                    continue
+                if np.abs(np.linalg.norm(motion.rotations, axis=-1) - 1).max(initial=0.0) > 1e-6:
                     return f"{case.info.id}: a rotation of the {name} is not a unit quaternion"
         return None
 
@@ -148,7 +149,7 @@ def _misfit(case: Case) -> str | None:
             (contacts.planted.dtype == bool, f"contacts of type {contacts.planted.dtype}, not bool"),
             (
                 contacts.pivoting is None or contacts.pivoting.shape == wanted,
-                "contacts that pivot have another shape than those that are planted",
+                f"pivoting contacts of another shape than {wanted}",
             ),
             (not unknown, f"contacts of {', '.join(sorted(unknown))}, which the target does not have"),
         ]
@@ -161,7 +162,3 @@ def _misfit(case: Case) -> str | None:
             (not unknown, f"a touch of {', '.join(sorted(unknown))}, which the target does not have"),
         ]
     return next((f"{case.info.id}: {text}" for fits, text in facts if not fits), None)
-
-
-def _off_unit(rotations: np.ndarray) -> float:
-    return float(np.abs(np.linalg.norm(rotations, axis=-1) - 1).max(initial=0.0))

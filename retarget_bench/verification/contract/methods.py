@@ -1,21 +1,24 @@
-"""The checks that a method must pass."""
+"""The checks that methods and post-processors must pass."""
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from retarget_bench import defaults
 from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Method, Prediction
 from retarget_bench.api.optional import method_card, takes_batches
 from retarget_bench.evaluation import predict
-from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.post_processors import Post, composed
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import (
-    KINDS_OF_SOURCE,
+    Check,
     Trial,
     changed,
     demand,
@@ -25,8 +28,8 @@ from retarget_bench.verification.contract.common import (
     snapshot,
 )
 
+KINDS_OF_SOURCE = ("motion", "positions")
 PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips")
-UNPRIVILEGED = ("training",)
 BATCH_FRAMES = (40, 25, 1)
 """Lengths of the cases that are asked in one batch."""
 BATCH_TOLERANCE = 1e-5
@@ -48,15 +51,14 @@ class MethodTrial(Trial[Method]):
         card = self.plugin.card
         if not (card.summary and card.version):
             return "summary and version must not be empty"
-        if unknown := set(card.accepts) - set(KINDS_OF_SOURCE):
-            return f"accepts {sorted(unknown)}; known are {', '.join(KINDS_OF_SOURCE)}"
-        if unknown := set(card.needs) - set(PRIVILEGED):
-            return f"needs {sorted(unknown)}; known are {', '.join(PRIVILEGED)}"
-        if unknown := set(method_card(self.plugin).uses) - set(UNPRIVILEGED):
-            return f"uses {sorted(unknown)}; known are {', '.join(UNPRIVILEGED)}"
-        if unknown := set(method_card(self.plugin).tasks) - set(TASKS):
-            return f"tasks {sorted(unknown)}; known are {', '.join(TASKS)}"
-        return self.misnamed(card.name) or self.undescribed(card.parameters)
+        wrong = self.unknown(
+            method_card(self.plugin),
+            accepts=KINDS_OF_SOURCE,
+            needs=PRIVILEGED,
+            uses=("training",),
+            tasks=TASKS,
+        )
+        return wrong or self.misnamed(card.name) or self.undescribed(card.parameters)
 
     @demand("supports() gives None or a reason")
     def supports(self) -> str | None:
@@ -80,11 +82,21 @@ class MethodTrial(Trial[Method]):
 
     @demand("another frame rate is kept")
     def other_rate(self) -> str | None:
-        return _first_problem([(case, self._ask(_at_rate(case, 50.0))) for case in self.cases])
+        other = [
+            replace(
+                case,
+                source=replace(case.source, fps=50.0),
+                reference=case.reference and replace(case.reference, fps=50.0),
+                alternative=case.alternative and replace(case.alternative, fps=50.0),
+            )
+            for case in self.cases
+        ]
+        return _first_problem([(case, self._ask(case)) for case in other])
 
     @demand("a source known by positions only is answered or refused")
     def positions(self) -> str | None:
-        return _first_problem([(case, self._ask(_by_positions(case))) for case in self.cases])
+        other = [replace(case, source=_by_positions(case.source)) for case in self.cases]
+        return _first_problem([(case, self._ask(case)) for case in other])
 
     @demand("its input is not modified")
     def input_untouched(self) -> str | None:
@@ -101,7 +113,9 @@ class MethodTrial(Trial[Method]):
     @demand("same case and seed, same answer, whatever ran before")
     def deterministic(self) -> str | None:
         first = [self._ask(case).prediction for case in self.cases]
-        _disturb_global_state()
+        # the generators that code forgets to seed are moved, so that reading one shows
+        random.seed(random.random())
+        np.random.seed(random.randrange(2**32))  # noqa: NPY002 - the legacy generator is the one meant here
         self.plugin = registry.create("methods", self.spec)
         again = [self._ask(case).prediction for case in reversed(self.cases)]
         return _first_difference(self.cases, first, again[::-1])
@@ -120,7 +134,13 @@ class MethodTrial(Trial[Method]):
             if case.reference is None or predict.refusal(self.plugin, case) is not None:
                 continue
             honest = self._context(case)
-            leaks = {name: value for name, value in _leaks(case).items() if name not in declared}
+            motions = [case.reference]
+            inputs = zip(
+                PRIVILEGED,
+                (case.reference, case.alternative or case.reference, motions, motions),
+                strict=True,
+            )
+            leaks: dict[str, Any] = {name: value for name, value in inputs if name not in declared}
             answers = [
                 self.plugin.retarget(case.source, case.target, context=context)
                 for context in (honest, replace(honest, **leaks))
@@ -162,17 +182,6 @@ class MethodTrial(Trial[Method]):
         return predict.context_for(self.plugin, self.data, case, seed)
 
 
-def _leaks(case: Case) -> dict[str, Any]:
-    """Privileged inputs that no method may use undeclared."""
-    motions = [case.reference]
-    return {
-        "reference": case.reference,
-        "second_reference": case.alternative or case.reference,
-        "target_motions": motions,
-        "other_clips": motions,
-    }
-
-
 def _first_problem(outcomes: Sequence[tuple[Case, predict.Outcome]]) -> str | None:
     """The first answer that is neither valid nor a refusal."""
     bad = ((c, o) for c, o in outcomes if o.status not in ("ok", "unsupported"))
@@ -190,22 +199,55 @@ def _first_difference(
     return None
 
 
-def _at_rate(case: Case, fps: float) -> Case:
-    reference, other = (
-        None if answer is None else replace(answer, fps=fps)
-        for answer in (case.reference, case.alternative)
-    )
-    return replace(case, source=replace(case.source, fps=fps), reference=reference, alternative=other)
+def _by_positions(motion: Prediction) -> Positions:
+    if isinstance(motion, Positions):
+        return motion
+    return motion.character.positions(motion.positions, motion.fps)
 
 
-def _by_positions(case: Case) -> Case:
-    source = case.source
-    if isinstance(source, Motion):
-        source = Positions(source.character, source.positions, source.fps)
-    return replace(case, source=source)
+# ------------------------------------------------------------------------------------- post-processors
+class PostTrial(Trial[Post]):
+    """Checks of a post-processor, with those of the default method that it follows."""
+
+    kind = "posts"
+
+    def __init__(self, spec: Spec, data: Dataset) -> None:
+        super().__init__(spec)
+        self.data = data
+        self.cases = sample(data)
+
+    def __iter__(self) -> Iterator[Check]:
+        yield from super().__iter__()
+        method = Spec.parse(defaults.METHOD)
+        for check in MethodTrial(replace(method, posts=(self.spec,)), self.data):
+            yield Check(f"{method.name}+{self.spec.name}: {check.demand}", check.problem)
+
+    @demand("its card says what it is and what it takes")
+    def card(self) -> str | None:
+        card = self.plugin.card
+        if not (card.summary and card.version and card.accepts):
+            return "summary, version and accepts must not be empty"
+        wrong = self.unknown(card, accepts=KINDS_OF_SOURCE)
+        return wrong or self.misnamed(card.name) or self.undescribed(card.parameters)
+
+    @demand("answers known by positions only are worked on, if the card accepts them")
+    def positions(self) -> str | None:
+        method = composed(_PositionsOnly(), [self.plugin])
+        wanted = {"ok", "unsupported"} if "positions" in self.plugin.card.accepts else {"unsupported"}
+        for case in self.cases:
+            outcome = predict.predict(method, case, Context(ground=case.ground))
+            if outcome.status not in wanted:
+                return f"{case.info.id}: {outcome.status}: {outcome.message}"
+        return None
 
 
-def _disturb_global_state() -> None:
-    """Move the random generators that code forgets to seed, so that reading one shows."""
-    random.seed(random.random())
-    np.random.seed(random.randrange(2**32))  # noqa: NPY002 - the legacy generator is the one meant here
+class _PositionsOnly:
+    """The default method with answers that are positions only."""
+
+    def __init__(self) -> None:
+        self.method: Method = registry.create("methods", defaults.METHOD)
+        self.card = self.method.card
+        self.supports = self.method.supports
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
+        return _by_positions(self.method.retarget(source, target, context=context))
