@@ -1,7 +1,7 @@
 """Plans (methods x data sets x splits) and the keys of their results."""
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
@@ -33,8 +33,10 @@ Stage = Literal["run", "predict", "score"]
 
 OWN_CASES = (RETARGET, "probe")
 """Tasks whose cases are the data set's own."""
-LAYERS = "training.layers"
-"""The package of layers that learned methods share."""
+LAYERS, FEATURES = "training.layers", "training.features"
+"""Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
+SETS = "evaluation.set_metrics"
+"""The package that draws sets and evaluates metrics of them."""
 
 
 @dataclass(frozen=True)
@@ -268,18 +270,25 @@ def method_code(spec: Spec) -> str:
     these files imports from the layers that learned methods share, of those."""
     own = list(_own_code("methods", spec.name))
     own += [file for post in spec.posts for file in _own_code("posts", post.name)]
-    shared = package_code(LAYERS) if any(imports(path, LAYERS) for _, path in own) else ()
-    return code_hash([*own, *package_code("motion"), *shared])
+    return code_hash([*own, *package_code("motion"), *_shared(LAYERS, own)])
 
 
 @cache
 def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
-    """Metric name -> ``version+code``; the engine's comparison counts as code of each."""
-    return {
-        metric.card.name: f"{metric.card.version}+"
-        + code_hash([*_own_code("metrics", Spec.parse(name).name), *module_code("api.comparison")])
-        for name, metric in zip(names, _built(names), strict=True)
-    }
+    """Metric name -> ``version+code``; the engine's comparison counts as code of each, the drawing and
+    evaluation of sets as code of set metrics, and the feature networks where a metric imports from them."""
+    found = {}
+    for name, metric in zip(names, _built(names), strict=True):
+        own = list(_own_code("metrics", Spec.parse(name).name))
+        sets = package_code(SETS) if optional.is_set_metric(metric) else ()
+        code = code_hash([*own, *module_code("api.comparison"), *sets, *_shared(FEATURES, own)])
+        found[metric.card.name] = f"{metric.card.version}+{code}"
+    return found
+
+
+def _shared(package: str, own: Sequence[tuple[str, Path]]) -> Iterable[tuple[str, Path]]:
+    """The files of a package that plug-ins share, if any of a plug-in's own files imports from it."""
+    return package_code(package) if any(imports(path, package) for _, path in own) else ()
 
 
 def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
@@ -289,18 +298,13 @@ def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
         yield f"{kind}/{name}/{relative}", path
 
 
-def files_hash(paths: Sequence[Path]) -> str:
-    """Eight hex digits of the names and contents of files."""
-    total = hashlib.sha256()
-    for path in paths:
-        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return total.hexdigest()[:8]
-
-
 @cache
 def folder_hash(folder: Path) -> str:
     """Eight hex digits of every motion file in a folder of predictions."""
     found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (".npz", ".bvh"))
     if not found:
         raise BenchError(f"{folder} holds no .npz or .bvh file; give the folder with the predictions")
-    return files_hash(found)
+    total = hashlib.sha256()
+    for path in found:
+        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return total.hexdigest()[:8]

@@ -210,3 +210,36 @@ def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own,
     assert version() not in (first, second)
     monkeypatch.undo()
     plan.metric_versions.cache_clear()
+
+
+DRAWN = plan.SETS, "draw.py", "MOST = 1200"
+WINDOWED = plan.FEATURES, "windows.py", "HOP = 8"
+
+
+@pytest.mark.parametrize("name", ["fid", "position"])
+@pytest.mark.parametrize("where", [DRAWN, WINDOWED])
+def test_the_drawing_of_sets_and_the_feature_networks_count_for_set_metrics(
+    tmp_path, monkeypatch, name, where
+):
+    """With another constant stored values of sets are outdated, with another comment they are not."""
+    package, file, constant = where
+    copy, files = tmp_path / file, dict(package_code(package))
+    (inside,) = (inside for inside in files if inside.endswith(f"/{file}"))
+    text = files[inside].read_text(encoding="utf-8")
+    files[inside] = copy
+
+    def package_files(asked: str) -> list[tuple[str, Path]]:
+        return list(files.items() if asked == package else package_code(asked))
+
+    monkeypatch.setattr(plan, "package_code", package_files)
+
+    def version(text: str) -> str:
+        copy.write_text(text, encoding="utf-8")
+        plan.metric_versions.cache_clear()
+        return plan.metric_versions((name,))[name]
+
+    assert constant in text
+    first = version(text)
+    assert version(text.replace(constant, f"{constant}  # windows")) == first
+    assert (version(text.replace(constant, f"{constant}0")) != first) == (name == "fid")
+    plan.metric_versions.cache_clear()
