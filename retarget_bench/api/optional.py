@@ -108,11 +108,6 @@ def training_notes(data: object) -> tuple[str, ...]:
     return tuple(data.training_notes) if isinstance(data, OffersTrainingNotes) else ()
 
 
-def offers_real(data: object) -> TypeGuard[OffersReal]:
-    """Whether a data set has real motion to compare answers with where cases have no references."""
-    return isinstance(data, OffersReal)
-
-
 def parts(data: Dataset) -> Mapping[str, Dataset]:
     """The parts of a data set; the whole under "" where it has none."""
     return data.parts() if isinstance(data, OffersParts) else {"": data}

@@ -1,5 +1,6 @@
 """Carrying out a plan: which cases are missing, the jobs, the journal, and the finished files."""
 
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -45,7 +46,7 @@ def _finish(pool: Executor, done: Mapping[EvaluationUnit, Mapping[str, CaseResul
         listed = [done[unit][info.id] for info in unit.infos]
         case_metadata.write(unit.paths, unit.data, unit.infos)
         store.write_results(unit.paths, header_of(unit, listed), listed, unit.infos)
-        set_files.clear(unit.paths)
+        shutil.rmtree(set_files.waiting_folder(unit.paths), ignore_errors=True)
 
 
 def _with_sets(
@@ -101,7 +102,7 @@ def _begun(unit: EvaluationUnit) -> dict[str, CaseResult]:
     return {
         case: entry
         for case, entry in kept.items()
-        if entry.status != "ok" or set_files.waits(unit.paths, case)
+        if entry.status != "ok" or set_files.case_features(unit.paths, case).exists()
     }
 
 

@@ -7,7 +7,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 
 from retarget_bench.api import Case, CaseInfo, Prediction
-from retarget_bench.api.optional import offers_real
+from retarget_bench.api.optional import OffersReal
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict as stage_one
 from retarget_bench.evaluation.plan import Plan, dataset, known_as, method, metrics, set_metrics
@@ -64,7 +64,7 @@ def work(job: CaseJob) -> list[tuple[ResultPaths, CaseResult]] | Stop:
     plan = job.plan
     register_plugins(plan.plugin_files)
     cases, lost = _loaded(job)
-    real = offers_real(dataset(job.dataset, plan.task))
+    real = isinstance(dataset(job.dataset, plan.task), OffersReal)
     found = [
         (part.paths, CaseResult(case, "failed", lost[case]))
         for part in job.parts
@@ -96,22 +96,20 @@ def _loaded(job: CaseJob) -> tuple[dict[str, Case], dict[str, str]]:
 
 
 def _entry(plan: Plan, paths: ResultPaths, case: Case, outcome: Outcome, real: bool) -> CaseResult:
+    """The scored case; its features for metrics of sets wait in a file until the unit is complete.
+
+    Raises CannotStore.
+    """
     if outcome.prediction is None or plan.stage == "predict":
         return CaseResult(case.info.id, outcome.status, outcome.message)
     scored = stage_one.as_scored(outcome.prediction)
-    _keep_features(plan, paths, case, scored, real)
-    return CaseResult(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
-
-
-def _keep_features(plan: Plan, paths: ResultPaths, case: Case, scored: Prediction, real: bool) -> None:
-    """Store features of the case for the set metrics, computed once the unit is complete. Raises
-    CannotStore."""
     if asked := set_metrics(plan.metrics):
         arrays = collect(asked, case, scored, real)
         try:
-            set_files.put(paths, case.info.id, arrays)
+            store.write_npz(set_files.case_features(paths, case.info.id), arrays)
         except FileError as error:
             raise CannotStore(str(error)) from error
+    return CaseResult(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
 
 
 def _outcomes(job: CaseJob, part: JobPart, cases: Mapping[str, Case]) -> dict[str, Outcome]:

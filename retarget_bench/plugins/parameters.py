@@ -35,8 +35,10 @@ class Parameter:
         """``root_rule=none|height (default none)``."""
         kind = "|".join(map(write_value, self.choices)) or "|".join(t.__name__ for t in self.types)
         shown = f"{self.name}={kind}" if kind else self.name
-        default = "required" if self.required else f"default {_shown(self.default)}"
-        return f"{shown} ({default})"
+        if self.required:
+            return f"{shown} (required)"
+        plain = isinstance(self.default, str | int | float)
+        return f"{shown} (default {write_value(self.default) if plain else str(self.default).lower()})"
 
 
 def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
@@ -192,10 +194,5 @@ def _hints(factory: Callable[..., Any]) -> dict[str, Any]:
 def _is_default(parameter: Parameter | None, value: Scalar) -> bool:
     if parameter is None or parameter.required:
         return False
-    default = parameter.default
-    numbers = all(type(each) in (int, float) for each in (default, value))
-    return (numbers or type(default) is type(value)) and bool(default == value)
-
-
-def _shown(default: Any) -> str:
-    return write_value(default) if isinstance(default, str | int | float) else str(default).lower()
+    types = {type(parameter.default), type(value)}
+    return (len(types) == 1 or types == {int, float}) and bool(parameter.default == value)

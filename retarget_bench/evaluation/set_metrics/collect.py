@@ -1,7 +1,6 @@
 """Features that set metrics make: of finished cases, and of real motion to compare them with."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import cast
 
@@ -56,35 +55,22 @@ def _checked(name: str, case: Case, found: CaseFeatures) -> CaseFeatures:
     return found
 
 
-NONE = "the data set has no real motion of bodies of structure {} in this part"
-
-
-@dataclass(frozen=True, eq=False)
-class RealSet:
-    """Real motion of bodies of one structure: features and facts by case id.
-
-    reason: why there is none, or "".
-    """
-
-    features: Mapping[str, CaseFeatures]
-    infos: Mapping[str, CaseInfo]
-    reason: str = ""
-
-
 @lru_cache(maxsize=8)
-def real_set(data: Spec, metrics: tuple[str, ...], name: str, task: str, structure: str) -> RealSet:
-    """Features of the real motion of bodies of a structure; kept for all methods that a
-    process evaluates. Raises BenchError where the data set's real cases have no references."""
+def real_set(
+    data: Spec, metrics: tuple[str, ...], name: str, task: str, structure: str
+) -> tuple[Mapping[str, CaseFeatures], Mapping[str, CaseInfo]]:
+    """Features and facts of the real motion of bodies of a structure, by case id.
+
+    They are kept for all methods that a process evaluates. Raises BenchError where the data set's real
+    cases have no references.
+    """
     (metric,) = (each for each in set_metrics(metrics) if each.card.name == name)
-    found = cast(OffersReal, dataset(data)).real(task, structure)
-    infos = {info.id: info for info in found}
-    if not infos:
-        return RealSet({}, {}, NONE.format(structure))
-    return RealSet({each: _seen(metric, data, info) for each, info in infos.items()}, infos)
-
-
-def _seen(metric: SetMetric, data: Spec, info: CaseInfo) -> CaseFeatures:
-    case = dataset(data).load(info)
-    if case.reference is None:
-        raise BenchError(f"{info.id} is offered as real motion and has no reference")
-    return metric.features(Comparison(case, case.reference))
+    source = dataset(data)
+    infos = {info.id: info for info in cast(OffersReal, source).real(task, structure)}
+    features = {}
+    for each, info in infos.items():
+        case = source.load(info)
+        if case.reference is None:
+            raise BenchError(f"{each} is offered as real motion and has no reference")
+        features[each] = metric.features(Comparison(case, case.reference))
+    return features, infos

@@ -1,17 +1,15 @@
 """The files of sets: features of single cases, of a whole unit, and the values."""
 
 import csv
-import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
 from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, write_csv
-from retarget_bench.results.store import ResultPaths, case_file
+from retarget_bench.files import write_csv
+from retarget_bench.results.store import ResultPaths, case_file, read_npz, write_npz
 
 Arrays = dict[str, np.ndarray]
 
@@ -63,13 +61,9 @@ def waiting_folder(paths: ResultPaths) -> Path:
 
 
 # ----------------------------------------------------------------------------------------- single cases
-def put(paths: ResultPaths, case_id: str, arrays: Arrays) -> None:
-    """Keep the features of a finished case. Raises FileError."""
-    _write(waiting_folder(paths) / f"{case_file(case_id)}.npz", arrays)
-
-
-def waits(paths: ResultPaths, case_id: str) -> bool:
-    return (waiting_folder(paths) / f"{case_file(case_id)}.npz").exists()
+def case_features(paths: ResultPaths, case_id: str) -> Path:
+    """The file of the features of a finished case, until the unit is complete."""
+    return waiting_folder(paths) / f"{case_file(case_id)}.npz"
 
 
 def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
@@ -77,28 +71,12 @@ def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
     found = {
         f"{case}/{name}": array
         for case in sorted(cases)
-        for name, array in _read(waiting_folder(paths) / f"{case_file(case)}.npz").items()
+        for name, array in read_npz(
+            case_features(paths, case), "cannot be read; score it anew with --overwrite always"
+        ).items()
     }
-    _write(features_path(paths), found)
+    write_npz(features_path(paths), found)
     return found
-
-
-def clear(paths: ResultPaths) -> None:
-    """Remove what waited."""
-    shutil.rmtree(waiting_folder(paths), ignore_errors=True)
-
-
-def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    with atomic(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, **arrays)  # type: ignore[arg-type]
-
-
-def _read(path: Path) -> Arrays:
-    try:
-        with np.load(path) as file:
-            return {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise FileError(path, f"cannot be read ({error}); score it anew with --overwrite always") from error
 
 
 # ---------------------------------------------------------------------------------------------- values

@@ -1,19 +1,24 @@
-"""Questions of the derived tasks: from a clean motion to a source, a target and the right answer."""
+"""Questions of the derived tasks: from a clean motion to a source, a target and the right answer.
+
+Random numbers are made from the raw bits of Philox, by transforms of our own: NumPy promises to keep the
+bits of its generators, but not the distributions that it makes of them.
+"""
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 from retarget_bench.api import Prediction
 from retarget_bench.api.comparison import structure_joints
-from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks.reduced import reduced
+from retarget_bench.errors import BenchError, SkeletonError
+from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.motion.roles import SIDES
+from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.results.store import case_seed
 
 MAJOR = "major"
@@ -46,46 +51,41 @@ class DerivedQuestion:
     reference: Prediction
 
 
-class TaskQuestion(Protocol):
-    """A task. LEVELS: the usual ones, as text; "" where it has none."""
+class TaskQuestion:
+    """A task. LEVELS: the usual ones, as text; "" where it has none.
 
-    LEVELS: ClassVar[str]
-    levels: Sequence[Level]
-
-    def __init__(self, levels: str = "") -> None: ...
-    def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
-        """The conditions as numbers; None where this body cannot be asked this."""
-
-    def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
-        """The question of a case. clean: the right answer, all joints."""
-
-
-class Reconstruct:
-    """The motion itself, to and from whatever a method makes of it (HuMoT, section 4.1)."""
+    This one asks for the motion itself, to and from whatever a method makes of it (HuMoT, section 4.1).
+    """
 
     LEVELS: ClassVar[str] = ""
 
-    def __init__(self, levels: str = "") -> None:
-        del levels
-        self.levels: Sequence[Level] = (Level(),)
+    def __init__(self, levels: str) -> None:
+        self.levels = self.parsed(levels)
 
-    def conditions(self, body: Character, level: Level) -> Mapping[str, float]:
+    def parsed(self, levels: str) -> Sequence[Level]:
+        """Levels as they are written, each once, in increasing order. Raises BenchError."""
+        del levels
+        return (Level(),)
+
+    def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
+        """The conditions as numbers; None where this body cannot be asked this."""
         del body, level
         return {}
 
     def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
+        """The question of a case. clean: the right answer, all joints."""
         del level, case_id
         return DerivedQuestion(clean, clean.character, clean)
 
 
-class Denoise:
+class Denoise(TaskQuestion):
     """Positions with Gaussian noise on every coordinate of every joint in every frame, each on its own
     (HuMoT, section 4.3). Levels are standard deviations in centimetres."""
 
     LEVELS: ClassVar[str] = "0,1,2,3,4,5,6,8,10"
 
-    def __init__(self, levels: str = LEVELS) -> None:
-        self.levels: Sequence[Level] = _once(map(_noise, words(levels, "denoise")))
+    def parsed(self, levels: str) -> Sequence[Level]:
+        return _once(map(_noise, words(levels, "denoise")))
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float]:
         del body
@@ -99,7 +99,7 @@ class Denoise:
         )
 
 
-class Upsample:
+class Upsample(TaskQuestion):
     """Positions of some joints, drawn at random, all of them asked for (HuMoT, section 4.4).
 
     Levels are the proportion of joints that are given, or ``major``: the twelve of the paper's Figure 12,
@@ -108,8 +108,8 @@ class Upsample:
 
     LEVELS: ClassVar[str] = "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.9,1,major"
 
-    def __init__(self, levels: str = LEVELS) -> None:
-        self.levels: Sequence[Level] = _once(map(_proportion, words(levels, "upsample")))
+    def parsed(self, levels: str) -> Sequence[Level]:
+        return _once(map(_proportion, words(levels, "upsample")))
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
         total = len(structure_joints(body))
@@ -137,7 +137,7 @@ class Upsample:
 
 
 QUESTIONS: Mapping[str, type[TaskQuestion]] = {
-    "reconstruct": Reconstruct,
+    "reconstruct": TaskQuestion,
     "denoise": Denoise,
     "upsample": Upsample,
 }
@@ -211,15 +211,10 @@ def level_order(conditions: Mapping[str, float]) -> tuple[bool, float]:
 
 def level_number(name: str) -> float | None:
     """The number of a level by its name: centimetres of noise, per cent of the joints; None without."""
-    first = name.split()[0] if name else ""
-    try:
-        return float(first)
-    except ValueError:
-        return None
+    number = _number(name.partition(" ")[0])
+    return None if math.isnan(number) else number
 
 
-# Random numbers: from the raw bits of Philox, by transforms of our own. NumPy promises to keep the bits of
-# its generators, but not the distributions that it makes of them.
 def seed_of(task: str, case_id: str) -> int:
     """The seed of a case: adding a case moves no other one's noise or draw."""
     return case_seed(0, task, case_id)
@@ -242,3 +237,42 @@ def drawn(seed: int, total: int, count: int) -> tuple[int, ...]:
     """``count`` of ``total`` numbers from 0 on, each as likely as any other, in increasing order."""
     order = np.argsort(uniform(seed, total), kind="stable")
     return tuple(sorted(order[:count].tolist()))
+
+
+def reduced(character: Character, joints: Sequence[int]) -> Character:
+    """The character with these joints alone; itself where that is all of them.
+
+    Each hangs from its nearest ancestor that is left. The first one is the root, and what has no ancestor
+    left hangs from it: without hips there is no better tree, and methods that need hips say so. Names,
+    roles, structure and the measures of the whole body stay. It rests in the common reference pose, with
+    every joint where the whole body has it there.
+
+    Raises SkeletonError for no joint, one that there is not, or one that is named twice.
+    """
+    kept = sorted(joints)
+    total = len(character.skeleton)
+    if not kept or len(set(kept)) < len(kept) or not 0 <= kept[0] <= kept[-1] < total:
+        raise SkeletonError(
+            f"{character.name} has joints 0 to {total - 1}; keep at least one, each once, not {kept}"
+        )
+    if len(kept) == total:
+        return character
+    above, number = character.skeleton.parents.tolist(), {joint: at for at, joint in enumerate(kept)}
+    parents = np.full(len(kept), -1)
+    for at, joint in enumerate(kept[1:], 1):
+        parent = above[joint]
+        while parent >= 0 and parent not in number:
+            parent = above[parent]
+        parents[at] = number.get(parent, 0)
+    places = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))[0][kept]
+    offsets = places - places[np.maximum(parents, 0)]
+    offsets[0] = places[0]
+    return replace(
+        character,
+        name=f"{character.name} ({len(kept)} of {total} joints)",
+        skeleton=Skeleton(tuple(character.skeleton.names[j] for j in kept), parents, offsets),
+        roles=tuple(character.roles[j] for j in kept),
+        reference_pose=rotation.identity(len(kept)),
+        skin=None,
+        whole=character.whole or character,
+    )

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
-from retarget_bench.api.optional import offers_real
+from retarget_bench.api.optional import OffersReal
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from retarget_bench.verification.contract.common import Trial, demand
@@ -83,7 +83,7 @@ class DatasetTrial(Trial[Dataset]):
     @demand("real motion, where it is offered, is of the structure asked for")
     def real(self) -> str | None:
         data: object = self.plugin
-        if not offers_real(data):
+        if not isinstance(data, OffersReal):
             return None
         for structure in {body.structure for body in self.plugin.characters().values()}:
             infos = data.real("retarget", structure)

@@ -15,7 +15,6 @@ from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile
 
 import numpy as np
 
@@ -25,8 +24,8 @@ from retarget_bench.api.comparison import Comparison
 from retarget_bench.api.optional import is_set_metric
 from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation import score
-from retarget_bench.files import atomic
 from retarget_bench.motion import character, measures, motion, rotation, skeleton
+from retarget_bench.results.store import read_npz, write_npz
 from retarget_bench.verification.gate.golden import MOTIONS, Snapshot, flat
 
 SCHEMA = 1
@@ -58,8 +57,7 @@ def write(folder: Path, frozen: FrozenCase) -> None:
     arrays: dict[str, np.ndarray] = {}
     parts = {"case": frozen.case, "predictions": frozen.predictions, "origin": frozen.origin}
     tree = json.dumps({"schema": SCHEMA, "thing": _packed(parts, arrays, {})}, allow_nan=False)
-    with atomic(folder / f"{frozen.name}.npz") as temporary, temporary.open("wb") as file:
-        np.savez_compressed(file, **arrays, tree=np.array(tree))  # type: ignore[arg-type]
+    write_npz(folder / f"{frozen.name}.npz", arrays | {"tree": np.array(tree)}, compressed=True)
 
 
 def _packed(thing: Any, arrays: dict[str, np.ndarray], seen: dict[int, int]) -> Any:
@@ -94,13 +92,13 @@ def _packed(thing: Any, arrays: dict[str, np.ndarray], seen: dict[int, int]) -> 
 
 def read(path: Path) -> FrozenCase:
     """Raises FileError where the file is missing, damaged, from a newer version or something else."""
+    problem = "is not a file of frozen motions, or is damaged"
+    arrays = read_npz(path, problem)
     try:
-        with np.load(path, allow_pickle=False) as file:
-            arrays = {name: file[name] for name in file.files}
         tree = json.loads(str(arrays.pop("tree")))
         schema = tree["schema"]
-    except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile) as error:
-        raise FileError(path, f"is not a file of frozen motions, or is damaged ({error})") from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise FileError(path, f"{problem} ({error})") from error
     if not isinstance(schema, int) or schema > SCHEMA:
         raise FileError(
             path, f"has schema {schema} of frozen motions; this version reads up to {SCHEMA}. Upgrade"
