@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import retarget_bench
-from retarget_bench.api import Metric, SetMetric, optional
+from retarget_bench.api import Metric, RealDataset, SetMetric, optional
 from retarget_bench.evaluation.plan import (
     EvaluationUnit,
     method,
@@ -42,7 +42,7 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
     data = unit.data
     asked = set_metrics(plan.metrics)
     four_legged = None
-    if asked and isinstance(data, optional.OffersReal):
+    if asked and isinstance(data, RealDataset):
         four_legged = tuple(sorted({b.structure for b in data.characters().values() if b.four_legged}))
     return ResultHeader(
         set_values=_values(asked),
@@ -146,10 +146,9 @@ def revision() -> str:
     folder = Path(retarget_bench.__file__).parent.parent
     if not (folder / ".git").exists():
         return ""
+    command = ["git", "describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=+"]
     try:
-        options = {"cwd": folder, "capture_output": True, "text": True, "timeout": 10, "check": True}
-        head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], **options)  # type: ignore[call-overload]
-        dirty = subprocess.run(["git", "status", "--porcelain", "-uno"], **options)  # type: ignore[call-overload]
+        said = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
         return ""
-    return str(head.stdout.strip()) + ("+" if dirty.stdout.strip() else "")
+    return said.stdout.strip()

@@ -7,19 +7,11 @@ from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from retarget_bench.api import (
-    SPLITS,
-    CaseInfo,
-    Dataset,
-    DatasetCard,
-    Method,
-    Metric,
-    SetMetric,
-    optional,
-)
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, optional
+from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.batches import RULE, batches
-from retarget_bench.evaluation.code_hash import code_hash, imports, module_code, package_code, relative_to
+from retarget_bench.evaluation.code_hash import code_hash, imports, package_code
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import digest, slug
@@ -68,17 +60,14 @@ class Plan:
 
 def dataset(spec: Spec, task: str = RETARGET) -> Dataset:
     """The data set, built once per process; of a derived task, what the engine makes of its motion."""
-    return _dataset(spec) if task in OWN_CASES else _derived(spec, task)
+    return _dataset(spec, RETARGET if task in OWN_CASES else task)
 
 
 @cache
-def _dataset(spec: Spec) -> Dataset:
+def _dataset(spec: Spec, task: str) -> Dataset:
+    if task != RETARGET:
+        return derive(_dataset(spec, RETARGET), Spec.parse(task))
     return registry.create("datasets", spec)
-
-
-@cache
-def _derived(spec: Spec, task: str) -> Dataset:
-    return derive(_dataset(spec), Spec.parse(task))
 
 
 @cache
@@ -183,10 +172,8 @@ class EvaluationUnit:
             return {}
         cast = self.data.characters()
         targets = {cast[name].structure: cast[name] for name in {info.target for info in self.infos}}
-        return {
-            each.card.name: {name: _network(each, targets[name]) for name in sorted(targets)}
-            for each in asked
-        }
+        ordered = sorted(targets.items())
+        return {each.card.name: {name: _network(each, body) for name, body in ordered} for each in asked}
 
     def case_key(self, case_id: str) -> str:
         """The key of one case's prediction."""
@@ -197,7 +184,10 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
     """Every unit of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
     if unknown := [split for split in plan.splits if split not in SPLITS]:
         raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
-    methods = plan.methods if plan.external else _distinct(plan.methods)
+    methods = list(plan.methods)
+    if not plan.external:  # in canonical form, each once, also where its weights are given by several paths
+        canonical = [registry.canonical("methods", each) for each in methods]
+        methods = list({known_as(each): each for each in canonical}.values())
     found = []
     for spec in dict.fromkeys(registry.canonical("datasets", data) for data in plan.datasets):
         offered = dataset(spec, plan.task).card.splits
@@ -215,12 +205,6 @@ def _seeds(plan: Plan, spec: Spec) -> int:
     """The number of seeds that a method runs with."""
     stochastic = not plan.external and optional.method_card(method(spec)).stochastic
     return plan.seeds if stochastic else 1
-
-
-def _distinct(methods: Sequence[Spec]) -> list[Spec]:
-    """In canonical form, each once, also where its weights are given by several paths."""
-    found = (registry.canonical("methods", each) for each in methods)
-    return list({known_as(each): each for each in found}.values())
 
 
 @cache
@@ -281,7 +265,7 @@ def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
     for name, metric in zip(names, _built(names), strict=True):
         own = list(_own_code("metrics", Spec.parse(name).name))
         sets = package_code(SETS) if optional.is_set_metric(metric) else ()
-        code = code_hash([*own, *module_code("api.comparison"), *sets, *_shared(FEATURES, own)])
+        code = code_hash([*own, *package_code("api.comparison"), *sets, *_shared(FEATURES, own)])
         found[metric.card.name] = f"{metric.card.version}+{code}"
     return found
 
@@ -293,8 +277,7 @@ def _shared(package: str, own: Sequence[tuple[str, Path]]) -> Iterable[tuple[str
 
 def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
     """A plug-in's own files, under names that do not depend on where the plug-in lies."""
-    files = registry.code_files(kind, name)
-    for relative, path in relative_to(registry.home(kind, name), files):
+    for relative, path in registry.code_files(kind, name):
         yield f"{kind}/{name}/{relative}", path
 
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, overload
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -19,6 +19,7 @@ from retarget_bench.api import (
     Dataset,
     Method,
     Prediction,
+    RealDataset,
     TrainingClips,
     optional,
 )
@@ -61,8 +62,7 @@ def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Contex
     """Ask a method for several cases, at once if it can (``retarget_batch``).
 
     What it refuses is not part of the batch. Where the batch fails or an answer is not valid, all are
-    asked one by one, so that a fault costs its own row. An interrupt costs all of them: who asked is to
-    hear of it.
+    asked one by one, so that a fault costs its own row. An interrupt costs all of them.
     """
     pairs = list(zip(cases, contexts, strict=True))
     try:
@@ -148,20 +148,13 @@ class ReferenceClips(Sequence[Prediction]):
     def __len__(self) -> int:
         return len(self._infos)
 
-    @overload
-    def __getitem__(self, index: int) -> Prediction: ...
-    @overload
-    def __getitem__(self, index: slice) -> ReferenceClips: ...
-    def __getitem__(self, index: int | slice) -> Prediction | ReferenceClips:
+    def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             return ReferenceClips(self._load, self._infos[index])
         reference = self._load(self._infos[index]).reference
         if reference is None:
             raise NotSupported("needs reference motions, and this data set has none")
         return reference.copy()
-
-    def __iter__(self) -> Iterator[Prediction]:
-        return (self[index] for index in range(len(self)))
 
 
 def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Context:
@@ -211,7 +204,7 @@ def _clips_of_target(dataset: Dataset, info: CaseInfo, splits: Sequence[str]) ->
 
 def _real_clips(dataset: Dataset, case: Case) -> list[CaseInfo]:
     """Likewise where cases have no references: the real motion that the data set has of the target."""
-    if not isinstance(dataset, optional.OffersReal):
+    if not isinstance(dataset, RealDataset):
         return []
     found = dataset.real(case.info.task, case.target.structure)
     return sorted((info for info in found if info.target == case.info.target), key=lambda info: info.clip)

@@ -120,22 +120,17 @@ def fit(spec: Spec, factory: Callable[..., Any]) -> Spec:
 
 def describe(factory: Callable[..., Any]) -> list[str]:
     """A line per parameter, with what the plug-in's card says of it."""
-    lines = _card_lines(factory)
+    try:  # a card that is made with the object needs it to be built
+        card = getattr(factory, "card", None) or factory().card
+        lines = {str(name): f": {line}" for name, line in card.parameters.items()}
+    except Exception:  # the plug-in's own code; descriptions are a courtesy
+        lines = {}
     return [f"{each}{lines.get(each.name, '')}" for each in known(factory)[0]]
 
 
 def _sentence(factory: Callable[..., Any]) -> str:
     lines = describe(factory)
     return " Its parameters:" + "".join(f"\n  {line}" for line in lines) if lines else " It takes none."
-
-
-def _card_lines(factory: Callable[..., Any]) -> dict[str, str]:
-    """The card's line for each parameter; a card that is made with the object needs it to be built."""
-    try:
-        card = getattr(factory, "card", None) or factory().card
-        return {str(name): f": {line}" for name, line in card.parameters.items()}
-    except Exception:  # the plug-in's own code; descriptions are a courtesy
-        return {}
 
 
 def _fit_value(spec: Spec, parameter: Parameter, value: Scalar) -> Scalar:

@@ -30,12 +30,7 @@ from retarget_bench.plugins.spec import NAME, Spec
 Kind = Literal["methods", "metrics", "datasets", "posts"]
 KINDS: tuple[Kind, ...] = ("methods", "metrics", "datasets", "posts")
 SINGULAR = {"methods": "method", "metrics": "metric", "datasets": "data set", "posts": "post-processor"}
-ROOMS: dict[Kind, str] = {
-    "methods": "methods",
-    "metrics": "metrics",
-    "datasets": "datasets",
-    "posts": "methods/posts",
-}
+ROOMS: dict[Kind, str] = {kind: kind for kind in KINDS} | {"posts": "methods/posts"}
 """The folders of the built-in plug-ins."""
 BUILT_IN = "built-in"
 _FILE_MODULE = "retarget_bench_file_"
@@ -239,9 +234,9 @@ def create(kind: Kind, spec: Spec | str) -> Any:
     """
     spec = canonical(kind, spec)
     if spec.posts:
-        from retarget_bench.plugins.post_processors import composed
+        from retarget_bench.plugins.post_processors import Composed
 
-        return composed(create(kind, spec.alone), [create("posts", post) for post in spec.posts])
+        return Composed(create(kind, spec.alone), [create("posts", post) for post in spec.posts])
     factory = load(kind, spec.name)
     try:
         built = factory(**spec.parameters)
@@ -290,36 +285,32 @@ def _broken(entry: PluginEntry, what: str, error: BaseException) -> BenchError:
 
 
 # ------------------------------------------------------------------------------------------ own files
-def code_files(kind: Kind, name: str) -> list[Path]:
+def code_files(kind: Kind, name: str) -> list[tuple[str, Path]]:
     """The Python files whose text decides what a plug-in does, sorted; nothing is imported.
 
     A built-in or a single file: itself, and what it reaches by relative imports. An installed plug-in:
-    every file of the package that it lies in.
+    every file of the package that it lies in. Names are relative to the plug-in's own folder, or to the one
+    that it lies in; files outside of it have their own names.
     """
-    entry, path = _with_source(kind, name)
-    if entry.origin != BUILT_IN and not entry.module.startswith(_FILE_MODULE):
-        above = entry.module.count(".") - (path.name != "__init__.py")
-        return _tree(path.parents[above]) if above >= 0 else [path]
-    reached: set[Path] = set()
-    waiting = _tree(path.parent) if path.name == "__init__.py" else [path]
-    while waiting:
-        file = waiting.pop()
-        if file not in reached:
-            reached.add(file)
-            waiting.extend(_relative_imports(file))
-    return sorted(reached)
-
-
-def home(kind: Kind, name: str) -> Path:
-    """The folder that a plug-in's own files are named relative to: its own, or the one that it lies in."""
-    return _with_source(kind, name)[1].parent
-
-
-def _with_source(kind: Kind, name: str) -> tuple[PluginEntry, Path]:
     entry = find(kind, name)
     if entry.path is None:
         raise BenchError(f"{entry}: no source file of module {entry.module} was found")
-    return entry, entry.path
+    home = entry.path.parent
+    own = _tree(home) if entry.path.name == "__init__.py" else [entry.path]
+    if entry.origin != BUILT_IN and not entry.module.startswith(_FILE_MODULE):
+        above = entry.module.count(".") - (entry.path.name != "__init__.py")
+        reached = set(_tree(entry.path.parents[above]) if above >= 0 else [entry.path])
+    else:
+        reached = set()
+        while own:
+            file = own.pop()
+            if file not in reached:
+                reached.add(file)
+                own.extend(_relative_imports(file))
+    return [
+        (file.relative_to(home).as_posix() if file.is_relative_to(home) else file.name, file)
+        for file in sorted(reached)
+    ]
 
 
 def _tree(folder: Path) -> list[Path]:

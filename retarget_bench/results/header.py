@@ -9,17 +9,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from typing import Any, TypeVar
+from typing import Any
 
-from retarget_bench.api import Direction, Value
+from retarget_bench.api import Direction, Parameters, Value
 
 SCHEMA = 1
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
 ELSEWHERE = "predictions made elsewhere"
 """The origin of a method whose predictions were given as files."""
-
-Parameters = Mapping[str, str | int | float | bool]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -201,15 +199,15 @@ OPTIONAL: dict[str, Any] = {
 """Fields that are not written while they hold this."""
 
 NESTED: dict[str, type[_Part]] = {"method": MethodInfo, "dataset": DatasetInfo, "counts": Counts}
-PartOf = TypeVar("PartOf", bound=_Part)
 
 
 def parsed(facts: object) -> ResultHeader:
     """A header from its JSON object. Raises ValueError naming what it lacks."""
-    return _part(ResultHeader, facts, "it")
+    header: ResultHeader = _part(ResultHeader, facts, "it")
+    return header
 
 
-def _part(kind: type[PartOf], facts: object, where: str) -> PartOf:
+def _part(kind: type[_Part], facts: object, where: str) -> Any:
     given = _object(facts, where)
     known = {each.name: each for each in fields(kind) if each.name != "extra"}
     said = {name: _field(name, value) for name, value in given.items() if name in known}

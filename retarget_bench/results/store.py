@@ -169,7 +169,9 @@ def write_results(
     paths: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
 ) -> None:
     """Rows, arrays and case list, then the header (whose presence says that all is there)."""
-    write_cases(paths.cases, infos)
+    ordered = sorted(infos, key=lambda info: info.id)
+    cases = ((info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered)
+    write_csv(paths.cases, CASE_FIELDS, cases)
     rows, arrays = _flatten(entries, header.values)
     texts = ((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
     write_csv(paths.rows, ROW_FIELDS, texts)
@@ -200,13 +202,6 @@ def _flatten(
         packed[f"{value_id}:index"] = np.array(index)
         packed[f"{value_id}:values"] = np.array([float(f"{v:.9g}") for v in values])
     return rows, packed
-
-
-def write_cases(path: Path, infos: Sequence[CaseInfo]) -> None:
-    """The case list beside the rows; sorted by case id."""
-    ordered = sorted(infos, key=lambda info: info.id)
-    rows = ((info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered)
-    write_csv(path, CASE_FIELDS, rows)
 
 
 # --------------------------------------------------------------------------------------------- reading

@@ -97,16 +97,11 @@ def own(tmp_path, monkeypatch):
         path = tmp_path / f"own_{name}.py"
         path.write_text(text, encoding="utf-8")
         monkeypatch.setattr(registry, "code_files", _files(registry.code_files, kind, f"own_{name}", path))
-        monkeypatch.setattr(registry, "home", _home(registry.home, f"own_{name}", tmp_path))
     return tmp_path
 
 
 def _files(usual, kind, name, path):
-    return lambda k, n: [path] if (k, n) == (kind, name) else usual(k, n)
-
-
-def _home(usual, name, folder):
-    return lambda k, n: folder if n == name else usual(k, n)
+    return lambda k, n: [(path.name, path)] if (k, n) == (kind, name) else usual(k, n)
 
 
 def changed(path: Path, before: str, after: str) -> None:
@@ -164,7 +159,6 @@ def test_shared_layers_count_for_post_processors_likewise(own, tmp_path, monkeyp
     path = tmp_path / "own_post.py"
     path.write_text(SHARED, encoding="utf-8")
     monkeypatch.setattr(registry, "code_files", _files(registry.code_files, "posts", "own_post", path))
-    monkeypatch.setattr(registry, "home", _home(registry.home, "own_post", tmp_path))
     alone, composed = Spec("own_method"), Spec("own_method", posts=(Spec("own_post"),))
     plan.method_code.cache_clear()
     first = plan.method_code(alone), plan.method_code(composed)
@@ -206,7 +200,7 @@ def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own,
     changed(own / "own_metric.py", "100 *", "99 *")
     second = version()
     assert second != first
-    monkeypatch.setattr(plan, "module_code", lambda _: [])
+    monkeypatch.setattr(plan, "package_code", lambda _: [])
     assert version() not in (first, second)
     monkeypatch.undo()
     plan.metric_versions.cache_clear()

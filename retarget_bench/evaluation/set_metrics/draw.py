@@ -59,10 +59,7 @@ class Draw:
 
 def draw(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> Draw:
     """The sets of one unit: features and facts of its cases, by case id."""
-    sides, edges = _sides(found, infos)
-    n = min(MOST, *map(len, sides))
-    first, second = (_even(side, found, edges, n) for side in sides)
-    real = _sample(first, "real", found, infos), _sample(second, "real", found, infos)
+    first, second, real = _real(found, infos, MOST)
     made = _sample(first, "generated", found, infos), _sample(second, "generated", found, infos)
     return Draw(real, made, _hash((first, second), real))
 
@@ -77,12 +74,9 @@ def draw_apart(
 
     Generated windows are drawn evenly over the root speed of the sources, real ones over their own.
     """
-    sides, edges = _sides(real, real_infos)
     answers = _rows(found, infos)
-    n = min(MOST, len(answers), *map(len, sides))
-    first, second = (_even(side, real, edges, n) for side in sides)
-    both = _sample(first, "real", real, real_infos), _sample(second, "real", real, real_infos)
-    asked = _even(answers, found, _edges(_speeds(answers, found)), n)
+    first, second, both = _real(real, real_infos, min(MOST, len(answers)))
+    asked = _even(answers, found, _edges(_speeds(answers, found)), len(first))
     made = _sample(asked, "generated", found, infos)
     # by names alone: what was made of the sources is the method's
     names = digest("\n".join(f"{case} {at}" for case, at in asked), 64)
@@ -90,14 +84,17 @@ def draw_apart(
     return Draw(both, (made, made), total, apart=True)
 
 
-def _sides(
-    found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]
-) -> tuple[list[list[Window]], np.ndarray]:
-    """The windows of either half, and the edges of the bins of speed for both."""
+def _real(
+    found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo], most: int
+) -> tuple[list[Window], list[Window], tuple[Sample, Sample]]:
+    """Equally many windows of either half, at most so many, evenly over the root speed of both; and their
+    real features."""
     rows = _rows(found, infos)
     half_of = halves(rows, infos)
     sides = [[(case, at) for case, at in rows if half_of[infos[case].clip] == half] for half in (0, 1)]
-    return sides, _edges(_speeds(rows, found))
+    n, edges = min(most, *map(len, sides)), _edges(_speeds(rows, found))
+    first, second = (_even(side, found, edges, n) for side in sides)
+    return first, second, (_sample(first, "real", found, infos), _sample(second, "real", found, infos))
 
 
 def _speeds(rows: Sequence[Window], found: Mapping[str, CaseFeatures]) -> np.ndarray:

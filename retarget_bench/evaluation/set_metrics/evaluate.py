@@ -3,15 +3,18 @@
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
+from typing import cast
 
 import numpy as np
 
-from retarget_bench.api import CaseFeatures, CaseInfo, Sample, SetMetric
-from retarget_bench.evaluation.plan import Plan, set_metrics
+from retarget_bench.api import CaseFeatures, CaseInfo, RealDataset, Sample, SetMetric
+from retarget_bench.api.comparison import Comparison
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.plan import Plan, dataset, set_metrics
 from retarget_bench.evaluation.set_metrics import files
-from retarget_bench.evaluation.set_metrics.collect import PARTS, real_set
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
-from retarget_bench.evaluation.set_metrics.files import Arrays, SetValue
+from retarget_bench.evaluation.set_metrics.files import PARTS, Arrays, SetValue
 from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
@@ -73,6 +76,27 @@ def _values(
             reason = f"there is no real motion of kind {kind}" if real else NO_REAL.format(structure)
             found += [replace(bare, kind=kind, value_id=value, reason=reason) for value in ids]
     return found
+
+
+@lru_cache(maxsize=8)
+def real_set(
+    data: Spec, metrics: tuple[str, ...], name: str, task: str, structure: str
+) -> tuple[Mapping[str, CaseFeatures], Mapping[str, CaseInfo]]:
+    """Features and facts of the real motion of bodies of a structure, by case id.
+
+    They are kept for all methods that a process evaluates. Raises BenchError where the data set's real
+    cases have no references.
+    """
+    (metric,) = (each for each in set_metrics(metrics) if each.card.name == name)
+    source = dataset(data)
+    infos = {info.id: info for info in cast(RealDataset, source).real(task, structure)}
+    features = {}
+    for each, info in infos.items():
+        case = source.load(info)
+        if case.reference is None:
+            raise BenchError(f"{each} is offered as real motion and has no reference")
+        features[each] = metric.features(Comparison(case, case.reference))
+    return features, infos
 
 
 def _drawn(metric: SetMetric, bare: SetValue, sets: Draw) -> list[SetValue]:

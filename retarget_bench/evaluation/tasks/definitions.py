@@ -5,7 +5,7 @@ bits of its generators, but not the distributions that it makes of them.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -34,8 +34,7 @@ LARGEST_NOISE = 100.0
 
 @dataclass(frozen=True)
 class Level:
-    """A difficulty. word: as it is written, number: what is written; suffix: what it adds to the
-    id of a case."""
+    """A difficulty. word: as it is written; number: its number; suffix: what it adds to a case's id."""
 
     word: str = ""
     suffix: str = ""
@@ -60,12 +59,17 @@ class TaskQuestion:
     LEVELS: ClassVar[str] = ""
 
     def __init__(self, levels: str) -> None:
-        self.levels = self.parsed(levels)
+        """Raises BenchError for a bad level, and where a task with levels is given none."""
+        words = [word.strip() for word in levels.split(",") if word.strip()]
+        if self.LEVELS and not words:
+            task = type(self).__name__.lower()
+            raise BenchError(f"{task}: name at least one level, such as {self.LEVELS}")
+        found = dict.fromkeys(map(self.level, words)) or (Level(),)
+        self.levels = sorted(found, key=lambda level: (level.word == MAJOR, level.number))
 
-    def parsed(self, levels: str) -> Sequence[Level]:
-        """Levels as they are written, each once, in increasing order. Raises BenchError."""
-        del levels
-        return (Level(),)
+    def level(self, word: str) -> Level:
+        """The level that a word stands for. Raises BenchError."""
+        raise BenchError(f"{word}: this task has no levels")
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
         """The conditions as numbers; None where this body cannot be asked this."""
@@ -84,19 +88,21 @@ class Denoise(TaskQuestion):
 
     LEVELS: ClassVar[str] = "0,1,2,3,4,5,6,8,10"
 
-    def parsed(self, levels: str) -> Sequence[Level]:
-        return _once(map(_noise, words(levels, "denoise")))
+    def level(self, word: str) -> Level:
+        number = _number(word)
+        if not 0.0 <= number <= LARGEST_NOISE:
+            allowed = f"standard deviations in centimetres, from 0 to {LARGEST_NOISE:g}"
+            raise BenchError(f"denoise: levels are {allowed}; got {word}")
+        return Level(f"{number:g}", f"noise-{number:g}cm", float(f"{number:g}") / 100)
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float]:
         del body
         return {"noise": level.number}
 
     def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
-        seed = seed_of("denoise", case_id)
-        noise = level.number * gaussian(seed, clean.positions.shape)
-        return DerivedQuestion(
-            Positions(clean.character, clean.positions + noise, clean.fps), clean.character, clean
-        )
+        noise = level.number * gaussian(case_seed(0, "denoise", case_id), clean.positions.shape)
+        source = Positions(clean.character, clean.positions + noise, clean.fps)
+        return DerivedQuestion(source, clean.character, clean)
 
 
 class Upsample(TaskQuestion):
@@ -108,8 +114,14 @@ class Upsample(TaskQuestion):
 
     LEVELS: ClassVar[str] = "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.9,1,major"
 
-    def parsed(self, levels: str) -> Sequence[Level]:
-        return _once(map(_proportion, words(levels, "upsample")))
+    def level(self, word: str) -> Level:
+        if word == MAJOR:
+            return Level(MAJOR, f"joints-{MAJOR}")
+        number = _number(word)
+        if not 0.0 < number <= 1.0:
+            allowed = f"the proportion of joints that are given, above 0 and at most 1, or {MAJOR}"
+            raise BenchError(f"upsample: levels are {allowed}; got {word}")
+        return Level(f"{number:g}", f"joints-{number:g}", float(f"{number:g}"))
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
         total = len(structure_joints(body))
@@ -126,7 +138,7 @@ class Upsample(TaskQuestion):
         if level.word == MAJOR:
             given = sorted(clean.character.joints(MAJOR_ROLES))
         else:
-            seed = seed_of("upsample", case_id)
+            seed = case_seed(0, "upsample", case_id)
             given = whole[list(drawn(seed, len(whole), _count(len(whole), level)))].tolist()
         target = reduced(clean.character, whole.tolist())
         reference = Positions(target, clean.positions[:, whole], clean.fps)
@@ -141,41 +153,6 @@ QUESTIONS: Mapping[str, type[TaskQuestion]] = {
     "denoise": Denoise,
     "upsample": Upsample,
 }
-
-
-def words(text: str, task: str) -> list[str]:
-    """Levels as they are written. Raises BenchError where there is none."""
-    found = [word.strip() for word in text.split(",") if word.strip()]
-    if not found:
-        raise BenchError(f"{task}: name at least one level, such as {QUESTIONS[task].LEVELS}")
-    return found
-
-
-def _once(levels: Iterable[Level]) -> tuple[Level, ...]:
-    """Each once, in increasing order."""
-    return tuple(sorted(dict.fromkeys(levels), key=lambda level: (level.word == MAJOR, level.number)))
-
-
-def _noise(word: str) -> Level:
-    number = _number(word)
-    if not 0.0 <= number <= LARGEST_NOISE:
-        raise BenchError(
-            f"denoise: levels are standard deviations in centimetres, from 0 to {LARGEST_NOISE:g}; got "
-            f"{word}"
-        )
-    return Level(f"{number:g}", f"noise-{number:g}cm", float(f"{number:g}") / 100)
-
-
-def _proportion(word: str) -> Level:
-    if word == MAJOR:
-        return Level(MAJOR, f"joints-{MAJOR}")
-    number = _number(word)
-    if not 0.0 < number <= 1.0:
-        raise BenchError(
-            f"upsample: levels are the proportion of joints that are given, above 0 and at most 1, or "
-            f"{MAJOR}; got {word}"
-        )
-    return Level(f"{number:g}", f"joints-{number:g}", float(f"{number:g}"))
 
 
 def _number(word: str) -> float:
@@ -213,11 +190,6 @@ def level_number(name: str) -> float | None:
     """The number of a level by its name: centimetres of noise, per cent of the joints; None without."""
     number = _number(name.partition(" ")[0])
     return None if math.isnan(number) else number
-
-
-def seed_of(task: str, case_id: str) -> int:
-    """The seed of a case: adding a case moves no other one's noise or draw."""
-    return case_seed(0, task, case_id)
 
 
 def uniform(seed: int, count: int) -> np.ndarray:

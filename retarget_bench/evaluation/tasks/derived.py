@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, optional
+from retarget_bench.api.datasets import Cast
 from retarget_bench.api.optional import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
@@ -54,7 +55,7 @@ class Derived:
     def characters(self) -> Mapping[str, Character]:
         return self._data.characters()
 
-    def training(self) -> optional.Cast:
+    def training(self) -> Cast:
         """The training part of the data set."""
         return optional.training(self._data)
 

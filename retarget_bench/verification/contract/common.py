@@ -69,22 +69,16 @@ class Trial(Generic[P]):
                     problem = one_line(error)
                 yield Check(text, problem)
 
-    def unknown(self, card: Any, **known: Iterable[str]) -> str | None:
-        """The first entry of a card whose words are not all known."""
+    def card_fault(self, card: Any, **known: Iterable[str]) -> str | None:
+        """The first fault of a card: unknown words, another name, or a parameter without a line."""
         for name, words in known.items():
             if strange := set(getattr(card, name)) - set(words):
                 return f"{name} {sorted(strange)}; known are {', '.join(words)}"
-        return None
-
-    def misnamed(self, name: str) -> str | None:
-        """The difference between the name on the card and the name of the plug-in."""
-        wanted = self.spec.names
-        return None if name == wanted else f"card.name is {name!r}, but the plug-in is called {wanted!r}"
-
-    def undescribed(self, described: Iterable[str]) -> str | None:
-        """The parameters of the plug-in that its card has no line for."""
+        if card.name != (wanted := self.spec.names):
+            return f"card.name is {card.name!r}, but the plug-in is called {wanted!r}"
         taken, _ = parameters.known(registry.load(self.kind, self.spec.name))
-        missing = [each.name for each in taken if each.name not in described]
+        described = getattr(card, "parameters", None)
+        missing = [] if described is None else [p.name for p in taken if p.name not in described]
         return f"card.parameters has no line for {', '.join(missing)}" if missing else None
 
 

@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
-from retarget_bench.api.optional import OffersReal
+from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, RealDataset
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from retarget_bench.verification.contract.common import Trial, demand
@@ -36,8 +35,7 @@ class DatasetTrial(Trial[Dataset]):
         texts = ("summary", "version", "licence", "obtain")
         if empty := [name for name in texts if not getattr(card, name).strip()]:
             return f"no {', '.join(empty)}"
-        wrong = self.unknown(card, splits=SPLITS)
-        return wrong or self.misnamed(card.name) or self.undescribed(card.parameters)
+        return self.card_fault(card, splits=SPLITS)
 
     @demand("label, content and notes are text")
     def texts(self) -> str | None:
@@ -83,7 +81,7 @@ class DatasetTrial(Trial[Dataset]):
     @demand("real motion, where it is offered, is of the structure asked for")
     def real(self) -> str | None:
         data: object = self.plugin
-        if not isinstance(data, OffersReal):
+        if not isinstance(data, RealDataset):
             return None
         for structure in {body.structure for body in self.plugin.characters().values()}:
             infos = data.real("retarget", structure)

@@ -14,7 +14,7 @@ from retarget_bench.evaluation import predict
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.post_processors import Post, composed
+from retarget_bench.plugins.post_processors import Composed, Post
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import (
@@ -51,14 +51,8 @@ class MethodTrial(Trial[Method]):
         card = self.plugin.card
         if not (card.summary and card.version):
             return "summary and version must not be empty"
-        wrong = self.unknown(
-            method_card(self.plugin),
-            accepts=KINDS_OF_SOURCE,
-            needs=PRIVILEGED,
-            uses=("training",),
-            tasks=TASKS,
-        )
-        return wrong or self.misnamed(card.name) or self.undescribed(card.parameters)
+        words = {"accepts": KINDS_OF_SOURCE, "needs": PRIVILEGED, "uses": ("training",), "tasks": TASKS}
+        return self.card_fault(method_card(self.plugin), **words)
 
     @demand("supports() gives None or a reason")
     def supports(self) -> str | None:
@@ -70,15 +64,14 @@ class MethodTrial(Trial[Method]):
 
     @demand("answers keep frames and rate, are finite, unit, of the target")
     def answers(self) -> str | None:
-        outcomes = [(case, self._ask(case)) for case in self.cases]
-        if not any(outcome.prediction for _, outcome in outcomes):
-            reasons = {outcome.message for _, outcome in outcomes}
-            return f"no case was answered: {'; '.join(sorted(reasons))}"
-        return _first_problem(outcomes)
+        outcomes = [self._ask(case) for case in self.cases]
+        if not any(outcome.prediction for outcome in outcomes):
+            return f"no case was answered: {'; '.join(sorted({outcome.message for outcome in outcomes}))}"
+        return self._first_problem(self.cases)
 
     @demand("a clip of one frame is answered or refused")
     def one_frame(self) -> str | None:
-        return _first_problem([(case, self._ask(resized(case, 1))) for case in self.cases])
+        return self._first_problem([resized(case, 1) for case in self.cases])
 
     @demand("another frame rate is kept")
     def other_rate(self) -> str | None:
@@ -91,12 +84,11 @@ class MethodTrial(Trial[Method]):
             )
             for case in self.cases
         ]
-        return _first_problem([(case, self._ask(case)) for case in other])
+        return self._first_problem(other)
 
     @demand("a source known by positions only is answered or refused")
     def positions(self) -> str | None:
-        other = [replace(case, source=_by_positions(case.source)) for case in self.cases]
-        return _first_problem([(case, self._ask(case)) for case in other])
+        return self._first_problem([replace(c, source=_by_positions(c.source)) for c in self.cases])
 
     @demand("its input is not modified")
     def input_untouched(self) -> str | None:
@@ -112,20 +104,18 @@ class MethodTrial(Trial[Method]):
 
     @demand("same case and seed, same answer, whatever ran before")
     def deterministic(self) -> str | None:
-        first = [self._ask(case).prediction for case in self.cases]
+        first = self._answers(self.cases)
         # the generators that code forgets to seed are moved, so that reading one shows
         random.seed(random.random())
         np.random.seed(random.randrange(2**32))  # noqa: NPY002 - the legacy generator is the one meant here
         self.plugin = registry.create("methods", self.spec)
-        again = [self._ask(case).prediction for case in reversed(self.cases)]
-        return _first_difference(self.cases, first, again[::-1])
+        return self._first_difference(first, self._answers(self.cases[::-1])[::-1])
 
     @demand("the seed matters only if the card says stochastic")
     def seed(self) -> str | None:
         if self.plugin.card.stochastic:
             return None
-        first = [self._ask(case, seed=1).prediction for case in self.cases]
-        return _first_difference(self.cases, first, [self._ask(c, seed=2).prediction for c in self.cases])
+        return self._first_difference(self._answers(self.cases, 1), self._answers(self.cases, 2))
 
     @demand("privileged inputs are used only if the card needs them")
     def privileged(self) -> str | None:
@@ -135,12 +125,9 @@ class MethodTrial(Trial[Method]):
                 continue
             honest = self._context(case)
             motions = [case.reference]
-            inputs = zip(
-                PRIVILEGED,
-                (case.reference, case.alternative or case.reference, motions, motions),
-                strict=True,
-            )
-            leaks: dict[str, Any] = {name: value for name, value in inputs if name not in declared}
+            inputs = case.reference, case.alternative or case.reference, motions, motions
+            named: dict[str, Any] = dict(zip(PRIVILEGED, inputs, strict=True))
+            leaks = {name: value for name, value in named.items() if name not in declared}
             answers = [
                 self.plugin.retarget(case.source, case.target, context=context)
                 for context in (honest, replace(honest, **leaks))
@@ -170,9 +157,8 @@ class MethodTrial(Trial[Method]):
             given = verified(answer, case)
             off = float(np.abs(given.positions - wanted.positions).max(initial=0.0)) / case.target.height
             if off > BATCH_TOLERANCE:
-                return (
-                    f"{case.info.id}: in a batch of {len(pairs)} joints are off by up to {off:.3g} heights"
-                )
+                off_by = f"joints are off by up to {off:.3g} heights"
+                return f"{case.info.id}: in a batch of {len(pairs)} {off_by}"
         return None
 
     def _ask(self, case: Case, seed: int = 0) -> predict.Outcome:
@@ -181,22 +167,23 @@ class MethodTrial(Trial[Method]):
     def _context(self, case: Case, seed: int = 0) -> Context:
         return predict.context_for(self.plugin, self.data, case, seed)
 
+    def _answers(self, cases: Sequence[Case], seed: int = 0) -> list[Prediction | None]:
+        return [self._ask(case, seed).prediction for case in cases]
 
-def _first_problem(outcomes: Sequence[tuple[Case, predict.Outcome]]) -> str | None:
-    """The first answer that is neither valid nor a refusal."""
-    bad = ((c, o) for c, o in outcomes if o.status not in ("ok", "unsupported"))
-    return next((f"{c.info.id}: {o.status}: {o.message}" for c, o in bad), None)
+    def _first_problem(self, cases: Sequence[Case]) -> str | None:
+        """The first answer that is neither valid nor a refusal."""
+        bad = ((c, o) for c in cases if (o := self._ask(c)).status not in ("ok", "unsupported"))
+        return next((f"{c.info.id}: {o.status}: {o.message}" for c, o in bad), None)
 
-
-def _first_difference(
-    cases: Sequence[Case], first: Sequence[Prediction | None], second: Sequence[Prediction | None]
-) -> str | None:
-    for case, a, b in zip(cases, first, second, strict=True):
-        if (a is None) != (b is None):
-            return f"{case.info.id}: answered once, and once not"
-        if a is not None and b is not None and (off := difference(a, b)) > 0:
-            return f"{case.info.id}: answers differ by up to {off:.3g}"
-    return None
+    def _first_difference(
+        self, first: Sequence[Prediction | None], second: Sequence[Prediction | None]
+    ) -> str | None:
+        for case, a, b in zip(self.cases, first, second, strict=True):
+            if (a is None) != (b is None):
+                return f"{case.info.id}: answered once, and once not"
+            if a is not None and b is not None and (off := difference(a, b)) > 0:
+                return f"{case.info.id}: answers differ by up to {off:.3g}"
+        return None
 
 
 def _by_positions(motion: Prediction) -> Positions:
@@ -227,12 +214,11 @@ class PostTrial(Trial[Post]):
         card = self.plugin.card
         if not (card.summary and card.version and card.accepts):
             return "summary, version and accepts must not be empty"
-        wrong = self.unknown(card, accepts=KINDS_OF_SOURCE)
-        return wrong or self.misnamed(card.name) or self.undescribed(card.parameters)
+        return self.card_fault(card, accepts=KINDS_OF_SOURCE)
 
     @demand("answers known by positions only are worked on, if the card accepts them")
     def positions(self) -> str | None:
-        method = composed(_PositionsOnly(), [self.plugin])
+        method = Composed(_PositionsOnly(), [self.plugin])
         wanted = {"ok", "unsupported"} if "positions" in self.plugin.card.accepts else {"unsupported"}
         for case in self.cases:
             outcome = predict.predict(method, case, Context(ground=case.ground))

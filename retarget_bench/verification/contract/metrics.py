@@ -1,12 +1,12 @@
 """The checks that metrics of single cases, and metrics of sets of cases, must pass."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, TypeVar, get_args
 
 import numpy as np
 
+from retarget_bench.analysis.statistics import losses
 from retarget_bench.api import (
     Case,
     CaseFeatures,
@@ -21,8 +21,7 @@ from retarget_bench.api import (
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import score
-from retarget_bench.evaluation.set_metrics.collect import collect
-from retarget_bench.evaluation.set_metrics.files import Arrays
+from retarget_bench.evaluation.set_metrics.files import Arrays, collect
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins.spec import Spec
@@ -50,7 +49,7 @@ class _Scored(Trial[M]):
     @demand("its card says what every value means")
     def card(self) -> str | None:
         card = self.plugin.card
-        if wrong := self.misnamed(card.name):
+        if wrong := self.card_fault(card):
             return wrong
         if not (card.summary and card.version and card.values):
             return "summary, version and values must not be empty"
@@ -197,16 +196,10 @@ class SetMetricTrial(_Scored[SetMetric]):
 
 def _worse(value: Value, right: object, wrong: object) -> bool:
     """The right answer's number is worse than the wrong one's. Curves are not compared."""
-    if not isinstance(right, float) or not isinstance(wrong, float):
+    if value.better == "none" or not isinstance(right, float) or not isinstance(wrong, float):
         return False
-    slack = SLACK * (1 + abs(right))
-    if value.better == "lower":
-        return right > wrong + slack
-    if value.better == "higher":
-        return right < wrong - slack
-    if value.better == "target" and min(right, wrong, value.goal) > 0:
-        return abs(math.log(right / value.goal)) > abs(math.log(wrong / value.goal)) + slack
-    return False
+    ours, theirs = losses(np.array([right, wrong]), value.better, value.goal)
+    return bool(ours > theirs + SLACK * (1 + abs(right)))
 
 
 def _disturbed(case: Case) -> Prediction:

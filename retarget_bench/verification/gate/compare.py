@@ -6,6 +6,9 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+import numpy as np
+
+from retarget_bench.analysis.statistics import losses
 from retarget_bench.verification.gate.golden import Snapshot, Table
 from retarget_bench.verification.gate.method_rows import MEAN
 
@@ -251,7 +254,7 @@ def _line(
         if old is not None and new is not None
     ]
     moved = [each for each in both if not each[0] <= 1.0]
-    ratio, _, before, after = max(both) if both else (0.0, "", None, None)
+    ratio, _, before, after = max(both, default=(0.0, "", None, None))
     for _, name, old, new in moved or both:
         if name.split(" at ")[0] == MEAN:  # the mean is shown where it moved, or nothing did
             before, after = old, new
@@ -279,13 +282,7 @@ def _first(names: list[str]) -> str:
 
 def _direction(fact: Mapping[str, Any], before: float | None, after: float | None) -> Status:
     """Better or worse; a value that has no better side has moved."""
-    assert before is not None
-    assert after is not None
-    goal = fact.get("goal", 1.0)
-    if fact["better"] == "target" and min(before, after, goal) > 0:
-        nearer = abs(math.log(after / goal)) < abs(math.log(before / goal))
-    elif fact["better"] in ("lower", "higher"):
-        nearer = (after < before) == (fact["better"] == "lower")
-    else:
+    if fact["better"] == "none":
         return Status.MOVED
-    return Status.BETTER if nearer else Status.WORSE
+    old, new = losses(np.array([before, after], dtype=float), fact["better"], fact.get("goal", 1.0))
+    return Status.BETTER if new < old else Status.WORSE

@@ -3,7 +3,6 @@
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import CaseInfo, Dataset, Method, optional
@@ -43,7 +42,10 @@ def prepare(
         "name": spec.name,
         "parameters": plans.without_location(registry.canonical("datasets", spec)),
         "content": data.content,
-        "lists": {split: _list_facts(infos) for split, infos in listed.items()},
+        "lists": {
+            split: {"cases": len(infos), "hash": digest("\n".join(info.id for info in infos))}
+            for split, infos in listed.items()
+        },
     }
     asked: dict[str, Sequence[CaseInfo]] = {}
     for split, ids in (dict.fromkeys(listed) if wanted is None else wanted).items():
@@ -60,10 +62,6 @@ def prepare(
     if not any(asked.values()):
         found.missing.append(f"{spec} has no case to ask methods")
     return asked
-
-
-def _list_facts(infos: Sequence[CaseInfo]) -> dict[str, Any]:
-    return {"cases": len(infos), "hash": digest("\n".join(info.id for info in infos))}
 
 
 def choose(data: Dataset, infos: Sequence[CaseInfo]) -> list[CaseInfo]:

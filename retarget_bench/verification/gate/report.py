@@ -23,7 +23,9 @@ def text(lines: Sequence[GateRow], verdict: int, everything: bool = False) -> st
         out.append(f"{status}:")
         shown = found if everything else found[:MOST]
         width = max(len(_name(line)) for line in shown)
-        out += [f"  {_name(line):<{width}}  {_numbers(line)}".rstrip() for line in shown]
+        for line in shown:
+            why = f"({line.why})" if line.why else ""
+            out.append("  ".join(filter(None, (f"  {_name(line):<{width}}", _change(line), why))).rstrip())
         if len(found) > len(shown):
             out.append(f"  and {len(found) - len(shown)} more (--all shows them): {_most(found)}")
     return "\n".join([*out, counts(lines), VERDICTS[verdict]])
@@ -82,10 +84,6 @@ def _most(lines: Sequence[GateRow]) -> str:
 
 def _name(line: GateRow) -> str:
     return "  ".join(part for part in (line.subject, line.where, line.value) if part)
-
-
-def _numbers(line: GateRow) -> str:
-    return "  ".join(part for part in (_change(line), f"({line.why})" if line.why else "") if part)
 
 
 def _change(line: GateRow) -> str:

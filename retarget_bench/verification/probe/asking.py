@@ -20,7 +20,6 @@ FEWEST = 4
 """Motions without which a correlation says nothing."""
 _STILL = 1e-9
 
-
 Bones = Sequence[tuple[str, str]]
 """Roles of the two ends of lines on a body."""
 
@@ -80,13 +79,12 @@ def dependence(sources: Sequence[Prediction], answers: Sequence[Prediction]) -> 
         return {}
     ours, theirs = ([poses(each, bones) for each in side] for side in (sources, answers))
     pairs = list(combinations(range(len(ours)), 2))
-    before = np.array([pose_distance(ours[i], ours[j]) for i, j in pairs])
-    after = np.array([pose_distance(theirs[i], theirs[j]) for i, j in pairs])
+    before, after = (np.array([pose_distance(p[i], p[j]) for i, j in pairs]) for p in (ours, theirs))
     varied = before.std() > _STILL and after.std() > _STILL
-    turns = [(i, (i + 1) % len(ours)) for i in range(len(ours))]
-    moved = np.mean([pose_distance(theirs[i], theirs[j]) for i, j in turns])
-    asked = np.mean([pose_distance(ours[i], ours[j]) for i, j in turns])
     found = {"correlation": float(np.corrcoef(before, after)[0, 1]) if varied else 0.0}
+    asked, moved = (
+        np.mean([pose_distance(p[i], p[(i + 1) % len(p)]) for i in range(len(p))]) for p in (ours, theirs)
+    )
     return found | ({"shuffled": float(moved / asked)} if asked > _STILL else {})
 
 

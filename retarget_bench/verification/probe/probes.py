@@ -75,9 +75,11 @@ def _same(new: Places, plain: Places) -> tuple[Places, Places]:
     return new, plain
 
 
-def _source(rewritten: Callable[[Motion], Motion]) -> Callable[[ProbeCase], ProbeQuestion]:
-    """The question with another source, and the same answer."""
-    return lambda q: ProbeQuestion(ProbeCase(rewritten(q.source), q.target), _same, q)
+def _source(
+    rewritten: Callable[[Motion], Motion], bring: Alignment = _same
+) -> Callable[[ProbeCase], ProbeQuestion]:
+    """The question with another source."""
+    return lambda q: ProbeQuestion(ProbeCase(rewritten(q.source), q.target), bring, q)
 
 
 def _target(
@@ -125,25 +127,19 @@ def _source_merged(q: ProbeCase) -> ProbeQuestion | str:
 
 # --------------------------------------------------------------------------------------- size, place, side
 def _units(q: ProbeCase) -> ProbeQuestion:
-    asked = ProbeCase(
-        rewriting.scaled_motion(q.source, CENTIMETRES), rewriting.scaled(q.target, CENTIMETRES)
-    )
+    source, target = rewriting.scaled_motion(q.source, CENTIMETRES), rewriting.scaled(q.target, CENTIMETRES)
+    asked = ProbeCase(source, target)
     return ProbeQuestion(asked, lambda new, plain: (new / CENTIMETRES, plain), q)
 
 
-def _shifted(q: ProbeCase) -> ProbeQuestion:
-    def bring(new: Places, plain: Places) -> tuple[Places, Places]:
-        """Moved by one constant on the floor: how far is the root rule's choice."""
-        moved = (new - plain).mean(axis=(0, 1)) * np.array([1.0, 0.0, 1.0])
-        return new - moved, plain
-
-    return ProbeQuestion(ProbeCase(replace(q.source, root=q.source.root + SHIFT), q.target), bring, q)
+def _moved_back(new: Places, plain: Places) -> tuple[Places, Places]:
+    """The answer must move by one constant on the floor: how far is the root rule's choice."""
+    moved = (new - plain).mean(axis=(0, 1)) * np.array([1.0, 0.0, 1.0])
+    return new - moved, plain
 
 
-def _turned(q: ProbeCase) -> ProbeQuestion:
-    asked = ProbeCase(rewriting.turned_motion(q.source, TURN), q.target)
-    back = rotation.about(np.array([0.0, 1.0, 0.0]), -TURN)
-    return ProbeQuestion(asked, lambda new, plain: (rotation.rotate(back, new), plain), q)
+def _turned_back(new: Places, plain: Places) -> tuple[Places, Places]:
+    return rotation.rotate(rotation.about(np.array([0.0, 1.0, 0.0]), -TURN), new), plain
 
 
 def _mirrored(q: ProbeCase) -> ProbeQuestion | str:
@@ -155,11 +151,6 @@ def _mirrored(q: ProbeCase) -> ProbeQuestion | str:
 
 
 # --------------------------------------------------------------------------------------- time
-def _reversed(q: ProbeCase) -> ProbeQuestion:
-    backwards = q.source.at(slice(None, None, -1))
-    return ProbeQuestion(ProbeCase(backwards, q.target), lambda new, plain: (new[::-1], plain), q)
-
-
 def _rate(q: ProbeCase, rate: float) -> ProbeQuestion | str:
     if q.source.frames < 6:
         return "the clip has fewer than six frames"
@@ -169,9 +160,8 @@ def _rate(q: ProbeCase, rate: float) -> ProbeQuestion | str:
     # only moments that both rates show: between them nobody knows the source
     both = (np.abs(frames / rate - times) < 1e-6) & (frames < source.frames)
     ours = np.flatnonzero(both)
-    return ProbeQuestion(
-        ProbeCase(source, q.target), lambda new, plain: (new[frames[ours]], plain[ours]), q
-    )
+    asked = ProbeCase(source, q.target)
+    return ProbeQuestion(asked, lambda new, plain: (new[frames[ours]], plain[ours]), q)
 
 
 PROBES: tuple[Probe, ...] = (
@@ -230,15 +220,19 @@ PROBES: tuple[Probe, ...] = (
     Probe(
         "shifted",
         "a constant added to the root: the answer moves by one constant",
-        _shifted,
+        _source(lambda motion: replace(motion, root=motion.root + SHIFT), _moved_back),
         "root shifted",
     ),
-    Probe("turned", "the whole motion turned about the vertical: the answer turns too", _turned),
+    Probe(
+        "turned",
+        "the whole motion turned about the vertical: the answer turns too",
+        _source(lambda motion: rewriting.turned_motion(motion, TURN), _turned_back),
+    ),
     Probe("mirrored", "source and target seen in a mirror: the answer's mirror image", _mirrored),
     Probe(
         "reversed",
         "the source played backwards: the answer backwards, of methods without memory",
-        _reversed,
+        _source(lambda motion: motion.at(slice(None, None, -1)), lambda new, plain: (new[::-1], plain)),
         "time reversed",
         demanded=False,
     ),

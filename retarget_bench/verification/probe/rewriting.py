@@ -264,10 +264,9 @@ def _partner(character: Character, joint: int, above: int) -> int:
 
 def other_side(role: str) -> str:
     """``left_hand`` -> ``right_hand`` and back; what has no side stays."""
-    for ours, theirs in (("left_", "right_"), ("right_", "left_")):
-        if role.startswith(ours):
-            return theirs + role[len(ours) :]
-    return role
+    side, _, rest = role.partition("_")
+    other = {"left": "right", "right": "left"}.get(side)
+    return f"{other}_{rest}" if other else role
 
 
 def mirrored(character: Character, partner: np.ndarray) -> Character:
