@@ -10,7 +10,7 @@ a Metric compares that prediction with the case and returns named numbers.
 
 Imports motion.
 Offers ``cases``, ``datasets``, ``methods``, ``metrics``, what metrics see (``comparison``) and what
-plug-ins may offer beyond their contract (``offers``).
+plug-ins may offer beyond their contract (``optional``).
 """
 
 from retarget_bench.api.cases import SPLITS as SPLITS

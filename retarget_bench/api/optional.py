@@ -12,47 +12,25 @@ from typing import Any, Protocol, TypeGuard, runtime_checkable
 import numpy as np
 
 from retarget_bench.api.cases import CaseInfo
-from retarget_bench.api.datasets import Dataset, TrainingClips
+from retarget_bench.api.datasets import (
+    Cast,
+    Dataset,
+    Manifest,
+    OffersTraining,
+    OffersTrainingManifest,
+    OffersValidation,
+)
 from retarget_bench.api.methods import BatchMethod, Method, MethodCard
 from retarget_bench.api.metrics import Metric, MetricCard, SetMetric
 from retarget_bench.motion.motion import Motion
 
-Cast = Mapping[str, Mapping[str, TrainingClips]]
-"""Structure -> character -> its clips."""
-Manifest = Mapping[str, Sequence[str]]
-"""``characters``, ``structures``, and ``kinds`` or ``clips``: what training had."""
-
 
 # ------------------------------------------------------------------------------------------ data sets
-@runtime_checkable
-class OffersTraining(Protocol):
-    def training(self) -> Cast:
-        """See ``TrainingDataset``."""
-
-
-@runtime_checkable
-class OffersValidation(Protocol):
-    def validation(self) -> Dataset | None:
-        """See ``TrainingDataset``."""
-
-
-@runtime_checkable
-class OffersTrainingManifest(Protocol):
-    def training_manifest(self) -> Manifest:
-        """See ``TrainingDataset``."""
-
-
 @runtime_checkable
 class OffersTrainingNotes(Protocol):
     @property
     def training_notes(self) -> Sequence[str]:
         """Sentences about the training part: what was left out and why, or why there is none."""
-
-
-@runtime_checkable
-class OffersReal(Protocol):
-    def real(self, task: str, structure: str) -> Sequence[CaseInfo]:
-        """See ``RealDataset``."""
 
 
 @runtime_checkable
@@ -106,11 +84,6 @@ def data_manifest(data: object) -> Manifest:
 
 def training_notes(data: object) -> tuple[str, ...]:
     return tuple(data.training_notes) if isinstance(data, OffersTrainingNotes) else ()
-
-
-def offers_real(data: object) -> TypeGuard[OffersReal]:
-    """Whether a data set has real motion to compare answers with where cases have no references."""
-    return isinstance(data, OffersReal)
 
 
 def parts(data: Dataset) -> Mapping[str, Dataset]:

@@ -80,7 +80,7 @@ def command(
     if summary is not None:
         _append(summary, report.markdown(found.lines, found.verdict))
     if accept:
-        if run.nothing_moved(found):
+        if found.verdict == 0:
             click.echo("Nothing to accept: the golden rows are as they were.")
         else:
             click.echo(f"Accepted, and logged in {run.accept(folder, found, because or '')}.")
