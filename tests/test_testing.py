@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench.commands.new import plugin_source
+from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec

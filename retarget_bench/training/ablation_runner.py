@@ -190,7 +190,6 @@ def table(
         columns=tuple(_heading(column) for column in ablation.columns),
         ranked=tuple(lines),
         unranked=(),
-        common=(None,) * len(ablation.columns),
         heading="row",
     )
     return Table(
