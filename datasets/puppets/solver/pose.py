@@ -1,12 +1,13 @@
 """Poses in the making, filled in from the root outward, and what the solvers return."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from ..bodies.structures import Body
 from ..conventions import SIDES
-from ..matrices import rotated
+from ..matrices import from_vector, rotated
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,10 +45,21 @@ class Pose:
             if silent:
                 self.set(name, orientation)
 
-    def set_both(self, part: str, orientations: np.ndarray) -> None:
+    def set_both(self, part: str, orientations: Iterable[np.ndarray]) -> None:
         """Orient the joints of both sides, ``(2, frames, 3, 3)``."""
         for side, orientation in zip(SIDES, orientations, strict=True):
             self.set(f"{side}_{part}", orientation)
+
+    def bend_spine(self, base: np.ndarray, bend: np.ndarray, lower: float) -> None:
+        """Orient the spine above ``base`` ``(frames, 3, 3)``, bent by rotation vectors ``bend`` ``(frames,
+        3)`` in all. lower: share of the bend moved from the upmost to the lowest of its joints."""
+        bending = self.body.structure.bending
+        shares = np.array([share for _, share in bending])
+        shares[0] += lower
+        shares[-1] -= lower
+        for (part, _), turn in zip(bending, from_vector(shares[:, None, None] * bend), strict=True):
+            base = base @ turn
+            self.set(part, base)
 
     def at(self, part: str) -> np.ndarray:
         """``(frames, 3)`` position of a joint."""
