@@ -16,9 +16,8 @@ from ..performances.score import Score
 from ..randomness import Stream
 from ..solver import dogs as dog_solver
 from ..solver.people import Manner
-from ..solver.pose import Solution
 from ..solver.reach import out_of_reach
-from ..solver.solve import solve
+from ..solver.solve import Solution, solve
 
 HELD_OUT_STRUCTURES = ("h36m17",)
 """None of their bodies is trained on; of the other structures, bodies say so themselves."""

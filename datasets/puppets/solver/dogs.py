@@ -16,7 +16,7 @@ from ..bodies.dogs import TAIL_DOWN
 from ..bodies.structures import Body
 from ..conventions import SIDES, sign
 from ..curves import lower_envelope, soft_min
-from ..matrices import about, apply, from_vector, length, part_way, unit
+from ..matrices import about, from_vector, length, part_way, rotated, unit
 from ..performances.score import LIMBS, DogScore
 from .limbs import Limb, X, Y, bend
 from .paws import PARTS, THICK, across, along, ends, paw_path, sizes_of
@@ -49,11 +49,6 @@ class Dog:
         self.score, self.body, self.manner, self.sizes = score, body, manner, sizes_of(body)
         self.ends = ends(score, body)
         self.paths = {limb: paw_path(score.paws[limb], limb, body, self.ends) for limb in LIMBS}
-        paths = self.paths.values()
-        self.contacts = (
-            np.stack([path.planted for path in paths], axis=-1),
-            np.stack([path.pivoting for path in paths], axis=-1),
-        )
         self.lowered = {end: np.zeros(score.frames) for end in PARTS}
 
     def pose(self) -> Pose:
@@ -96,7 +91,7 @@ class Dog:
         chest = pose.at("spine_2") + pose.of("spine_2") @ _middle(body, "arm", "spine_2")
         made = chest - hips @ to_hips
         back = rotation.to_matrix(rotation.between(made, line))
-        place = rear + self.score.anchor[:, None] * (fore - apply(back, made) - rear)
+        place = rear + self.score.anchor[:, None] * (fore - rotated(back, made) - rear)
         pose.positions[0] = place - back @ hips @ to_hips
         pose.set("hips", back @ hips)
         pose.bend_spine(back @ base, bend, -0.5 * self.manner.front)
@@ -133,11 +128,11 @@ class Dog:
         for k, side in enumerate(SIDES):
             if air := airs[k]:
                 reach = air.reach * self.sizes.fore_leg * [sign(side), 1.0, 1.0]
-                held = pose.at(f"{side}_{top}") + apply(about(1, score.heading), reach)
+                held = pose.at(f"{side}_{top}") + rotated(about(1, score.heading), reach)
                 goal[k] += air.weight[:, None] * (held - goal[k])
         if not hind:
             # a blade turns about its top as the leg below it swings
-            below = apply(np.swapaxes(base, -1, -2), goal - pose.both("shoulder"))
+            below = rotated(np.swapaxes(base, -1, -2), goal - pose.both("shoulder"))
             drawn = self.body.reach("left_hand", "left_shoulder")
             swung = np.arctan2(below[..., 2], -below[..., 1]) - float(np.arctan2(drawn[2], -drawn[1]))
             pose.set_both("shoulder", base @ about(0, -0.7 * np.tanh(manner.blades * swung / 0.7)))

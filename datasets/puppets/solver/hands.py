@@ -8,7 +8,7 @@ import numpy as np
 from ..bodies.structures import Body
 from ..conventions import SIDES, sign
 from ..curves import bump, plateau, ramp, smooth
-from ..matrices import about, apply, cross, dot, length, part_way, rotated, unit
+from ..matrices import about, cross, dot, length, part_way, rotated, unit
 from ..performances.score import HandPlant, Score
 from .kneeling import all_fours, knee_ahead
 from .limbs import arm_limb, bend
@@ -101,7 +101,7 @@ class Arm:
         reach, upright = hand_reach(hand, side, body), hand.upright[:, None]
         yaw = about(1, score.heading + trunk.pelvis[:, 0] + trunk.chest[:, 0])
         self.on_chest = shoulder + hand.middle[:, None] * (middle - shoulder) + (1.0 - upright) * reach
-        self.upright = upright * apply(yaw, reach)
+        self.upright = upright * rotated(yaw, reach)
         # fingers are kept out of a flat floor
         self.floored = score.stairs is None
         # (frames,) of the elbow, and a free hand's orientations (frames, 3, 3) against its forearm
@@ -175,7 +175,7 @@ def _set(pose: Pose, arms: Sequence[Arm], part: str, oriented: Iterable[np.ndarr
 
 def _goal(pose: Pose, chest: np.ndarray, arm: Arm) -> np.ndarray:
     """``(frames, 3)`` metres: where the wrist goes."""
-    goal = pose.at(pose.body.structure.chest) + apply(chest, arm.on_chest) + arm.upright
+    goal = pose.at(pose.body.structure.chest) + rotated(chest, arm.on_chest) + arm.upright
     if arm.floored:
         # eased up where the fingers of a hanging hand would go through the floor
         height, hand = goal[:, 1], pose.body.proportions.hand
@@ -218,7 +218,7 @@ def _collar(chest: np.ndarray, line: np.ndarray, outward: np.ndarray, ease: floa
     """Turns of collar bones ``(arms, frames, 3, 3)``: up to 20 degrees up and 15 forward, after the arm.
 
     line: ``(arms, frames, 3)`` from shoulder joint to wrist, arm lengths. outward: ``(arms, 1)`` signs."""
-    line = apply(np.swapaxes(chest, -1, -2), line)
+    line = rotated(np.swapaxes(chest, -1, -2), line)
     up = np.radians(22.0) * ease * smooth((line[..., 1] + 0.6) / 1.8)
     ahead = np.radians(20.0) * ease * (smooth((line[..., 2] + 0.9) / 1.9) - smooth(0.9 / 1.9))
     return about(1, -outward * ahead) @ about(2, outward * up)

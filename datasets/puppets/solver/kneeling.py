@@ -37,19 +37,17 @@ def knee_ahead(body: Body) -> float:
     return float(np.sqrt(p.shank**2 - rise**2) - (up * s + p.ball * c))
 
 
-def resting(foot: FootPath, body: Body) -> np.ndarray:
-    """``(frames, 3)`` metres: where the knee is while the leg kneels; it goes along with the toes."""
-    p = body.proportions
-    toe = foot.ankle + foot.sole @ np.array([0.0, p.ball_height - p.ankle, p.ball])
-    ahead = np.stack([np.sin(foot.yaw), np.zeros_like(foot.yaw), np.cos(foot.yaw)], axis=-1)
-    return toe + knee_ahead(body) * ahead + [0.0, knee_height(body) - p.ball_height, 0.0]
-
-
 def knees(score: Score, feet: Mapping[str, FootPath], body: Body) -> np.ndarray | None:
-    """``(2, frames, 3)`` positions of resting knees, left and right; None where no leg ever kneels."""
+    """``(2, frames, 3)`` metres: where the knees, left and right, are while their legs kneel; they go along
+    with the toes. None where no leg ever kneels."""
     if not any(kneels(score, side).any() for side in SIDES):
         return None
-    return np.stack([resting(feet[side], body) for side in SIDES])
+    p, found = body.proportions, []
+    for foot in (feet[side] for side in SIDES):
+        toe = foot.ankle + foot.sole @ np.array([0.0, p.ball_height - p.ankle, p.ball])
+        ahead = np.stack([np.sin(foot.yaw), np.zeros_like(foot.yaw), np.cos(foot.yaw)], axis=-1)
+        found.append(toe + knee_ahead(body) * ahead + [0.0, knee_height(body) - p.ball_height, 0.0])
+    return np.stack(found)
 
 
 def kneels(score: Score, side: str) -> np.ndarray:

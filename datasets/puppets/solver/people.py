@@ -20,7 +20,7 @@ from ..curves import lower_envelope, smooth, soft_min
 from ..matrices import about, part_way, rotated
 from ..performances.score import Score
 from . import hands, kneeling
-from .feet import air_ankle, air_sole, clear_of_floor, foot_path, labels
+from .feet import air_ankle, air_sole, clear_of_floor, foot_path
 from .limbs import bend, centre_of_mass, leg_limb
 from .pose import Pose
 from .scaling import pelvis_place
@@ -62,8 +62,7 @@ class Person:
         handed = manner.pelvis * trunk.pelvis
         trunk = replace(trunk, pelvis=trunk.pelvis - handed, chest=trunk.chest + handed)
         self.score = score = replace(score, trunk=trunk)
-        self.feet = {side: foot_path(score.feet[side], side, body, score.frames) for side in SIDES}
-        self.contacts = labels(self.feet)
+        self.paths = {side: foot_path(score.feet[side], side, body, score.frames) for side in SIDES}
         self.arms = {side: hands.Arm(score, side, body, manner.elbows) for side in SIDES}
         self.order = hands.order(score)
         # orientations (frames, 3, 3) of pelvis and head
@@ -84,7 +83,7 @@ class Person:
         # along with the body or carried
         self.swivel, self.free = np.zeros((2, score.frames)), np.zeros((2, score.frames))
         for k, side in enumerate(SIDES):
-            foot, air = self.feet[side], score.feet[side].air
+            foot, air = self.paths[side], score.feet[side].air
             self.swivel[k] = manner.knees * (facing - foot.yaw)
             if score.flights:
                 self.free[k] = foot.swinging
@@ -92,7 +91,7 @@ class Person:
                 self.swivel[k] += air.weight * (sign(side) * air.swivel - self.swivel[k])
                 self.free[k] = np.maximum(self.free[k], air.weight)
         # resting knees: where they are, and how far they rest there
-        self.knees, self.pole = kneeling.knees(score, self.feet, body), None
+        self.knees, self.pole = kneeling.knees(score, self.paths, body), None
         if self.knees is not None:
             # a foot that is carried somewhere has its own way of turning the knee
             kneels = [kneeling.kneels(score, side) * (score.feet[side].air is None) for side in SIDES]
@@ -158,7 +157,7 @@ class Person:
         middle, length = self.middle.copy(), limb.exact * limb.longest
         middle[:, 0::2] += self.shift
         middle[:, 1] -= _up_to(_MOST_LOW * leg, self.low) + _up_to(_MOST_CROUCH * leg, self.crouch)
-        ankles = np.stack([self.feet[side].ankle for side in SIDES])
+        ankles = np.stack([self.paths[side].ankle for side in SIDES])
         flat = ((middle + self.to_hips - ankles)[..., 0::2] ** 2).sum(axis=-1)
         rise = np.sqrt(np.maximum(length * length - flat, 0.01 * length * length))
         caps = ankles[..., 1] + rise - self.to_hips[..., 1] + 0.5 * leg * self.free
@@ -182,7 +181,7 @@ class Person:
 
     def _set_legs(self, pose: Pose) -> None:
         """Thighs, shanks, feet and toes."""
-        score, body, feet = self.score, self.body, self.feet
+        score, body, feet = self.score, self.body, self.paths
         limbs, hips, hip = (leg_limb(body),) * 2, pose.of("hips"), pose.both("up_leg")
         goal = np.stack(
             [air_ankle(score, side, at, feet[side], body) for side, at in zip(SIDES, hip, strict=True)]

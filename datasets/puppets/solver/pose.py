@@ -1,25 +1,12 @@
-"""Poses in the making, filled in from the root outward, and what the solvers return."""
+"""Poses in the making, filled in from the root outward."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 import numpy as np
 
 from ..bodies.structures import Body
 from ..conventions import SIDES
 from ..matrices import from_vector, rotated
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """orientations: ``(frames, parts, 3, 3)`` in the world, against the T-pose. root: ``(frames, 3)``.
-    planted: ``(frames, contacts)`` bool: left ankle, left toe joint, right ankle, right toe joint; of dogs,
-    the paws. pivoting: likewise, which of them rotate about a resting point of the foot."""
-
-    orientations: np.ndarray
-    root: np.ndarray
-    planted: np.ndarray
-    pivoting: np.ndarray
 
 
 class Pose:
@@ -72,8 +59,3 @@ class Pose:
     def both(self, part: str) -> np.ndarray:
         """``(2, frames, 3)`` positions of a joint of both sides."""
         return np.stack([self.at(f"{side}_{part}") for side in SIDES])
-
-    def solution(self, planted: np.ndarray, pivoting: np.ndarray) -> Solution:
-        """The finished pose with its contacts."""
-        orientations = np.ascontiguousarray(self.orientations.swapaxes(0, 1))
-        return Solution(orientations, self.positions[0], planted, pivoting)

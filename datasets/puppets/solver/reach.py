@@ -11,7 +11,7 @@ from ..bodies.structures import Body
 from ..conventions import SIDES, sign
 from ..performances.score import Score, Stairs
 from . import hands
-from .pose import Solution
+from .solve import Solution
 from .touch_points import touch_point, touching
 
 

@@ -5,11 +5,26 @@ lacked; nothing stops early, and no choice is made between near equals, so resul
 machine's last digits.
 """
 
+from dataclasses import dataclass
+
+import numpy as np
+
 from ..bodies.structures import Body
 from ..performances.score import DogScore, Score
 from .dogs import Dog, DogManner
 from .people import Manner, Person
-from .pose import Solution
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """orientations: ``(frames, parts, 3, 3)`` in the world, against the T-pose. root: ``(frames, 3)``.
+    planted: ``(frames, contacts)`` bool: left ankle, left toe joint, right ankle, right toe joint; of dogs,
+    the paws. pivoting: likewise, which of them rotate about a resting point of the foot."""
+
+    orientations: np.ndarray
+    root: np.ndarray
+    planted: np.ndarray
+    pivoting: np.ndarray
 
 
 def solve(score: Score, body: Body, manner: Manner | DogManner | None = None) -> Solution:
@@ -25,4 +40,7 @@ def solve(score: Score, body: Body, manner: Manner | DogManner | None = None) ->
     for _ in range(performer.passes - 1):
         performer.adjust(pose)
         pose = performer.pose()
-    return pose.solution(*performer.contacts)
+    orientations = np.ascontiguousarray(pose.orientations.swapaxes(0, 1))
+    planted = np.column_stack([path.planted for path in performer.paths.values()])
+    pivoting = np.column_stack([path.pivoting for path in performer.paths.values()])
+    return Solution(orientations, pose.positions[0], planted, pivoting)
