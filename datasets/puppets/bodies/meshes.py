@@ -18,7 +18,6 @@ from retarget_bench.files import digest
 from retarget_bench.motion.mesh import Mesh
 
 from ..cache import Arrays, kept
-from . import flesh
 from .flesh import Flesh
 from .structures import Body
 
@@ -166,17 +165,11 @@ def mesh(body: Body, pose: np.ndarray) -> Mesh:
 def _built(body: Body) -> Arrays:
     """Drawn once to count vertices, and again with the step that gives the right number of them."""
     step = _step(body)
-    coarse, _ = _drawn(filled(body, _THINNEST * step), step)
+    coarse, _ = _drawn(Flesh(body, _THINNEST * step), step)
     step = round(step * (len(coarse) / VERTICES) ** 0.5, 4)
-    solid = filled(body, _THINNEST * step)
+    solid = Flesh(body, _THINNEST * step)
     vertices, faces = _drawn(solid, step)
     return {"vertices": vertices, "faces": faces, "weights": solid.weights(vertices)}
-
-
-def filled(body: Body, least: float) -> Flesh:
-    """A body's flesh, no limb of it thinner than the radius ``least``."""
-    cones = flesh.dog_cones if "tail_1" in body.part else flesh.person_cones
-    return Flesh(body, cones(body), least)
 
 
 def _drawn(solid: Flesh, step: float) -> tuple[np.ndarray, np.ndarray]:
@@ -187,7 +180,7 @@ def _drawn(solid: Flesh, step: float) -> tuple[np.ndarray, np.ndarray]:
 def _step(body: Body) -> float:
     """Step of the grid, metres, from the area of the cones as if they did not overlap by more than a
     half."""
-    solid = filled(body, 0.0)
+    solid = Flesh(body, 0.0)
     lengths = np.sqrt((solid.line**2).sum(axis=-1))
     radius = solid.radii.mean(axis=-1)
     area = float((2.0 * np.pi * radius * (lengths + 2.0 * radius)).sum())
