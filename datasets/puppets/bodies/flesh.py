@@ -4,7 +4,7 @@ Sizes go with ``Proportions`` as the points do that hands rest on (``solver/touc
 knees, hips and chest lie near the skin.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -101,7 +101,7 @@ def _shares(levels: Sequence[tuple[str, float]], height: float) -> tuple[tuple[s
 # --------------------------------------------------------------------------------- a body on two legs
 def _person_cones(body: Body) -> list[Cone]:
     """The cones of a person or caricature."""
-    at = body.structure.positions(body.proportions)
+    at = body.places
     size, neck = body.proportions.head, 0.62 * body.proportions.girth
     skull = at["head"] + 0.54 * size * Y
     mouth = skull - 0.3 * size * Y
@@ -116,9 +116,9 @@ def _person_cones(body: Body) -> list[Cone]:
     return found
 
 
-def _trunk(body: Body, at: dict[str, np.ndarray]) -> list[Cone]:
+def _trunk(body: Body, at: Mapping[str, np.ndarray]) -> list[Cone]:
     """Slices from the hips to the shoulders, each a cone across the body."""
-    p, levels = body.proportions, (("hips", 0.0), *body.structure.levels)
+    p, levels = body.proportions, (("hips", 0.0), *body.structure.levels.items())
     spine = [(height, at[part]) for part, height in levels] + [(1.0, at["neck"])]
     heights, points = np.array([h for h, _ in spine]), np.stack([point for _, point in spine])
     found = []
@@ -134,7 +134,7 @@ def _trunk(body: Body, at: dict[str, np.ndarray]) -> list[Cone]:
     return found
 
 
-def _leg(body: Body, at: dict[str, np.ndarray], side: str) -> list[Cone]:
+def _leg(body: Body, at: Mapping[str, np.ndarray], side: str) -> list[Cone]:
     girth = body.proportions.girth
     top, knee, ankle = (at[f"{side}_{part}"] for part in ("up_leg", "leg", "foot"))
     calf = knee + 0.3 * (ankle - knee) - 0.18 * girth * Z
@@ -163,7 +163,7 @@ def _foot(body: Body, ankle: np.ndarray, side: str) -> list[Cone]:
     ]
 
 
-def _arm(body: Body, at: dict[str, np.ndarray], side: str) -> list[Cone]:
+def _arm(body: Body, at: Mapping[str, np.ndarray], side: str) -> list[Cone]:
     p, girth, out, hand = body.proportions, body.proportions.girth, sign(side), f"{side}_hand"
     shoulder, elbow, wrist = at[f"{side}_arm"], at[f"{side}_forearm"], at[hand]
     collar = np.array([out * p.clavicle, shoulder[1], shoulder[2]])
@@ -190,8 +190,8 @@ on top and at the belly, girths."""
 
 def _dog_cones(body: Body) -> list[Cone]:
     """The cones of a dog."""
-    at, p, girth = body.structure.positions(body.proportions), body.proportions, body.proportions.girth
-    levels, nose = (("hips", 0.0), *body.structure.levels), body.tips["head"]
+    at, p, girth = body.places, body.proportions, body.proportions.girth
+    levels, nose = (("hips", 0.0), *body.structure.levels.items()), body.tips["head"]
     # the base of the neck lies below the withers, which the back goes up to
     withers = at["neck"] + (p.shoulder_drop + 0.4 * girth) * Y
     found = []

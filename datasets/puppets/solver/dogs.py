@@ -156,8 +156,8 @@ def _middle(body: Body, part: str, ancestor: str) -> np.ndarray:
 @cache
 def limb_of(body: Body, end: str) -> Limb:
     """The upper two bones of either leg; elbows point back, stifles forward."""
-    _, middle, last = PARTS[end]
-    bones = np.stack([body.offset(f"left_{middle}"), body.offset(f"left_{last}")])
+    joints = [body.part[f"left_{part}"] for part in PARTS[end][1:]]
+    bones = body.offsets[joints]
     (upper, lower), hinge = length(bones).tolist(), X if end == "hind" else -X
     return Limb(
         unit(bones),

@@ -41,10 +41,10 @@ class Pose:
         """Orient the spine above ``base`` ``(frames, 3, 3)``, bent by rotation vectors ``bend`` ``(frames,
         3)`` in all. lower: share of the bend moved from the upmost to the lowest of its joints."""
         bending = self.body.structure.bending
-        shares = np.array([share for _, share in bending])
+        shares = np.array([*bending.values()])
         shares[0] += lower
         shares[-1] -= lower
-        for (part, _), turn in zip(bending, from_vector(shares[:, None, None] * bend), strict=True):
+        for part, turn in zip(bending, from_vector(shares[:, None, None] * bend), strict=True):
             base = base @ turn
             self.set(part, base)
 
