@@ -14,12 +14,12 @@ from retarget_bench.motion import rotation
 
 from ..bodies.dogs import TAIL_DOWN
 from ..bodies.structures import Body
-from ..conventions import SIDES, sign
+from ..conventions import SIDES, across, along, sign
 from ..curves import lower_envelope, soft_min
 from ..matrices import about, from_vector, length, part_way, rotated, unit
 from ..performances.score import LIMBS, DogScore
 from .limbs import Limb, X, Y, bend
-from .paws import PARTS, THICK, across, along, ends, paw_path, sizes_of
+from .paws import PARTS, THICK, ends, paw_path, sizes_of
 from .pose import Pose
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..bodies.dogs import DogSizes
 from ..bodies.structures import Body
-from ..conventions import sign
+from ..conventions import across, along, sign
 from ..curves import bump, hermite, smooth
 from ..matrices import about
 from ..performances.score import DogScore, Paw, PawPlant
@@ -36,16 +36,6 @@ class End:
 def sizes_of(body: Body) -> DogSizes:
     assert isinstance(body.proportions, DogSizes)
     return body.proportions
-
-
-def across(heading: np.ndarray | float) -> np.ndarray:
-    """Unit (x, z) to the left of a heading."""
-    return np.stack([np.cos(heading), -np.sin(heading)], axis=-1)
-
-
-def along(heading: np.ndarray | float) -> np.ndarray:
-    """Unit (x, z) of a heading."""
-    return np.stack([np.sin(heading), np.cos(heading)], axis=-1)
 
 
 _ELBOW = 0.72

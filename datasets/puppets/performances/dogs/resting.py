@@ -4,6 +4,7 @@ Getting up is sitting down played backwards.
 """
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -14,22 +15,18 @@ from ..people.style import seconds
 from ..score import LIMBS, DogScore, Paw, PawAir, PawPlant, Trunk, idle_hands
 from .gaits import EVER, WALK, Habit, head_and_tail
 
+CHANNELS = ("heading", "path", "sway", "height", "fore", "anchor", "neck", "tail", "spread")
+"""What of a dog's score changes from frame to frame, beside trunk and paws."""
+
 
 def backwards(score: DogScore) -> DogScore:
     """The same performance run backwards; paws that have nothing in the air only."""
     trunk, last = score.trunk, score.frames - 1
+    channels: dict[str, Any] = {name: _turned(getattr(score, name)) for name in CHANNELS}
     return replace(
         score,
-        heading=_turned(score.heading),
-        path=_turned(score.path),
-        sway=_turned(score.sway),
-        height=_turned(score.height),
+        **channels,
         trunk=Trunk(_turned(trunk.pelvis), _turned(trunk.chest), _turned(trunk.gaze)),
-        fore=_turned(score.fore),
-        anchor=_turned(score.anchor),
-        neck=_turned(score.neck),
-        tail=_turned(score.tail),
-        spread=_turned(score.spread),
         paws={limb: _backwards(paw, last) for limb, paw in score.paws.items()},
     )
 
@@ -243,18 +240,9 @@ def settling(stream: Stream, frames: int, kind: str) -> DogScore:
     )
 
 
-def sit(stream: Stream, frames: int) -> DogScore:
-    """From standing to sitting, or back."""
-    return _either_way(stream, settling(stream, frames, "dog_sit"))
-
-
-def lie(stream: Stream, frames: int) -> DogScore:
-    """From standing to lying on the belly, fore legs ahead, or back."""
-    return _either_way(stream, settling(stream, frames, "dog_lie"))
-
-
-def _either_way(stream: Stream, score: DogScore) -> DogScore:
-    """One of three gets up."""
+def sit_or_lie(stream: Stream, frames: int, kind: str) -> DogScore:
+    """From standing to sitting, or to lying on the belly with the fore legs ahead; one of three gets up."""
+    score = settling(stream, frames, kind)
     way = stream.choice(("down", "down", "up"))
     score = replace(score, parameters={**score.parameters, "way": way})
     return backwards(score) if way == "up" else score
