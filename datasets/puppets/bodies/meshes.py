@@ -163,8 +163,12 @@ def mesh(body: Body, pose: np.ndarray) -> Mesh:
 
 
 def _built(body: Body) -> Arrays:
-    """Drawn once to count vertices, and again with the step that gives the right number of them."""
-    step = _step(body)
+    """Drawn once to count vertices, and again with the step that gives the right number of them. The first
+    step of the grid, metres, is from the area of the cones as if they did not overlap by more than a half."""
+    solid = Flesh(body, 0.0)
+    lengths, radius = np.sqrt((solid.line**2).sum(axis=-1)), solid.radii.mean(axis=-1)
+    area = float((2.0 * np.pi * radius * (lengths + 2.0 * radius)).sum())
+    step = round((_DENSITY * 0.4 * area / VERTICES) ** 0.5, 4)
     coarse, _ = _drawn(Flesh(body, _THINNEST * step), step)
     step = round(step * (len(coarse) / VERTICES) ** 0.5, 4)
     solid = Flesh(body, _THINNEST * step)
@@ -175,13 +179,3 @@ def _built(body: Body) -> Arrays:
 def _drawn(solid: Flesh, step: float) -> tuple[np.ndarray, np.ndarray]:
     low, high = solid.box
     return surface(solid.field, low - 2.0 * step, high + 2.0 * step, step)
-
-
-def _step(body: Body) -> float:
-    """Step of the grid, metres, from the area of the cones as if they did not overlap by more than a
-    half."""
-    solid = Flesh(body, 0.0)
-    lengths = np.sqrt((solid.line**2).sum(axis=-1))
-    radius = solid.radii.mean(axis=-1)
-    area = float((2.0 * np.pi * radius * (lengths + 2.0 * radius)).sum())
-    return round((_DENSITY * 0.4 * area / VERTICES) ** 0.5, 4)

@@ -93,8 +93,6 @@ def joined(a: DogScore, b: DogScore, between: str = TRANSITION) -> DogScore:
     return replace(
         a,
         **channels,
-        balance=np.zeros(start + b.frames),
-        support=np.full(start + b.frames, 0.5),
         trunk=joined_trunk(a.trunk, b.trunk, a.frames, b.frames, BRIDGE),
         hands=idle_hands(start + b.frames),
         paws={limb: _joined_paw(paw, b.paws[limb], start) for limb, paw in a.paws.items()},
