@@ -164,7 +164,7 @@ def mesh(body: Body, pose: np.ndarray) -> Mesh:
 
 def _built(body: Body) -> Arrays:
     """Drawn once to count vertices, and again with the step that gives the right number of them. The first
-    step of the grid, metres, is from the area of the cones as if they did not overlap by more than a half."""
+    step of the grid, metres, is from the area of the cones, as if half of each lay on the outside."""
     solid = Flesh(body, 0.0)
     lengths, radius = np.sqrt((solid.line**2).sum(axis=-1)), solid.radii.mean(axis=-1)
     area = float((2.0 * np.pi * radius * (lengths + 2.0 * radius)).sum())

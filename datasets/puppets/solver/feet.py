@@ -15,7 +15,7 @@ import numpy as np
 
 from ..bodies.structures import Body
 from ..curves import bump, hermite, smooth, soft_min
-from ..matrices import about, part_way
+from ..matrices import about, length, part_way, rotated
 from ..performances.score import Foot, Plant, Score
 from .scaling import KNEELING_PITCH, air_point, air_reach, foot_pitch, foot_place
 
@@ -52,6 +52,8 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
     pivot, on_foot = np.zeros((frames, 3)), np.zeros((frames, 2))
     swinging = np.zeros(frames, dtype=bool)
     foot = _fitted(foot, body)
+    # of the floor under the foot, leg lengths; in a swing the lower one of its two ends
+    level = np.full(frames, foot.plants[0].level)
     for plant, after in zip(foot.plants, [*foot.plants[1:], None], strict=True):
         stay = (t >= plant.strike) & (t <= plant.off)
         pitch[stay], on_heel = _stance_pitch(plant, t[stay])
@@ -64,38 +66,29 @@ def foot_path(foot: Foot, side: str, body: Body, frames: int) -> FootPath:
             continue
         away = (t > plant.off) & (t < after.strike)
         swinging |= away
+        level = np.where(t > plant.off, min(plant.level, after.level), level)
+        level = np.where(t >= after.strike, after.level, level)
         share = (t[away] - plant.off) / (after.strike - plant.off)
         pitch[away] = _swing_pitch(plant, after, t[away])
         bent[away] = pitch[away] * smooth(share / 0.7)
         yaw[away] = _yaw(plant, side) + smooth(share) * (_yaw(after, side) - _yaw(plant, side))
         pivot[away], on_foot[away] = _swing_pivot(plant, after, side, body, share)
-    lift = foot.heel if foot.kneel is None else foot.heel + KNEELING_PITCH * risen(foot.kneel)
+    lift = foot.heel
+    if foot.kneel is not None:
+        # while the knee goes down the heel goes first
+        lift = lift + KNEELING_PITCH * (foot.kneel * (1.7 - 0.7 * foot.kneel))
     raised = (lift > 0.0)[:, None]
     pitch = pitch + lift
     # a raised heel turns about the toe, whichever point the sole rested on
     pivot = np.where(raised, pivot + _turned(toe - on_foot, np.zeros(frames), yaw), pivot)
     ankle = pivot - _turned(np.where(raised, toe, on_foot), pitch, yaw)
-    floor = _floor(foot, t) * body.proportions.leg
+    floor = level * body.proportions.leg
     ankle[:, 1] += np.where(swinging, _clearing(ankle[:, 1] - floor, pitch, bent, body), 0.0)
     planted = _planted(foot, t)
     pivoting = _since_before(~swinging)[:, None] & ~planted
     turn = about(1, yaw)
     turns = (turn @ about(0, pitch), turn @ about(0, bent))
     return FootPath(ankle, yaw, *turns, planted, pivoting, swinging, floor)
-
-
-def risen(kneel: np.ndarray) -> np.ndarray:
-    """Share of its pitch that a foot has while its knee goes down: the heel goes first."""
-    return kneel * (1.7 - 0.7 * kneel)
-
-
-def _floor(foot: Foot, t: np.ndarray) -> np.ndarray:
-    """Level under the foot ``(frames,)``, leg lengths; in a swing the lower one of its two ends."""
-    level = np.full(len(t), foot.plants[0].level)
-    for plant, after in zip(foot.plants[:-1], foot.plants[1:], strict=True):
-        level = np.where(t > plant.off, min(plant.level, after.level), level)
-        level = np.where(t >= after.strike, after.level, level)
-    return level
 
 
 def _fitted(foot: Foot, body: Body) -> Foot:
@@ -225,30 +218,24 @@ def _since_before(label: np.ndarray) -> np.ndarray:
     return label & np.concatenate([label[:1], label[:-1]])
 
 
+_STRETCHED = 0.972
+"""Share of its length to which a leg stretches while its foot is thrown along with the body."""
+
+
 def air_ankle(score: Score, side: str, hip: np.ndarray, foot: FootPath, body: Body) -> np.ndarray:
     """``(frames, 3)`` metres: where the ankle goes; the floor's path where the foot is not aloft."""
     air = score.feet[side].air
     if air is None:
         return foot.ankle
-    reach = air_reach(air, side, body)
     yaw = about(1, score.heading + score.trunk.pelvis[:, 0])
-    there = hip + (yaw @ reach[..., None])[..., 0]
+    there = hip + rotated(yaw, air_reach(air, side, body))
     goal = foot.ankle + air.weight[:, None] * (there - foot.ankle)
-    return _slack_leg(hip, goal, foot, body) if score.flights else goal
-
-
-_STRETCHED = 0.972
-"""Share of its length to which a leg stretches while its foot is thrown along with the body."""
-
-
-def _slack_leg(hip: np.ndarray, goal: np.ndarray, foot: FootPath, body: Body) -> np.ndarray:
-    """The goal ``(frames, 3)``, drawn towards the hip where a swinging leg would have to be straight."""
-    line = goal - hip
-    distance = np.sqrt((line * line).sum(axis=-1))
-    limb = body.proportions.thigh + body.proportions.shank
-    most = np.full_like(distance, _STRETCHED * limb)
-    share = np.where(foot.swinging, soft_min(distance, most, 0.02 * limb) / distance, 1.0)
-    return hip + share[:, None] * line
+    if not score.flights:
+        return goal
+    # drawn towards the hip where a swinging leg would have to be straight
+    distance, limb = length(goal - hip), body.proportions.thigh + body.proportions.shank
+    near = soft_min(distance, np.array(_STRETCHED * limb), 0.02 * limb)
+    return hip + np.where(foot.swinging, near / distance, 1.0)[:, None] * (goal - hip)
 
 
 def air_sole(
