@@ -17,9 +17,9 @@ from retarget_bench.datasets.puppets.performances.dogs import KINDS
 from retarget_bench.datasets.puppets.performances.dogs.sequencing import BRIDGE, PARTS, sequence
 from retarget_bench.datasets.puppets.performances.score import LIMBS, DogScore
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.dogs import SECOND, solve
+from retarget_bench.datasets.puppets.solver.dogs import SECOND
 from retarget_bench.datasets.puppets.solver.paws import sizes_of
-from retarget_bench.datasets.puppets.solver.pose import Solution
+from retarget_bench.datasets.puppets.solver.solve import Solution, solve
 from retarget_bench.motion import rotation
 from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.character import Character

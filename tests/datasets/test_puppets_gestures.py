@@ -24,9 +24,8 @@ from retarget_bench.datasets.puppets.performances.people.sequencing import BRIDG
 from retarget_bench.datasets.puppets.performances.people.style import Performer, Style
 from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.people import solve
-from retarget_bench.datasets.puppets.solver.pose import Solution
 from retarget_bench.datasets.puppets.solver.reach import out_of_reach
+from retarget_bench.datasets.puppets.solver.solve import Solution, solve
 from retarget_bench.datasets.puppets.solver.touch_points import KINDS as PLACES
 from retarget_bench.datasets.puppets.solver.touch_points import resting, touch_point, touching
 

@@ -21,9 +21,8 @@ from retarget_bench.datasets.puppets.performances.people import KINDS
 from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
-from retarget_bench.datasets.puppets.solver.people import solve
-from retarget_bench.datasets.puppets.solver.pose import Solution
 from retarget_bench.datasets.puppets.solver.reach import out_of_reach
+from retarget_bench.datasets.puppets.solver.solve import Solution, solve
 from retarget_bench.datasets.puppets.solver.touch_points import touch_point, touching
 from retarget_bench.motion import rotation
 from retarget_bench.motion.alignment import relative
