@@ -3,7 +3,7 @@
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
-from retarget_bench.motion import alignment, correspondence, kinematics, root_rules, rotation, transfer
+from retarget_bench.motion import kinematics, root_rules, rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import chain
@@ -46,8 +46,10 @@ class BoneDirections:
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         turned = _Pointing(source, target).orientations()
-        local = alignment.from_relative(target, turned)
-        return target.motion(local, transfer.scaled_root(source, target, local, self.root_rule), source.fps)
+        local = transfer.from_relative(target, turned)
+        return target.motion(
+            local, transfer.scaled_root(source, target, local, self.root_rule, None), source.fps
+        )
 
 
 class _Pointing:
@@ -62,7 +64,7 @@ class _Pointing:
         self.given: np.ndarray | None = None
         if isinstance(source, Motion):
             self.given = transfer.orientations(source, target)
-            self.twin = correspondence.correspondence(source.character, target)
+            self.twin = transfer.correspondence(source.character, target)
 
     def orientations(self) -> np.ndarray:
         """``(frames, joints, 4)`` relative to the reference pose, parents before children."""

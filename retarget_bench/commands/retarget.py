@@ -113,7 +113,7 @@ def _retargeted(method: str, performer: Imported, body: Imported, seed: int) -> 
 
 
 def _summary(out: Path, method: str, performer: Imported, body: Imported) -> str:
-    from retarget_bench.motion.correspondence import correspondence
+    from retarget_bench.motion.transfer import correspondence
 
     source, target = performer.motion, body.motion.character
     followed = int((correspondence(source.character, target) >= 0).sum())

@@ -3,7 +3,7 @@
 Rigs differ in their rest poses: a T-pose in world axes, an A-pose, every bone along +X, Z up. The
 *reference pose* is the same for all of them: a T-pose, Y up, facing +Z, left is +X (four-legged bodies
 stand with their spine along +Z). ``reference_pose`` finds the local rotations that bring a rig into it.
-An orientation relative to it then means the same on every body (``alignment.py``).
+An orientation relative to it then means the same on every body (``transfer.py``).
 
 - A limb that rests within the tolerances below of the T-pose is left exactly as the artist made it, so two
   T-pose rigs exchange plain local rotations.

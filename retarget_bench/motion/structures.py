@@ -19,11 +19,11 @@ import numpy as np
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.correspondence import shares
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.role_aliases import strip_prefix
 from retarget_bench.motion.roles import ancestors, chain
 from retarget_bench.motion.skeleton import EndSite, Skeleton
+from retarget_bench.motion.transfer import shares
 
 _LEG = ("UpLeg", "Leg", "Foot", "ToeBase")
 _ARM = ("Shoulder", "Arm", "ForeArm", "Hand")

@@ -8,10 +8,10 @@ from alignment_rigs import performance, t_pose
 
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion import bvh, rotation
-from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.structures import BODY22, reduce
+from retarget_bench.motion.transfer import relative
 
 
 def words(*lines: str) -> list[str]:

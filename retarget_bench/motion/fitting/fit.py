@@ -22,7 +22,7 @@ from functools import cached_property
 import numpy as np
 
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import alignment
+from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.fitting import bones, twist
 from retarget_bench.motion.fitting.tree import Tree
@@ -100,7 +100,7 @@ def fit(positions: Positions) -> Fitted:
     turned = twist.twisted(tree, turned, wanted, positions.fps, noise)
     turned = bones.refined(tree, turned, wanted, _HOLD * noise**2)
     motion = character.motion(
-        alignment.from_relative(character, turned), positions.root.copy(), positions.fps
+        transfer.from_relative(character, turned), positions.root.copy(), positions.fps
     )
     distances = np.linalg.norm(motion.positions - seen, axis=2)
     return Fitted(motion, Residual(character, distances))
