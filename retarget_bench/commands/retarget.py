@@ -117,7 +117,7 @@ def _summary(out: Path, method: str, performer: Imported, body: Imported) -> str
 
     source, target = performer.motion, body.motion.character
     followed = int((correspondence(source.character, target) >= 0).sum())
-    found = body.findings.reading
+    found = body.findings
     return (
         f"{out}: {source.frames} frames of {source.character.name} at {source.fps:g} per second on the "
         f"body of {target.name}, by {method}; {followed} of {len(target.skeleton)} joints follow it; "

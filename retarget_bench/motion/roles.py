@@ -324,11 +324,6 @@ def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
     return tuple(out)
 
 
-def missing(roles: Sequence[str | None]) -> list[str]:
-    """The essential roles that no joint has."""
-    return [role for role in ESSENTIAL if role not in roles]
-
-
 def load_overrides(path: str | Path) -> dict[str, str | None]:
     """A role file: TOML lines ``"joint name" = "role"``; ``"none"`` or ``""`` takes a role away.
 

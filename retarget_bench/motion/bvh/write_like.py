@@ -58,11 +58,10 @@ def write(path: str | Path, motion: Motion, like: Imported, *, root: str = "auto
 
 def _in_axes_of(motion: Motion, like: Imported) -> Motion:
     """The motion in the unit and with the up axis of a file."""
-    reading = like.findings.reading
-    back = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[reading.up])))
+    back = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[like.findings.up])))
     rotations = np.array(motion.rotations)
     rotations[:, 0] = rotation.multiply(back[None], rotations[:, 0])
-    root = rotation.rotate(back[None], motion.root) / reading.unit[1]
+    root = rotation.rotate(back[None], motion.root) / like.findings.unit[1]
     return replace(motion, rotations=rotations, root=root)
 
 
