@@ -3,21 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Literal
 
 from retarget_bench.api import Case, CaseInfo, DatasetCard
-from retarget_bench.errors import BenchError
+from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.files import digest
 from retarget_bench.motion import importer
-from retarget_bench.motion.bvh.catalogue import fingerprint, some
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion, resampled_frames
+from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some
+from retarget_bench.motion.character import Character, Motion, resampled_frames
 from retarget_bench.motion.roles import load_overrides
+from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
 
-from .bodies import LAYOUTS, ROUNDING, Found, existing, find
-from .parts import Clips, Part, Protocol, part_of
+from .bodies import LAYOUTS, ROUNDING, Found, find
+from .parts import Part, Protocol, part_of, unusable
 
 _KEPT = 64
 """So many motions a process keeps."""
@@ -150,15 +150,25 @@ class Folder:
         return self._read(body, path)
 
     # ------------------------------------------------------------------------------- to train on
-    def training(self) -> Mapping[str, Mapping[str, Clips]]:
+    def training(self) -> Cast:
         """Structure -> body -> those of its clips that the protocol keeps for training."""
-        found: dict[str, dict[str, Clips]] = {}
+        found: dict[str, dict[str, NamedClips]] = {}
         if self._protocol != "all":
             for body in filter(self._models[0].__contains__, self._found.sources):
                 if mine := self._clips(body, "train"):
-                    clips = Clips(self.motion, body, mine)
+                    clips = NamedClips(mine, partial(self._trained, body))
                     found.setdefault(self._character(body).structure, {})[body] = clips
         return found
+
+    def _trained(self, body: str, clip: str) -> Motion:
+        """Raises Unusable where the file cannot be read, or holds no motion of a whole body."""
+        try:
+            motion = self.motion(body, clip)
+        except BenchError as error:
+            raise Unusable(clip, str(error)) from error
+        if why := unusable(motion):
+            raise Unusable(clip, why)
+        return motion
 
     @property
     def training_notes(self) -> Sequence[str]:
@@ -179,14 +189,8 @@ class Folder:
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Bodies, structures and clips that training and its validation have: what weights carry."""
-        cast = self.training()
-        clips = {clip for mine in cast.values() for each in mine.values() for clip in each.names}
-        aside = {clip for body in self._found.sources for clip in self._clips(body, "validation")}
-        return {
-            "characters": sorted(name for mine in cast.values() for name in mine),
-            "structures": sorted(cast),
-            "clips": sorted(clips | aside),
-        }
+        aside = [clip for body in self._found.sources for clip in self._clips(body, "validation")]
+        return manifest(self.training(), aside)
 
     def _clips(self, body: str, part: str) -> tuple[str, ...]:
         """Those of a body's clips that are of a part."""
@@ -233,14 +237,8 @@ class Folder:
         """Clips that would be pairs but for their lengths."""
         if self._pairs == "none":
             return []
-        return sorted(
-            {
-                info.clip
-                for info in self._infos
-                if info.clip in self._found.bodies[info.target]
-                and not self._paired(info.source, info.target, info.clip)
-            }
-        )
+        named = (info for info in self._infos if info.clip in self._found.bodies[info.target])
+        return sorted({x.clip for x in named if not self._paired(x.source, x.target, x.clip)})
 
     # ------------------------------------------------------------------------------- one at a time
     def _split(self, source: str, target: str) -> str:
@@ -250,7 +248,7 @@ class Folder:
         return "intra" if same else "cross"
 
     def _paired(self, source: str, target: str, clip: str) -> bool:
-        """Whether the target's clip of that name is the reference."""
+        """True where the target's clip of that name is the reference."""
         if source == target:
             return True
         theirs = self._found.bodies[target].get(clip)
@@ -299,7 +297,7 @@ class Folder:
 
     @cached_property
     def _overrides(self) -> Mapping[str, str | None] | None:
-        return load_overrides(existing(self._roles, "roles")) if self._roles else None
+        return load_overrides(existing(Path(self._roles).expanduser())) if self._roles else None
 
 
 plugin = Folder

@@ -1,11 +1,12 @@
 """Files of a Mixamo folder: ``Character/clip.bvh``, and ``test_list.txt`` if present."""
 
+import re
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.motion.bvh.catalogue import bvh_files, contents, some, subfolders
+from retarget_bench.motion.bvh.catalogue import bvh_files, contents, existing, some, subfolders
 
 NOT_CHARACTERS = ("std_bvhs", "mean_var")
 """Folders of the archive of SAN's authors that hold rest poses and statistics, not clips."""
@@ -41,23 +42,19 @@ def find(root: str) -> Layout:
             "mixamo needs a folder of BVH files that you have got from Mixamo (they may not be passed on): "
             f"give --root DIR, or mixamo[root=DIR]. {EXAMPLE}."
         )
-    folder = Path(root).expanduser()
-    if not folder.is_dir():
-        raise BenchError(_not_a_folder(folder))
+    folder = existing(Path(root).expanduser())
+    if folder.is_file():
+        raise BenchError(f"{folder} is a file: give the folder of all characters. {EXAMPLE}.")
     clips = {each.name: found for each in _folders(folder) if (found := bvh_files(each))}
-    if not clips or (_shared(clips) < 0.5 and _deeper(folder)):
+    names = Counter(name for found in clips.values() for name in found)
+    shared = sum(count > 1 for count in names.values())
+    if not clips or (shared < 0.5 * len(names) and _deeper(folder)):
         raise BenchError(_no_clips(folder))
     return Layout(folder, clips, _test_list(folder / "test_list.txt"))
 
 
 def _folders(folder: Path) -> list[Path]:
     return [each for each in subfolders(folder) if each.name not in NOT_CHARACTERS]
-
-
-def _shared(clips: dict[str, dict[str, Path]]) -> float:
-    """The share of clip names that more than one character has."""
-    counts = Counter(name for found in clips.values() for name in found)
-    return sum(count > 1 for count in counts.values()) / len(counts)
 
 
 def _deeper(folder: Path) -> list[Path]:
@@ -73,17 +70,8 @@ def _test_list(path: Path) -> tuple[str, ...] | None:
         lines = path.read_text(encoding="utf-8-sig").splitlines()
     except (OSError, UnicodeDecodeError) as error:
         raise FileError(path, f"is not a list of clip names, one per line ({error})") from error
-    names = (line.strip() for line in lines)
-    return tuple(
-        dict.fromkeys(name[:-4] if name.lower().endswith(".bvh") else name for name in names if name)
-    )
-
-
-def _not_a_folder(folder: Path) -> str:
-    if folder.is_file():
-        return f"{folder} is a file: give the folder of all characters. {EXAMPLE}."
-    nearest = next((each for each in folder.parents if each.is_dir()), Path())
-    return f"there is no folder {folder}; {nearest} exists and holds {contents(nearest)}."
+    names = (re.sub(r"(?i)\.bvh$", "", line.strip()) for line in lines if line.strip())
+    return tuple(dict.fromkeys(names))
 
 
 def _no_clips(folder: Path) -> str:

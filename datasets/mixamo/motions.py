@@ -2,6 +2,7 @@
 
 from collections import Counter, OrderedDict
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -11,12 +12,11 @@ from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.catalogue import CatalogueEntry
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.roles import is_body
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.structures import Reduction, reduce
-from retarget_bench.training.lazy_clips import LazyClips
+from retarget_bench.training.lazy_clips import Cast, NamedClips
 
 STRUCTURE_A = "mixamo-A"
 """Aj, BigVegas, Kaya, SportyGranny: a ``Pelvis`` under ``Hips``, no joints at toe and head ends."""
@@ -155,55 +155,23 @@ def _size(motion: Motion) -> int:
     return motion.rotations.shape[0] * motion.rotations.shape[1] * _BYTES_PER_JOINT
 
 
-Training = Mapping[str, Mapping[str, "Clips"]]
-"""Structure -> character -> its clips."""
-
-
-class Clips(LazyClips[tuple[str, Path]]):
-    """Motions of one character, each read when it is asked for."""
-
-    def __init__(
-        self,
-        motions: Motions,
-        character: str,
-        files: Mapping[str, Path],
-        entries: Mapping[Path, CatalogueEntry],
-    ) -> None:
-        super().__init__(list(files.items()))
-        self._motions, self._entries, self.character = motions, entries, character
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(name for name, _ in self.listed)
-
-    def made(self, each: tuple[str, Path]) -> Motion:
-        _, path = each
-        return self._motions.motion(self.character, path, self._entries[path])
-
-
 def training_clips(
     motions: Motions, files: Mapping[str, Mapping[str, Path]], entries: Mapping[Path, CatalogueEntry]
-) -> Training:
+) -> Cast:
     """Every character with its readable files, under the structure that most of them have."""
-    found: dict[str, dict[str, Clips]] = {}
+    found: dict[str, dict[str, NamedClips]] = {}
     for name, mine in files.items():
-        structures = {
-            clip: each
-            for clip, path in mine.items()
-            if (each := _structure(motions, name, path, entries[path]))
-        }
+        structures: dict[str, str] = {}
+        for clip, path in mine.items():
+            if not entries[path].problem:
+                with suppress(BenchError):  # a body that cannot be used
+                    structures[clip] = motions.rig(name, path, entries[path]).character.structure
         if structures:
             usual = Counter(structures.values()).most_common(1)[0][0]
-            kept = {clip: mine[clip] for clip, each in structures.items() if each == usual}
-            found.setdefault(usual, {})[name] = Clips(motions, name, kept, entries)
+            kept = [clip for clip, each in structures.items() if each == usual]
+
+            def read(clip: str, name: str = name, mine: Mapping[str, Path] = mine) -> Motion:
+                return motions.motion(name, mine[clip], entries[mine[clip]])
+
+            found.setdefault(usual, {})[name] = NamedClips(kept, read)
     return found
-
-
-def _structure(motions: Motions, name: str, path: Path, entry: CatalogueEntry) -> str:
-    """The structure of the body in a file; "" where it cannot be used."""
-    if entry.problem:
-        return ""
-    try:
-        return motions.rig(name, path, entry).character.structure
-    except BenchError:
-        return ""

@@ -82,6 +82,14 @@ def contents(folder: Path) -> str:
     return some(names) if names else "nothing"
 
 
+def existing(path: Path) -> Path:
+    """``path`` itself; raises BenchError where nothing is there, saying what lies near it."""
+    if path.exists():
+        return path
+    nearest = next((each for each in path.parents if each.is_dir()), Path())
+    raise BenchError(f"there is no folder or file {path}; {nearest} exists and holds {contents(nearest)}")
+
+
 def some(names: Sequence[str], most: int = 6) -> str:
     """A list for messages: the first few names, and how many more."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
