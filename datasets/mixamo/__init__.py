@@ -202,8 +202,8 @@ class Mixamo:
             found.insert(
                 0,
                 f"not the papers' test set but {len(infos)} of its {asked * protocols.SAN_PAIRS} cases, "
-                f"with {self._listing.clips} of {asked} clips and {len({each.target for each in infos})} of "
-                f"{len(protocols.SAN_TARGETS)} target characters: its numbers do not compare with "
+                f"with {self._listing.clips} of {asked} clips and {len({each.target for each in infos})} "
+                f"of {len(protocols.SAN_TARGETS)} target characters: its numbers do not compare with "
                 "published ones",
             )
         if self._protocol == "folds":
