@@ -4,8 +4,7 @@ import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.motion import kinematics, root_rules, rotation, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.roles import chain
 
 _STRAIGHT, _BENT = 0.15, 0.4

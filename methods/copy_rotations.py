@@ -3,8 +3,7 @@
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 
 
 class CopyRotations:

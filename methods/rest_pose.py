@@ -4,8 +4,7 @@ import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.motion import root_rules, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 
 _RULE = "hip_height"
 

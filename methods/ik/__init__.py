@@ -5,8 +5,7 @@ import numpy as np
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import kinematics, root_rules, rotation, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 
 from . import hands, pelvis
 from .feet import Exchange, Plan, plan

@@ -7,9 +7,8 @@ from functools import lru_cache
 import numpy as np
 
 from retarget_bench.motion import kinematics, rotation
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.hinges import HINGES
-from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import chain
 
 from .two_bone import Limb

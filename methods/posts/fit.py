@@ -1,9 +1,8 @@
 """Fits rotations to answers that are known by joint positions; bones get the body's lengths."""
 
 from retarget_bench.api import Context, Prediction
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.fitting import fit
-from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.post_processors import PostCard
 
 

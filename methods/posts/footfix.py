@@ -4,9 +4,8 @@ import numpy as np
 
 from retarget_bench.api import Context, Prediction
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.contact import CONTACT_ROLES, CONTACT_SPEED, planted, runs
-from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.motion.roles import HANDS
 from retarget_bench.plugins.post_processors import PostCard
 

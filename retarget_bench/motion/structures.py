@@ -18,8 +18,7 @@ import numpy as np
 
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion import kinematics, rotation
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.role_aliases import strip_prefix
 from retarget_bench.motion.roles import ancestors, chain
 from retarget_bench.motion.skeleton import EndSite, Skeleton

@@ -29,6 +29,13 @@ def reason(source: Character, target: Character) -> str | None:
     return None
 
 
+def another_skeleton(does: str, source: Character, target: Character) -> str | None:
+    """None for source and target of one skeleton, or why a method that ``does`` this needs that."""
+    if source.skeleton.same_as(target.skeleton):
+        return None
+    return f"{does}, and {target.name} has another skeleton than {source.name}"
+
+
 # --------------------------------------------------------------------------------------- orientations
 def relative(motion: Motion) -> np.ndarray:
     """``(frames, joints, 4)`` world orientations relative to the reference pose: G * G_ref^-1."""

@@ -23,10 +23,9 @@ import numpy as np
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import transfer
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.fitting import bones, twist
 from retarget_bench.motion.fitting.tree import Tree
-from retarget_bench.motion.motion import Motion, Positions
 
 _HOLD = 30.0
 """Squares of the fit's own error that a radian away from the chosen twists costs."""
