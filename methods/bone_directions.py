@@ -3,7 +3,7 @@
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
-from retarget_bench.motion import kinematics, root_rules, rotation, transfer
+from retarget_bench.motion import root_rules, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.roles import chain
 
@@ -56,9 +56,9 @@ class _Pointing:
 
     def __init__(self, source: Prediction, target: Character) -> None:
         self.target = target
-        self.rest = reference_places(target)
+        self.rest = target.reference_places
         self.seen, self.known = counterparts(source.positions, source.character, target)
-        at_rest, _ = counterparts(reference_places(source.character)[None], source.character, target)
+        at_rest, _ = counterparts(source.character.reference_places[None], source.character, target)
         self.seen_at_rest = at_rest[0]
         self.given: np.ndarray | None = None
         if isinstance(source, Motion):
@@ -122,11 +122,6 @@ class _Pointing:
         return rotation.from_matrix(left @ right)
 
 
-def reference_places(body: Character) -> np.ndarray:
-    """``(joints, 3)`` metres: the reference pose with its root at the origin."""
-    return kinematics.forward(body.skeleton, body.reference_pose, np.zeros(3))[0]
-
-
 def counterparts(places: np.ndarray, source: Character, target: Character) -> tuple[np.ndarray, np.ndarray]:
     """``(frames, target joints, 3)`` where the source has what they stand for, and which of them it has.
 
@@ -159,7 +154,7 @@ def _lines(body: Character) -> list[list[int]]:
 
 def _shares(body: Character, joints: list[int]) -> np.ndarray:
     """``(joints,)`` how far along the line each joint lies, from 0 to 1, in the reference pose."""
-    places = reference_places(body)[joints]
+    places = body.reference_places[joints]
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)])
     return along / max(along[-1], 1e-12)

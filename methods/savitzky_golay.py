@@ -23,7 +23,9 @@ class SavitzkyGolay:
         if window < 1 or window % 2 == 0:
             raise BenchError(f"savitzky_golay: window is an odd number of frames; got {window}")
         if not 0 <= order < window:
-            raise BenchError(f"savitzky_golay: order is from 0 to below window ({window}); got {order}")
+            raise BenchError(
+                f"savitzky_golay: order is 0 or more and less than window ({window}); got {order}"
+            )
         self.window, self.order = window, order
         self.card = MethodCard(
             name="savitzky_golay",
