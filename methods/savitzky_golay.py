@@ -24,7 +24,7 @@ class SavitzkyGolay:
             raise BenchError(f"savitzky_golay: window is an odd number of frames; got {window}")
         if not 0 <= order < window:
             raise BenchError(
-                f"savitzky_golay: order is 0 or more and less than window ({window}); got {order}"
+                f"savitzky_golay: order is zero or more and less than window ({window}); got {order}"
             )
         self.window, self.order = window, order
         self.card = MethodCard(
