@@ -1,4 +1,4 @@
-"""Planted feet: one position for every stretch of time in which the source's is, and hips in reach of all."""
+"""Planted feet: one position per stretch in which the source's foot is planted, hips in reach of all."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
