@@ -5,19 +5,18 @@ the joints that hang on it:
 
 1. In closed form, from the root outward: several bones that leave a joint in different directions fix it
    (Wahba's problem), one bone is reached by the shortest turn from the reference pose as the parent carries
-   it (``fit_bones.first``).
+   it (``bones.first``).
 2. Gauss-Newton steps over the whole body bring all joints nearest to their places together, damped
    towards that start. Bones that the whole clip shows longer or shorter than they are keep their
-   directions instead (``fit_bones.goals``).
+   directions instead (``bones.goals``).
 3. Twists that no position shows are chosen: knees and elbows bend about their hinges, else there is no
-   twist against the parent, and nothing jumps from frame to frame (``fit_twist``). The rest of the body
+   twist against the parent, and nothing jumps from frame to frame (``twist.py``). The rest of the body
    then gives way to twists that are shown too weakly to be left to noise.
 
 Joints that nothing hangs on follow their parents. The root joint is where it was seen, exactly.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -25,7 +24,6 @@ from retarget_bench.errors import BenchError
 from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.fitting import bones, twist
-from retarget_bench.motion.fitting.tree import Tree
 
 _HOLD = 30.0
 """Squares of the fit's own error that a radian away from the chosen twists costs."""
@@ -44,33 +42,19 @@ class Residual:
     character: Character
     distances: np.ndarray
 
-    @cached_property
-    def per_joint(self) -> np.ndarray:
-        """``(joints,)`` metres, means over the frames."""
-        return self.distances.mean(axis=0) if len(self.distances) else np.zeros(self.distances.shape[1])
-
     @property
     def mean(self) -> float:
         """Metres, over all frames and all joints but the root."""
-        return float(self.per_joint[1:].mean()) if len(self.per_joint) > 1 else 0.0
+        return float(self.distances[:, 1:].mean()) if self.distances[:, 1:].size else 0.0
 
     @property
     def worst(self) -> float:
         """Metres: the largest of all."""
         return float(self.distances.max(initial=0.0))
 
-    @property
-    def worst_joint(self) -> str:
-        """The name of the joint that is farthest off at any time."""
-        return self.character.skeleton.names[int(self.distances.max(axis=0, initial=0.0).argmax())]
-
-    @property
-    def share(self) -> float:
-        """The mean as a share of the body's height."""
-        return self.mean / self.character.height
-
     def __str__(self) -> str:
-        return f"{100 * self.mean:.1f} cm mean, {100 * self.worst:.1f} cm worst ({self.worst_joint})"
+        joint = self.character.skeleton.names[int(self.distances.max(axis=0, initial=0.0).argmax())]
+        return f"{100 * self.mean:.1f} cm mean, {100 * self.worst:.1f} cm worst ({joint})"
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,11 +71,18 @@ def fit(positions: Positions) -> Fitted:
     Raises BenchError where a position is not finite.
     """
     seen, character = positions.positions, positions.character
-    _check(positions)
+    bad = ~np.isfinite(seen).all(axis=2)
+    if bad.any():
+        frame, joint = np.argwhere(bad)[0].tolist()
+        raise BenchError(
+            f"no rotations can be fitted to positions of {character.name}: in "
+            f"{int(bad.any(axis=1).sum())} of {len(bad)} frames some are not finite, the first being "
+            f"{positions.skeleton.names[joint]!r} in frame {frame}"
+        )
     if not len(seen):
         empty = character.motion(np.zeros((0, seen.shape[1], 4)), np.zeros((0, 3)), positions.fps)
         return Fitted(empty, Residual(character, np.zeros(seen.shape[:2])))
-    tree = Tree.of(character)
+    tree = bones.Tree.of(character)
     wanted = bones.goals(tree, seen)
     turned = bones.refined(tree, bones.first(tree, wanted), wanted)
     off = np.square(tree.places(turned, wanted[:, 0]) - wanted).sum(axis=2)[:, 1:]
@@ -103,14 +94,3 @@ def fit(positions: Positions) -> Fitted:
     )
     distances = np.linalg.norm(motion.positions - seen, axis=2)
     return Fitted(motion, Residual(character, distances))
-
-
-def _check(positions: Positions) -> None:
-    bad = ~np.isfinite(positions.positions).all(axis=2)
-    if bad.any():
-        frame, joint = np.argwhere(bad)[0].tolist()
-        raise BenchError(
-            f"no rotations can be fitted to positions of {positions.character.name}: in "
-            f"{int(bad.any(axis=1).sum())} of {len(bad)} frames some are not finite, the first being "
-            f"{positions.skeleton.names[joint]!r} in frame {frame}"
-        )

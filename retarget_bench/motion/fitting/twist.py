@@ -8,7 +8,7 @@ there, neighbouring frames pull at each other, and the least sum of squares is o
 import numpy as np
 
 from retarget_bench.motion import hinges, rotation
-from retarget_bench.motion.fitting.tree import NOTHING, Tree
+from retarget_bench.motion.fitting.bones import NOTHING, Tree
 from retarget_bench.motion.roles import SIDES
 
 _PARENT = 0.05
