@@ -7,20 +7,28 @@ from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Literal
 
+import numpy as np
+
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.files import digest
-from retarget_bench.motion import importer
+from retarget_bench.motion import importer, kinematics
 from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some
 from retarget_bench.motion.character import Character, Motion, resampled_frames
 from retarget_bench.motion.roles import load_overrides
 from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
 
 from .bodies import LAYOUTS, ROUNDING, Found, find
-from .parts import Part, Protocol, part_of, unusable
 
 _KEPT = 64
 """So many motions a process keeps."""
+Protocol = Literal["all", "split", "train"]
+Part = Literal["test", "validation"]
+
+TENTHS = ("test", "test", "validation", *["train"] * 7)
+"""What protocol=split does with each tenth of the names of clips."""
+STILL = 1e-4
+"""Share of a body's height within which something counts as not moving at all."""
 
 
 class Folder:
@@ -197,7 +205,7 @@ class Folder:
         return tuple(clip for clip in self._found.sources[body] if part_of(clip, self._protocol) == part)
 
     def _without_cases(self) -> tuple[str, ...]:
-        """The reason why there is no case, where the protocol leaves none."""
+        """The reason why the protocol leaves no case."""
         if self._protocol == "train":
             return ("every clip is trained on (protocol=train), and none is a case",)
         if not self._any(self._part):
@@ -298,6 +306,30 @@ class Folder:
     @cached_property
     def _overrides(self) -> Mapping[str, str | None] | None:
         return load_overrides(existing(Path(self._roles).expanduser())) if self._roles else None
+
+
+def part_of(clip: str, protocol: Protocol) -> str:
+    """``test``, ``validation`` or ``train``: by the clip's name alone, so that clips of one name stay
+    together and others stay where they are when files are added."""
+    if protocol == "split":
+        return TENTHS[int(digest(clip), 16) % len(TENTHS)]
+    return "test" if protocol == "all" else "train"
+
+
+def unusable(motion: Motion) -> str:
+    """The sign that a file lost its motion, or a part of it; "" where there is none.
+
+    Hips that keep their height to a ten-thousandth of the body's while limbs move are no motion of
+    anybody: some converters drop the vertical path of the root.
+    """
+    positions, _ = kinematics.forward(motion.skeleton, motion.rotations, motion.root)  # not to be kept
+    within = STILL * motion.character.height
+    if np.ptp(positions, axis=0).max(initial=0.0) <= within:
+        return "nothing moves in it"
+    hips = positions[:, motion.character.joint_of.get("hips", 0)]
+    if np.ptp(hips[:, 1]) <= within:
+        return "its hips never change their height"
+    return ""
 
 
 plugin = Folder

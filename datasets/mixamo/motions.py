@@ -6,8 +6,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-import numpy as np
-
 from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 from retarget_bench.motion import bvh
@@ -42,10 +40,10 @@ class Rig:
     def character(self) -> Character:
         return self.native if self.reduction is None else self.reduction.character
 
-    def motion(self, rotations: np.ndarray, root: np.ndarray, fps: float, wanted: float) -> Motion:
+    def motion(self, recording: bvh.Recording, fps: float) -> Motion:
         """A recording of this body at the wanted rate, on the joints that cases use."""
-        motion = self.native.motion(rotations, root, fps).resample(wanted)
-        return motion if self.reduction is None else self.reduction.apply(motion)
+        whole = self.native.motion(recording.rotations, recording.root, recording.fps).resample(fps)
+        return whole if self.reduction is None else self.reduction.apply(whole)
 
 
 def rig(name: str, skeleton: Skeleton, structure: str) -> Rig:
@@ -122,24 +120,18 @@ class Motions:
         if path in self._kept:
             self._kept.move_to_end(path)
             return self._kept[path]
-        body = self.rig(name, path, entry)
-        recording = self._recording(path)
-        motion = body.motion(recording.rotations, recording.root, recording.fps, self.fps)
+        motion = self.rig(name, path, entry).motion(self._recording(path), self.fps)
         if motion.frames % self.multiple:
             motion = motion.at(slice(0, motion.frames // self.multiple * self.multiple))
-        self._keep(path, motion)
+        self._kept[path] = motion
+        self._bytes += _size(motion)
+        while self._bytes > KEEP_BYTES and len(self._kept) > 1:
+            self._bytes -= _size(self._kept.popitem(last=False)[1])
         return motion
 
     def _recording(self, path: Path) -> bvh.Recording:
         """Mixamo's files state the root's place in the world."""
         return bvh.read(path, root="absolute", scale=METRES[self.unit])
-
-    def _keep(self, path: Path, motion: Motion) -> None:
-        self._kept[path] = motion
-        self._bytes += _size(motion)
-        while self._bytes > KEEP_BYTES and len(self._kept) > 1:
-            _, oldest = self._kept.popitem(last=False)
-            self._bytes -= _size(oldest)
 
     def _made(self, name: str, path: Path) -> Rig:
         made = rig(name, self._recording(path).skeleton, self.structure)

@@ -68,17 +68,13 @@ class FootFix:
             return prediction
         if isinstance(prediction, Positions):
             return body.positions(wanted, prediction.fps)
-        return self._solved(prediction, wanted, touched, context.device)
-
-    def _solved(self, motion: Motion, wanted: np.ndarray, frames: np.ndarray, device: str) -> Motion:
-        """The motion with these frames brought near the places ``(frames, joints, 3)``."""
-        rotations, root = motion.rotations.copy(), motion.root.copy()
-        for first in range(0, len(frames), CHUNK):
-            some = frames[first : first + CHUNK]
-            rotations[some], root[some] = solve(
-                motion.at(some), wanted[some], self.steps, self.rate, device
+        moved = prediction.copy()
+        for first in range(0, len(touched), CHUNK):
+            some = touched[first : first + CHUNK]
+            moved.rotations[some], moved.root[some] = solve(
+                prediction.at(some), wanted[some], self.steps, self.rate, context.device
             )
-        return motion.character.motion(rotations, root, motion.fps)
+        return moved
 
 
 def _feet(source: Character, target: Character) -> list[tuple[int, int]]:

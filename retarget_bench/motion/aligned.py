@@ -2,17 +2,23 @@
 
 In this form every body rests in the same T-pose with all joint frames along the world's axes, whatever its
 file's rest pose: local rotations mean the same on all bodies, and bones are what differs between them.
+
+Some methods learn what a skeleton is from a *neutral pose*, standing with the arms along the body (HuMoT,
+section 3.2, whose authors set one by hand for every data set). Roles and the reference pose give one for
+any body.
 """
 
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import kinematics, rotation, transfer
+from retarget_bench.motion.body import DOWN, PosedBody
 from retarget_bench.motion.character import Character, Motion
-from retarget_bench.motion.roles import ancestors
+from retarget_bench.motion.roles import SIDES, ancestors
 from retarget_bench.motion.skeleton import Skeleton
 
 
@@ -92,3 +98,34 @@ class Aligned:
                 return self._rank[above]
         name = self.character.skeleton.names[joint]
         raise SkeletonError(f"{self.character.name}: joint {name!r} does not hang below the hips")
+
+
+def neutral_pose(character: Character) -> np.ndarray:
+    """``(joints, 4)`` local rotations: the reference pose with both arms hanging straight down.
+
+    Hands and what has no role keep to their parents. On four legs it is the reference pose.
+    """
+    pose = np.array(character.reference_pose)
+    if character.four_legged:
+        return pose
+    body = PosedBody(character.skeleton, character.roles)
+    for side in SIDES:
+        joints = body.joints(*(f"{side}_{part}" for part in ("arm", "forearm", "hand")))
+        for joint, child in pairwise(joints):
+            body.swing(pose, joint, child, DOWN)
+    return pose
+
+
+def template(character: Character) -> np.ndarray:
+    """``(joints, 3)`` metres: the neutral pose with the hips at the origin, Y up, facing +Z, left is +X.
+
+    Of a part of a body, the whole body's at its joints. Raises SkeletonError where there are no hips.
+    """
+    if character.whole is not None:
+        names = character.whole.skeleton.names
+        return template(character.whole)[[names.index(name) for name in character.skeleton.names]]
+    hips = character.joint_of.get("hips", -1)
+    if hips < 0:
+        raise SkeletonError(f"no joint of {character.name} is known as hips; name it in a roles file")
+    places = kinematics.forward(character.skeleton, neutral_pose(character), np.zeros(3))[0]
+    return np.asarray(places - places[hips])
