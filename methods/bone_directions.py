@@ -5,6 +5,7 @@ import numpy as np
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.motion import root_rules, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.fitting.bones import unit, wahba
 from retarget_bench.motion.roles import chain
 
 _STRAIGHT, _BENT = 0.15, 0.4
@@ -105,21 +106,18 @@ class _Pointing:
         after = self._bones(end)
         if self.given is not None or hinge is None or len(after) != 1:
             return turned
-        normal = np.cross(_unit(bone), _unit(self.seen[:, after[0]] - self.seen[:, end]))
-        axis, along = rotation.rotate(turned, hinge), _unit(bone)
+        normal = np.cross(unit(bone), unit(self.seen[:, after[0]] - self.seen[:, end]))
+        axis, along = rotation.rotate(turned, hinge), unit(bone)
         axis = axis - along * (axis * along).sum(-1, keepdims=True)
         angle = np.arctan2((np.cross(axis, normal) * along).sum(-1), (axis * normal).sum(-1))
         share = np.clip((np.linalg.norm(normal, axis=-1) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0)
         return rotation.multiply(rotation.about(along, share * angle), turned)
 
     def _fitted(self, joint: int, ends: list[int], above: np.ndarray) -> np.ndarray:
-        """``(frames, 4)`` best turn of the source's bones from its reference pose, by singular values."""
-        now = _unit(self.seen[:, ends] - self.seen[:, joint, None])
-        then = _unit(self.seen_at_rest[ends] - self.seen_at_rest[joint])
-        spread = np.einsum("fbi,bj->fij", now, then) + _FROM_PARENT * rotation.to_matrix(above)
-        left, _, right = np.linalg.svd(spread)
-        left[..., -1] *= np.linalg.det(left @ right)[:, None]  # a turn, never a mirror image
-        return rotation.from_matrix(left @ right)
+        """``(frames, 4)`` best turn of the source's bones from its reference pose."""
+        now = unit(self.seen[:, ends] - self.seen[:, joint, None])
+        then = unit(self.seen_at_rest[ends] - self.seen_at_rest[joint])
+        return wahba(now, then, above, _FROM_PARENT)
 
 
 def counterparts(places: np.ndarray, source: Character, target: Character) -> tuple[np.ndarray, np.ndarray]:
@@ -158,10 +156,6 @@ def _shares(body: Character, joints: list[int]) -> np.ndarray:
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)])
     return along / max(along[-1], 1e-12)
-
-
-def _unit(v: np.ndarray) -> np.ndarray:
-    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
 
 
 plugin = BoneDirections

@@ -105,7 +105,11 @@ class Folder:
 
     @cached_property
     def notes(self) -> Sequence[str]:
-        found = [*self._without_cases(), *self._unread]
+        found = list(self._unread)
+        if self._protocol == "train":
+            found.insert(0, "every clip is trained on (protocol=train), and none is a case")
+        elif not self._any(self._part):
+            found.insert(0, f"protocol=split keeps none of {self._count} for {self._part}")
         paired = sum(self._paired(info.source, info.target, info.clip) for info in self._infos)
         if paired < len(self._infos):
             without = len(self._infos) - paired
@@ -204,14 +208,6 @@ class Folder:
         """Those of a body's clips that are of a part."""
         return tuple(clip for clip in self._found.sources[body] if part_of(clip, self._protocol) == part)
 
-    def _without_cases(self) -> tuple[str, ...]:
-        """The reason why the protocol leaves no case."""
-        if self._protocol == "train":
-            return ("every clip is trained on (protocol=train), and none is a case",)
-        if not self._any(self._part):
-            return (f"protocol=split keeps none of {self._count} for {self._part}",)
-        return ()
-
     def _any(self, part: str) -> bool:
         return any(self._clips(body, part) for body in self._found.sources)
 
@@ -234,7 +230,8 @@ class Folder:
                 path = self._found.sources[source][clip]
                 for target in filter(usable.__contains__, self._found.targets):
                     case = f"{self.card.name}/{source}>{target}/{clip}"
-                    split = self._split(source, target)
+                    same = usable[source].structure == usable[target].structure
+                    split = "self" if source == target else "intra" if same else "cross"
                     infos.append(
                         CaseInfo(case, "retarget", split, source, target, clip, frames=self._frames(path))
                     )
@@ -249,12 +246,6 @@ class Folder:
         return sorted({x.clip for x in named if not self._paired(x.source, x.target, x.clip)})
 
     # ------------------------------------------------------------------------------- one at a time
-    def _split(self, source: str, target: str) -> str:
-        if source == target:
-            return "self"
-        same = self._character(source).structure == self._character(target).structure
-        return "intra" if same else "cross"
-
     def _paired(self, source: str, target: str, clip: str) -> bool:
         """True where the target's clip of that name is the reference."""
         if source == target:

@@ -74,10 +74,6 @@ class LafanDog:
             raise BenchError(
                 f"lafan_dog: seconds={seconds:g}; clips last 2.2 (the 64 frames of a window) to 600"
             )
-        if protocol not in ("auto", "pan", "own"):
-            raise BenchError(f"lafan_dog: there is no protocol {protocol!r}; there are auto, pan and own")
-        if part not in ("test", "validation"):
-            raise BenchError(f"lafan_dog: there is no part {part!r}; cases are of test or validation")
         self._root, self._folders = root, {PERSON: people, DOG: dogs}
         self._seconds, self._protocol, self._part = seconds, protocol, part
 

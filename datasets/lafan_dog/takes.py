@@ -90,7 +90,13 @@ def find(root: str, folders: Mapping[str, str], protocol: Protocol) -> Takes:
     top = existing(Path(root).expanduser())
     if top.is_file():
         raise BenchError(f"{top} is a file: give the folder of both folders. {EXAMPLE}")
-    files = {species: _files(top, species, folders[species]) for species in SPECIES}
+    for species, key in ((PERSON, "people"), (DOG, "dogs")):
+        if not (top / folders[species]).is_dir():
+            raise BenchError(
+                f"{top} holds no folder {folders[species]} with the takes of the {species}; it holds "
+                f"{contents(top)}. Give its name with lafan_dog[{key}=NAME]. {EXAMPLE}"
+            )
+    files = {species: bvh_files(top / folders[species]) for species in SPECIES}
     takes = {
         species: {name: path for name, path in mine.items() if TAKES[species].fullmatch(name)}
         for species, mine in files.items()
@@ -132,17 +138,6 @@ def part_of(species: str, take: str, pan: bool = False) -> Part:
             return "test"
         return "validation" if fifth == 2 else "train"
     return "test" if fifth < 2 else "validation" if fifth == 2 else "train"
-
-
-def _files(top: Path, species: str, name: str) -> dict[str, Path]:
-    folder = top / name
-    if not folder.is_dir():
-        key = {PERSON: "people", DOG: "dogs"}[species]
-        raise BenchError(
-            f"{top} holds no folder {name} with the takes of the {species}; it holds {contents(top)}. Give "
-            f"its name with lafan_dog[{key}=NAME]. {EXAMPLE}"
-        )
-    return bvh_files(folder)
 
 
 # ------------------------------------------------------------------------------------------- motion

@@ -24,12 +24,10 @@ class FootFix:
     rotations and the root's path towards where all joints are in those places, each frame on its own.
     Frames that no contact reaches stay as they are to the last bit.
 
-    Ours: frames are counted at 30 per second whatever the rate; the root is solved for in heights, so that
-    one rate of learning means the same on every body; squared distances are summed over a frame and not
-    averaged over the clip, so that a frame's answer does not depend on the clip's length; and of all its
-    iterates every frame gets the best, so that none is farther from those places than it was. An answer
-    that is known by positions has no rotations to solve for: it gets the blended places, and bones of feet
-    may then stretch.
+    Ours: frames count at 30 per second whatever the rate; the root is solved for in heights, so that one
+    learning rate fits every body; squared distances are summed over a frame, not averaged over the clip,
+    so that a frame's answer does not depend on the clip's length; and every frame gets the best of its
+    iterates. An answer known by positions gets the blended places, and bones of feet may then stretch.
     """
 
     card = PostCard(

@@ -108,7 +108,7 @@ def _retargeted(method: str, performer: Imported, body: Imported, seed: int) -> 
     from retarget_bench.motion.fitting import fit
 
     fitted = fit.fit(outcome.prediction)
-    click.echo(f"rotations were fitted to positions: {fitted.residual}")
+    click.echo(f"rotations were fitted to positions: {fitted}")
     return fitted.motion
 
 

@@ -149,7 +149,7 @@ def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
         replace(site, offset=(site.offset[0] * scale, site.offset[1] * scale, site.offset[2] * scale))
         for site in body.skeleton.end_sites
     )
-    skeleton = Skeleton(body.skeleton.names, body.skeleton.parents, body.skeleton.offsets * scale, sites)
+    skeleton = replace(body.skeleton, offsets=body.skeleton.offsets * scale, end_sites=sites)
     character = replace(
         body, skeleton=skeleton, measures=measure(skeleton, body.roles, body.reference_pose)
     )
@@ -194,9 +194,7 @@ def _upright(recording: Recording, up: str) -> Recording:
     turn = rotation.from_rotation_vector(np.array(UP_AXES[up]))
     offsets = np.array(recording.skeleton.offsets)
     offsets[0] = rotation.rotate(turn, offsets[0])
-    skeleton = Skeleton(
-        recording.skeleton.names, recording.skeleton.parents, offsets, recording.skeleton.end_sites
-    )
+    skeleton = replace(recording.skeleton, offsets=offsets)
     turned = np.array(recording.rotations)
     turned[:, 0] = rotation.multiply(turn[None], turned[:, 0])
     place = rotation.rotate(turn[None], recording.root)

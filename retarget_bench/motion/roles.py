@@ -1,13 +1,10 @@
 """Roles of joints: from joint names to anatomy.
 
-A role is a word such as ``hips``, ``spine_2``, ``left_forearm`` or ``right_toe``. Names decide, through
-the table of ``role_aliases.py``, and the tree checks: the joints of a limb must hang below each other in
-anatomical order, and the hips are the joint that carries both the legs and the spine, whatever they are
-called. Joints between two bones of the body (``Pelvis``, ``LHipJoint``, ``Spine1_split``, twist bones),
-props, hair and the face have no role: they follow their parent.
-
-A user who knows better writes a small TOML file of ``"joint name" = "role"`` (``"none"`` for no role),
-which wins over everything found here.
+A role is a word such as ``hips``, ``spine_2`` or ``left_forearm``. Names decide, by the table of
+``role_aliases.py``, and the tree checks: the joints of a limb must hang below each other in anatomical
+order, and the hips are the joint that carries both the legs and the spine, whatever they are called.
+Helpers between two bones (``Pelvis``, ``Spine1_split``), props, hair and the face have no role: they follow
+their parent. A TOML file of ``"joint name" = "role"`` (``"none"`` for no role) overrides all of this.
 """
 
 import difflib

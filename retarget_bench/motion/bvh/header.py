@@ -140,7 +140,7 @@ def _frames(text: str, line: int) -> int:
 
 def _frame_time(text: str, line: int) -> float:
     found = _FRAME_TIME.fullmatch(text)
-    seconds = _number(found[1]) if found else None
+    seconds = number(found[1]) if found else None
     if seconds is None or not 1e-6 <= seconds <= 1e4:
         raise _Fault(f"expected 'Frame Time:' and seconds above 0, found {text.strip()[:_SHOWN]!r}", line)
     return seconds
@@ -166,7 +166,7 @@ class _Fault(Exception):
         self.line = line
 
 
-def _number(token: str) -> float | None:
+def number(token: str) -> float | None:
     """A finite number, or None."""
     try:
         value = float(token)
@@ -299,7 +299,7 @@ class _Reader:
             self.open_names.discard(self.names[block.joint])
 
     def _offset(self, words: list[str]) -> None:
-        numbers = [_number(word) for word in words[1:]]
+        numbers = [number(word) for word in words[1:]]
         x, y, z = numbers if len(numbers) == 3 else (None, None, None)
         if x is None or y is None or z is None:
             raise self._fault(f"OFFSET needs three finite numbers, found {' '.join(words[1:])[:_SHOWN]!r}")

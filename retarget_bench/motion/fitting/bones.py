@@ -201,17 +201,18 @@ def _turned(tree: Tree, sight: Sight, away: np.ndarray, above: np.ndarray) -> np
     if len(ends) > 1:
         bones, weights = tree.bones[ends], tree.lengths[ends]
         weights = np.where(np.arange(len(ends)) < len(sight.own), 1.0, _BORROWED) / weights.max()
-        turned = _wahba(unit(away[:, ends]), bones * weights[:, None], above)
+        turned = wahba(unit(away[:, ends]), bones * weights[:, None], above, _ABOVE)
     for end in ends if len(ends) == 1 else sight.own if len(sight.own) == 1 else ():
         swing = rotation.between(rotation.rotate(turned, tree.bones[end]), away[:, end])
         turned = rotation.multiply(swing, turned)
     return turned
 
 
-def _wahba(now: np.ndarray, then: np.ndarray, above: np.ndarray) -> np.ndarray:
-    """``(frames, 4)`` the turn that brings ``then`` ``(bones, 3)`` nearest to ``now``
-    ``(frames, bones, 3)``, by singular values (Markley 1988); never a mirror image."""
-    both = np.einsum("fbi,bj->fij", now, then) + _ABOVE * rotation.to_matrix(above)
+def wahba(now: np.ndarray, then: np.ndarray, above: np.ndarray, weight: float) -> np.ndarray:
+    """``(frames, 4)`` the turn that brings ``then`` ``(bones, 3)`` nearest to ``now`` ``(frames, bones, 3)``,
+    by singular values (Markley 1988); never a mirror image. weight: of the orientation ``above``, which
+    decides what the bones leave open."""
+    both = np.einsum("fbi,bj->fij", now, then) + weight * rotation.to_matrix(above)
     left, _, right = np.linalg.svd(both)
     left[..., -1] *= np.linalg.det(left @ right)[:, None]
     return rotation.from_matrix(left @ right)

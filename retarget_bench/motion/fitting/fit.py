@@ -22,7 +22,7 @@ import numpy as np
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import transfer
-from retarget_bench.motion.character import Character, Motion, Positions
+from retarget_bench.motion.character import Motion, Positions
 from retarget_bench.motion.fitting import bones, twist
 
 _HOLD = 30.0
@@ -30,21 +30,15 @@ _HOLD = 30.0
 
 
 @dataclass(frozen=True, eq=False)
-class Residual:
-    """Distances of the joints of a fitted motion from the positions that were given.
+class Fitted:
+    """A motion, and ``distances`` ``(frames, joints)`` metres of its joints from the positions given."""
 
-    character: whose joints they are.
-    distances: ``(frames, joints)`` metres.
-
-    The root is fitted exactly and counts in no mean.
-    """
-
-    character: Character
+    motion: Motion
     distances: np.ndarray
 
     @property
     def mean(self) -> float:
-        """Metres, over all frames and all joints but the root."""
+        """Metres, over all frames and all joints but the root, which is fitted exactly."""
         return float(self.distances[:, 1:].mean()) if self.distances[:, 1:].size else 0.0
 
     @property
@@ -53,16 +47,8 @@ class Residual:
         return float(self.distances.max(initial=0.0))
 
     def __str__(self) -> str:
-        joint = self.character.skeleton.names[int(self.distances.max(axis=0, initial=0.0).argmax())]
+        joint = self.motion.skeleton.names[int(self.distances.max(axis=0, initial=0.0).argmax())]
         return f"{100 * self.mean:.1f} cm mean, {100 * self.worst:.1f} cm worst ({joint})"
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """A motion and how far it is from the positions that it was fitted to."""
-
-    motion: Motion
-    residual: Residual
 
 
 def fit(positions: Positions) -> Fitted:
@@ -81,7 +67,7 @@ def fit(positions: Positions) -> Fitted:
         )
     if not len(seen):
         empty = character.motion(np.zeros((0, seen.shape[1], 4)), np.zeros((0, 3)), positions.fps)
-        return Fitted(empty, Residual(character, np.zeros(seen.shape[:2])))
+        return Fitted(empty, np.zeros(seen.shape[:2]))
     tree = bones.Tree.of(character)
     wanted = bones.goals(tree, seen)
     turned = bones.refined(tree, bones.first(tree, wanted), wanted)
@@ -92,5 +78,4 @@ def fit(positions: Positions) -> Fitted:
     motion = character.motion(
         transfer.from_relative(character, turned), positions.root.copy(), positions.fps
     )
-    distances = np.linalg.norm(motion.positions - seen, axis=2)
-    return Fitted(motion, Residual(character, distances))
+    return Fitted(motion, np.linalg.norm(motion.positions - seen, axis=2))
