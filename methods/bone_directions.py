@@ -3,13 +3,11 @@
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
-from retarget_bench.motion import root_rules, rotation, transfer
+from retarget_bench.motion import hinges, root_rules, rotation, transfer
 from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.fitting.bones import unit, wahba
 from retarget_bench.motion.roles import chain
 
-_STRAIGHT, _BENT = 0.15, 0.4
-"""Sine of a knee's or elbow's bend: from where its plane says something of the twist, from where all."""
 _FROM_PARENT = 1e-4
 """Weight of the parent's orientation where several bones leave a joint: it decides if they are in line."""
 _LONG = ("arm", "forearm", "up_leg", "leg")
@@ -106,11 +104,10 @@ class _Pointing:
         after = self._bones(end)
         if self.given is not None or hinge is None or len(after) != 1:
             return turned
-        normal = np.cross(unit(bone), unit(self.seen[:, after[0]] - self.seen[:, end]))
+        normal, share = hinges.bend(bone, self.seen[:, after[0]] - self.seen[:, end])
         axis, along = rotation.rotate(turned, hinge), unit(bone)
         axis = axis - along * (axis * along).sum(-1, keepdims=True)
         angle = np.arctan2((np.cross(axis, normal) * along).sum(-1), (axis * normal).sum(-1))
-        share = np.clip((np.linalg.norm(normal, axis=-1) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0)
         return rotation.multiply(rotation.about(along, share * angle), turned)
 
     def _fitted(self, joint: int, ends: list[int], above: np.ndarray) -> np.ndarray:

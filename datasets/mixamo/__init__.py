@@ -16,7 +16,6 @@ from retarget_bench.motion.character import Character, Motion
 from retarget_bench.training.lazy_clips import Cast, manifest
 
 from . import protocols
-from .layout import Layout, find
 from .motions import Motions, training_clips
 
 CARD = DatasetCard(
@@ -104,8 +103,8 @@ class Mixamo:
 
     # ------------------------------------------------------------------------------- what there is
     @cached_property
-    def _layout(self) -> Layout:
-        return find(self._root)
+    def _layout(self) -> protocols.Layout:
+        return protocols.find(self._root)
 
     @cached_property
     def _selection(self) -> protocols.Selection:
@@ -156,12 +155,7 @@ class Mixamo:
 
     @cached_property
     def _listing(self) -> protocols.Listing:
-        def structure(name: str, path: Path, entry: CatalogueEntry) -> str:
-            return self._motions.rig(name, path, entry).native.structure
-
-        return protocols.list_cases(
-            self.card.name, self._selection, self._files, self._entries, structure, self._fps
-        )
+        return protocols.list_cases(self._selection, self._files, self._entries, self._motions)
 
     # ------------------------------------------------------------------------------- the contract
     @property

@@ -58,6 +58,9 @@ def measure(skeleton: Skeleton, roles: Sequence[str | None], reference_pose: np.
     places, turned = kinematics.forward(skeleton, reference_pose, np.zeros(3))
     tips = _tips(skeleton, places, turned)
     heights = np.concatenate([places[:, 1], tips[:, 1]])
+    feet = {joint[role] for role in joint if role.endswith(("_foot", "_toe", "_toe_end"))}
+    lowest = [places[j, 1] for j in feet]
+    lowest += [tip[1] for site, tip in zip(skeleton.end_sites, tips, strict=True) if site.parent in feet]
     upper = [joint[f"{side}_up_leg"] for side in SIDES if f"{side}_up_leg" in joint]
     return Measures(
         height=bones(skeleton, foot, hips) + bones(skeleton, head, hips),
@@ -67,7 +70,7 @@ def measure(skeleton: Skeleton, roles: Sequence[str | None], reference_pose: np.
         h4=float(np.ptp(heights)),
         leg_length=_both(skeleton, joint, "foot", "up_leg"),
         arm_length=_both(skeleton, joint, "hand", "arm"),
-        hip_height=_above_feet(skeleton, joint, hips, places, tips),
+        hip_height=float(places[hips, 1] - min(lowest)) if lowest else 0.0,
         hip_width=float(np.linalg.norm(places[upper[0]] - places[upper[1]])) if len(upper) == 2 else 0.0,
         root_offset=float(skeleton.offsets[0, 1]),
     )
@@ -90,13 +93,3 @@ def _both(skeleton: Skeleton, joint: dict[str, int], end: str, start: str) -> fl
     lengths = [bones(skeleton, joint.get(f"{side}_{end}"), joint.get(f"{side}_{start}")) for side in SIDES]
     found = [length for length in lengths if length > 0]
     return float(np.mean(found)) if found else 0.0
-
-
-def _above_feet(
-    skeleton: Skeleton, joint: dict[str, int], hips: int, places: np.ndarray, tips: np.ndarray
-) -> float:
-    """Hips above the lowest foot, toe or tip of these."""
-    feet = {joint[role] for role in joint if role.endswith(("_foot", "_toe", "_toe_end"))}
-    lowest = [places[j, 1] for j in feet]
-    lowest += [tip[1] for site, tip in zip(skeleton.end_sites, tips, strict=True) if site.parent in feet]
-    return float(places[hips, 1] - min(lowest)) if lowest else 0.0

@@ -72,7 +72,7 @@ def read(path: str | Path, *, root: str = "auto", scale: float = 1.0, fold: bool
     """The motion of a file, in its own axes, lengths multiplied by ``scale``.
 
     root: how the root's position channels are meant: ``absolute`` places, ``relative`` to its OFFSET, or
-        ``auto``, which finds out (``bvh_root.is_relative``) and says so in the notes.
+        ``auto``, which finds out (``recording.is_relative``) and says so in the notes.
     fold: make the hips the root where the file's root only carries them.
 
     Joints below the root may have position channels if these are constant; where they move, the file is

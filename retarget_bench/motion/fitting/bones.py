@@ -209,9 +209,9 @@ def _turned(tree: Tree, sight: Sight, away: np.ndarray, above: np.ndarray) -> np
 
 
 def wahba(now: np.ndarray, then: np.ndarray, above: np.ndarray, weight: float) -> np.ndarray:
-    """``(frames, 4)`` the turn that brings ``then`` ``(bones, 3)`` nearest to ``now`` ``(frames, bones, 3)``,
-    by singular values (Markley 1988); never a mirror image. weight: of the orientation ``above``, which
-    decides what the bones leave open."""
+    """``(frames, 4)`` the turn that brings ``then`` ``(bones, 3)`` nearest to ``now``
+    ``(frames, bones, 3)``, by singular values (Markley 1988); never a mirror image. The orientation
+    ``above``, with its weight, decides what the bones leave open."""
     both = np.einsum("fbi,bj->fij", now, then) + weight * rotation.to_matrix(above)
     left, _, right = np.linalg.svd(both)
     left[..., -1] *= np.linalg.det(left @ right)[:, None]
