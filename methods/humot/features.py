@@ -6,7 +6,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from retarget_bench.api.comparison import body_joints, structure_joints
-from retarget_bench.motion import neutral, rotation
+from retarget_bench.motion import aligned, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.motion.roles import SIDES, ancestors
@@ -74,7 +74,7 @@ class Body:
         pose; one above the hips keeps to the hips.
         """
         skeleton = self.character.skeleton
-        rest = neutral.template(self.character)
+        rest = aligned.template(self.character)
         found = np.zeros((len(positions), len(skeleton), 3))
         found[:, list(self.joints)] = upright(positions)
         hips, seen = self.joints[0], set(self.joints)
@@ -115,7 +115,7 @@ def body(character: Character) -> Body:
         character,
         joints,
         tuple(parents),
-        upright(neutral.template(character)[list(joints)]),
+        upright(aligned.template(character)[list(joints)]),
         np.array([role in MAJOR for role in roles]),
     )
 

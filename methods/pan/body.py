@@ -11,7 +11,7 @@ import numpy as np
 
 from retarget_bench.api.comparison import body_joints
 from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import alignment, kinematics, rotation
+from retarget_bench.motion import kinematics, rotation, transfer
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -80,7 +80,7 @@ class Body:
     def see(self, motion: Motion, turn: np.ndarray | None) -> np.ndarray:
         """``(frames, edges, 4)`` rotations that edges carry, seen from ``turn`` ``(frames, 4)`` (a rotation
         about the vertical axis), signs continuous along time."""
-        known = alignment.relative(motion)
+        known = transfer.relative(motion)
         turned = np.empty((len(known), len(self.joints), 4))
         for rank, (joint, parent) in enumerate(zip(self.joints, self.layout.parents, strict=True)):
             turned[:, rank] = known[:, joint] if joint >= 0 else turned[:, parent]
@@ -134,7 +134,7 @@ class Body:
     def ends_of(self, motion: Motion) -> np.ndarray:
         """``(frames, joints, 4)`` local rotations of all joints of the layout, the identity where there is
         no such joint: what ``motion`` takes as ``ends``."""
-        known = alignment.relative(motion)
+        known = transfer.relative(motion)
         found = np.zeros((len(known), len(self.joints), 4))
         found[..., 0] = 1.0
         for rank, (joint, parent) in enumerate(zip(self.joints, self.layout.parents, strict=True)):

@@ -12,7 +12,7 @@ from torch import Tensor
 from retarget_bench.api import Context
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rates
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, interpolated
 from retarget_bench.motion.motion import Motion
 
 from .body import Body
@@ -200,7 +200,7 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
     sees = np.array([[edge in part for edge in order] for part in parts])
     kept = sees.any(axis=0)
     low, share = rates.between(source.frames, source.fps, rates.FPS, shown.frames)
-    weights = rates.straight(np.concatenate(found)[:, :, order], low, share)
+    weights = interpolated(np.concatenate(found)[:, :, order], low, share)
     return {
         "parts": body.layout.names if settings.design.by_part else ("whole body",),
         "joints": np.array(joints)[kept],

@@ -51,7 +51,7 @@ def command(
         if out.exists() and given.exists() and out.samefile(given):
             raise BenchError(f"{out} would overwrite {given}; choose another name for the result")
     from retarget_bench.motion.bvh import write_like
-    from retarget_bench.motion.correspondence import correspondence
+    from retarget_bench.motion.transfer import correspondence
 
     performer = options.imported(source, reading, fps=fps)
     body = options.imported(target, reading, "target")
@@ -68,7 +68,7 @@ def command(
     click.echo(
         f"{out}: {moved.frames} frames of {moved.character.name} at {moved.fps:g} per second on the "
         f"body of {target_body.name}, by {method}; {followed} of {len(target_body.skeleton)} joints follow "
-        f"it; unit {body.findings.reading.unit[0]}, {body.findings.reading.up} up"
+        f"it; unit {body.findings.unit[0]}, {body.findings.up} up"
     )
 
 
@@ -92,7 +92,7 @@ def _retargeted(method: str, performer: Imported, body: Imported, seed: int) -> 
     from retarget_bench.motion.fitting import fit
 
     fitted = fit.fit(outcome.prediction)
-    click.echo(f"rotations were fitted to positions: {fitted.residual}")
+    click.echo(f"rotations were fitted to positions: {fitted}")
     return fitted.motion
 
 

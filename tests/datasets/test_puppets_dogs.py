@@ -21,10 +21,10 @@ from retarget_bench.datasets.puppets.solver.dogs import SECOND
 from retarget_bench.datasets.puppets.solver.paws import sizes_of
 from retarget_bench.datasets.puppets.solver.solve import Solution, solve
 from retarget_bench.motion import rotation
-from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import find, is_quadruped
+from retarget_bench.motion.transfer import relative
 
 FRAMES = {"dog_sequence": 450}
 USUAL_FRAMES = 110
