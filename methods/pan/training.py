@@ -14,10 +14,9 @@ from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData
 
 from .body import Body
-from .kinematics import Kinematics, world
 from .losses import Answer, Discriminators, Objective
 from .settings import Settings
-from .structure import Structure, arranged, by_structure, matching, share_initialisation
+from .structure import Kinematics, Structure, arranged, by_structure, matching, share_initialisation, world
 from .training_data import Windows, fit_statistics
 
 Side = Mapping[str, Any]
@@ -117,47 +116,35 @@ class PanTraining:
         real: Sequence[Answer],
     ) -> dict[int, Answer]:
         """Of every side's motion on bodies of this one; -1: this side's own motion on its own bodies."""
-        structure = self._structures[names[there]]
-        layouts = [self._structures[name].layout for name in names]
-        coded = [arranged(code, layouts[here], structure.layout) for here, code in enumerate(codes)]
-        bones = [*(side["bones_of"][here] for here in range(len(codes))), side["bones"]]
-        statistics_row = [*(side["which_of"][here] for here in range(len(codes))), side["which"]]
-        units = [*(side["unit_of"][here] for here in range(len(codes))), side["unit"]]
-        turns = [*(side["turn_of"][here] for here in range(len(codes))), side["turn"]]
-        edges = structure.answer(torch.cat([*coded, coded[there]]), torch.cat(bones))
+        structure, asked = self._structures[names[there]], side["asked"]
+        coded = [
+            arranged(code, self._structures[name].layout, structure.layout)
+            for name, code in zip(names, codes, strict=True)
+        ]
+        edges = structure.answer(torch.cat([*coded, coded[there]]), asked["bones"])
         if self._settings.features.path == "carried":
             roots = [each.plain[:, :, -1] for each in (*real, real[there])]
-            edges = structure.with_path(edges, torch.cat(roots), torch.cat(statistics_row))
-        found = self._answer(
-            names[there],
-            edges,
-            torch.cat(statistics_row),
-            torch.cat(bones),
-            torch.cat(units),
-            torch.cat(turns),
-        )
-        size = len(codes[0])
-        split = [Answer(*each) for each in zip(*(torch.split(part, size) for part in found), strict=True)]
-        return {**dict(enumerate(split[:-1])), -1: split[-1]}
+            edges = structure.with_path(edges, torch.cat(roots), asked["which"])
+        found = self._answer(names[there], edges, asked)
+        chunks = (each.chunk(len(coded) + 1) for each in found)
+        *others, own = (Answer(*each) for each in zip(*chunks, strict=True))
+        return {**dict(enumerate(others)), -1: own}
 
-    def _answer(
-        self, name: str, edges: Tensor, statistics_row: Tensor, bones: Tensor, unit: Tensor, turn: Tensor
-    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """The fields of an ``Answer``; unit: ``(rows,)`` the unit in heights."""
-        plain = self._structures[name].plain(edges, statistics_row)
-        local = self._kinematics[name](plain, bones)
+    def _answer(self, name: str, edges: Tensor, bodies: Side) -> Answer:
+        """bodies: ``which``, ``bones``, ``unit`` and ``turn`` of each row, see ``Windows.draw``."""
+        plain = self._structures[name].plain(edges, bodies["which"])
+        local = self._kinematics[name](plain, bodies["bones"])
         features, given = self._settings.features, self._settings.yaw == "source"
-        facing = torch.complex(turn[..., 0], turn[..., 1]) if given and features.local else None
-        positions = world(local, plain[..., -1, :], features.root, facing)
+        turn = torch.view_as_complex(bodies["turn"]) if given and features.local else None
+        positions = world(local, plain[..., -1, :], features.root, turn)
         if self._settings.weights.lengths == "units":
-            return edges, plain, local, positions
-        scale = unit[:, None, None, None]
-        return edges, plain, local * scale, positions * scale
+            return Answer(edges, plain, local, positions)
+        scale = bodies["unit"][:, None, None, None]
+        return Answer(edges, plain, local * scale, positions * scale)
 
     def _real(self, name: str, side: Side) -> Answer:
         edges = self._structures[name].normalised(side["edges"], side["which"])
-        found = self._answer(name, edges, side["which"], side["bones"], side["unit"], side["turn"])
-        return Answer(*found)
+        return self._answer(name, edges, side)
 
     def _cycle(
         self, name: str, codes: Sequence[Tensor], side: Side, real: Answer, roots: Sequence[Tensor]
@@ -166,13 +153,11 @@ class PanTraining:
         weights, times = self._settings.weights, len(codes)
         if not weights.again and not weights.again_positions:
             return
-        bones, statistics_row = side["bones"].repeat(times, 1, 1), side["which"].repeat(times)
-        answer = self._structures[name].answer(torch.cat(list(codes)), bones)
+        bodies = {key: torch.cat([side[key]] * times) for key in ("which", "bones", "unit", "turn")}
+        edges = self._structures[name].answer(torch.cat(list(codes)), bodies["bones"])
         if self._settings.features.path == "carried":
-            answer = self._structures[name].with_path(answer, torch.cat(list(roots)), statistics_row)
-        unit, turn = side["unit"].repeat(times), side["turn"].repeat(times, 1, 1)
-        found = Answer(*self._answer(name, answer, statistics_row, bones, unit, turn))
-        self._objective.cycle(name, found, real, times)
+            edges = self._structures[name].with_path(edges, torch.cat(list(roots)), bodies["which"])
+        self._objective.cycle(name, self._answer(name, edges, bodies), real, times)
 
     def _discriminate(
         self,
