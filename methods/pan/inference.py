@@ -71,12 +71,12 @@ def retargeted(
         key = (here.structure, there.structure, shown.frames, context.device)
         groups.setdefault(key, []).append(number)
     found: dict[int, Motion] = {}
-    for (here_, there_, _, device), rows in groups.items():
+    for (first, second, _, device), rows in groups.items():
         asked = [questions[row] for row in rows]
         given, wanted = (torch.stack(each) for each in zip(*(q.statistics for q in asked), strict=True))
         edges = answered(
-            structures[here_].to(device),
-            structures[there_].to(device),
+            structures[first].to(device),
+            structures[second].to(device),
             np.stack([each.seen["edges"] for each in asked]),
             np.stack([features.bones(each.body) for each in asked]),
             (given, wanted),

@@ -16,6 +16,8 @@ from .structure import Structure
 
 CONSTANT = 1e-5
 """A channel with a smaller deviation is taken for constant and not scaled (released code)."""
+BODIES = ("which", "bones", "unit", "turn")
+"""What a batch has of the bodies of its rows, see ``Windows.draw``."""
 
 
 class Windows:
@@ -61,8 +63,7 @@ class Windows:
                 self._of(name, self._material.cast(numbers, size, self._casts[name])) for _ in range(count)
             ]
             asked = [{**each, "turn": other["turn"]} for each, other in zip(taken, sides, strict=True)]
-            keys = ("which", "bones", "unit", "turn")
-            side["asked"] = {key: np.concatenate([each[key] for each in (*asked, side)]) for key in keys}
+            side["asked"] = {key: np.concatenate([each[key] for each in (*asked, side)]) for key in BODIES}
         return {"sides": sides}
 
     def speeds(self, name: str) -> Tensor:
