@@ -146,7 +146,7 @@ def test_as_a_target_it_is_the_body_with_bones_of_no_length(points, mixamo_like)
 def test_what_networks_are_told_of_its_bones(points, mixamo_like):
     """Edges that lead to joints which it lacks are bones of no length, all others its own in full."""
     method = trained(("body28",))
-    body = method.assignment(points).taken
+    body = method.assignment(points).body
     bones = np.linalg.norm(method.settings.features.bones(body), axis=1)
     unit = method.settings.features.unit(points)
     positions = kinematics.forward(points.skeleton, points.reference_pose, np.zeros(3))[0]
