@@ -12,6 +12,7 @@ from retarget_bench.api import Method
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData, WindowBatch
@@ -31,16 +32,16 @@ OWN = 0.5
 """Of several structures, how often a group's target is of the source's own, or more where ``same`` is."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Choices:
     """cell, hidden: of the networks. losses: which terms. same: how often the target is the source.
     drift: weight of ``losses.drift``."""
 
-    cell: Kind
-    hidden: int
-    losses: Losses
-    same: float
-    drift: float = 0.0
+    cell: Kind = "tf"
+    hidden: int = 512
+    losses: Losses = "adversarial"
+    same: float = 0.2
+    drift: float = 0.05
 
 
 @dataclass(eq=False)
@@ -264,10 +265,7 @@ class NknTraining:
         ):
             raise BenchError("the weights know other structures, or other joints of them")
         raised = {name: each.float() for name, each in tensors.items() if name not in marks}
-        try:
-            self.modules["generator"].load_state_dict(raised)
-        except RuntimeError as error:
-            raise BenchError(f"the weights do not fit this network: {error}") from None
+        weights.fill(self.modules["generator"], raised)
 
     @property
     def _marks(self) -> dict[str, Tensor]:
