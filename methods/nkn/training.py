@@ -16,6 +16,7 @@ from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData, WindowBatch
+from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
@@ -252,11 +253,10 @@ class NknTraining:
 
     # ----------------------------------------------------------------------------------- the outcome
     def method(self) -> Method:
-        return self._build({name: value.clone() for name, value in self.export().items()})
+        return self._build(self.export())
 
     def export(self) -> Mapping[str, Tensor]:
-        kept = {name: each.detach().cpu() for name, each in self.modules["generator"].state_dict().items()}
-        return kept | self._marks
+        return exported(self.modules["generator"]) | self._marks
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         marks = {name: each for name, each in tensors.items() if name.endswith(SIGNATURE)}
