@@ -67,13 +67,8 @@ class Loop:
     ) -> None:
         """saved: called after every checkpoint, with whether its best weights are new."""
         self.module, self.config, self.budget, self.seed = module, config, budget, seed
-        self.device, self.folder, self.validator, self.show, self.saved = (
-            device,
-            folder,
-            validator,
-            show,
-            saved,
-        )
+        self.device, self.folder, self.validator = device, folder, validator
+        self.show, self.saved = show, saved
         self.rows = _rows(config)
         module.modules.to(device)
         parallel.share_state(module.modules)

@@ -2,7 +2,6 @@
 
 import shutil
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 from retarget_bench.errors import BenchError
@@ -34,7 +33,7 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
     header = store.read_header(places[0].header)
     data = Spec(header.dataset.name, header.dataset.parameters)
     about = header.method
-    measured = measure(Spec.parse(about.label), data) if about.version else None
+    memory, rate = _measured(Spec.parse(about.label), data) if about.version else (0.0, 1.0)
     for place in places:
         _copy(place, folder / ROWS)
     card = {
@@ -52,16 +51,18 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
         "parameters": 0,
         "training_hours": 0.0,
         "hardware": "",
-        "peak_memory_mb": round(measured.peak_memory_mb, 1) if measured else 0.0,
+        "peak_memory_mb": memory,
         "lookahead_frames": "clip",
-        "frames_per_second": float(f"{measured.frames_per_second:.3g}") if measured else 1.0,
+        "frames_per_second": rate,
     }
     write(folder, {"method": card, "data": {"dataset": str(data), "trained_on": []}, "cost": costs})
     sections = "\n".join(f"## {name}\n\n{FILL_IN}\n" for name in CARD_SECTIONS)
     write_text(folder / CARD, f"# {label}\n\n{sections}")
-    left = ["method.authors, method.licence", f"{CARD}: {', '.join(CARD_SECTIONS)}"]
-    left.append("cost.parameters, cost.training_hours, cost.lookahead_frames, data.trained_on")
-    return left
+    return [
+        "method.authors, method.licence",
+        f"{CARD}: {', '.join(CARD_SECTIONS)}",
+        "cost.parameters, cost.training_hours, cost.lookahead_frames, data.trained_on",
+    ]
 
 
 def _places(runs: Path, label: str) -> list[ResultPaths]:
@@ -96,16 +97,8 @@ def _copy(place: ResultPaths, root: Path) -> None:
 
 
 # -------------------------------------------------------------------------------------------- cost
-@dataclass(frozen=True)
-class Measured:
-    """peak_memory_mb: by how much the process grew. frames_per_second: of the timed cases together."""
-
-    peak_memory_mb: float
-    frames_per_second: float
-
-
-def measure(asked: Spec, data: Spec) -> Measured:
-    """Memory and speed of a method on a few cases, in a process of its own.
+def _measured(asked: Spec, data: Spec) -> tuple[float, float]:
+    """(megabytes by which a process grows, frames per second) of a method on a few cases.
 
     Raises BenchError where the method answers none of them.
     """
@@ -113,7 +106,8 @@ def measure(asked: Spec, data: Spec) -> Measured:
     (done,) = LocalPool(1).run(of_process, [(plan, asked, data)])
     if done.error or done.result is None:
         raise BenchError(f"the cost of {asked} cannot be measured: {done.error or 'it answers no case'}")
-    return Measured(*done.result)
+    megabytes, rate = done.result
+    return round(megabytes, 1), float(f"{rate:.3g}")
 
 
 def of_process(job: tuple[Plan, Spec, Spec]) -> tuple[float, float] | None:
