@@ -9,7 +9,7 @@ from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.files import digest
 from retarget_bench.motion import kinematics
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.lazy_clips import LazyClips
+from retarget_bench.training.clips import LazyClips
 
 Protocol = Literal["all", "split", "train"]
 Part = Literal["test", "validation"]

@@ -12,7 +12,7 @@ from retarget_bench.motion import bvh, importer
 from retarget_bench.motion.actions import Action, action
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.lazy_clips import LazyClips
+from retarget_bench.training.clips import LazyClips
 
 from .takes import DOG, PERSON
 

@@ -16,7 +16,7 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import is_body
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.structures import Reduction, reduce
-from retarget_bench.training.lazy_clips import LazyClips
+from retarget_bench.training.clips import LazyClips
 
 STRUCTURE_A = "mixamo-A"
 """Aj, BigVegas, Kaya, SportyGranny: a ``Pelvis`` under ``Hips``, no joints at toe and head ends."""

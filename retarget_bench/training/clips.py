@@ -1,15 +1,19 @@
-"""Training clips of a data set, processed in parallel by character."""
+"""Training clips of a data set: made on demand, and processed in parallel by character."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from typing import Any
+from copy import copy
+from typing import Any, Generic, Self, TypeVar, overload
 
 from retarget_bench.api import Dataset, TrainingClips, optional
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation.process_pool import Function, LocalPool
+from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.registry import files as plugin_files
 
 Cast = Mapping[str, Mapping[str, TrainingClips]]
 """Structure -> character -> its clips."""
+Listed = TypeVar("Listed")
 Progress = Callable[[int, int], None]
 """Called with the number of characters done and their total."""
 
@@ -41,3 +45,28 @@ def by_character(
         found[names[done.job]] = done.result
         progress(len(found), len(names))
     return {name: found[name] for name in names}
+
+
+class LazyClips(Sequence[Motion], ABC, Generic[Listed]):
+    """Motions of one character. listed: what each is made from; a slice has a part of it."""
+
+    def __init__(self, listed: Sequence[Listed]) -> None:
+        self.listed = tuple(listed)
+
+    @abstractmethod
+    def made(self, each: Listed) -> Motion:
+        """The motion itself."""
+
+    def __len__(self) -> int:
+        return len(self.listed)
+
+    @overload
+    def __getitem__(self, index: int) -> Motion: ...
+    @overload
+    def __getitem__(self, index: slice) -> Self: ...
+    def __getitem__(self, index: int | slice) -> Motion | Self:
+        if isinstance(index, slice):
+            part = copy(self)
+            part.listed = self.listed[index]
+            return part
+        return self.made(self.listed[index])

@@ -9,7 +9,7 @@ import numpy as np
 from retarget_bench.api import Contacts, Touch
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
-from retarget_bench.training.lazy_clips import LazyClips
+from retarget_bench.training.clips import LazyClips
 
 from ..bodies import rigs
 from ..bodies.structures import Body

@@ -94,9 +94,11 @@ def clips_of(job: Mapping[str, Any]) -> Clips:
 
 
 def _source(structure: str, cast: Mapping[str, Sequence[Character]], moving: Cast) -> Source | None:
-    roles = _roles(cast[structure][0])
+    body = cast[structure][0]
+    own = windows.joints_of(body).tolist()
+    roles = tuple(body.roles[joint] for joint in own)
     if structure in moving:
-        return Source(structure, structure, tuple(windows.joints_of(cast[structure][0]).tolist()), roles)
+        return Source(structure, structure, tuple(own), roles)
     offers = []
     for lender in moving:
         if lender in cast:
@@ -127,7 +129,3 @@ def _places(body: Character) -> np.ndarray:
     places, _ = kinematics.forward(body.skeleton, body.reference_pose, np.zeros(3))
     hips = places[body.joint_of.get("hips", 0)]
     return np.asarray((places[windows.joints_of(body)] - hips) / body.height)
-
-
-def _roles(body: Character) -> tuple[str | None, ...]:
-    return tuple(body.roles[joint] for joint in windows.joints_of(body))
