@@ -80,12 +80,8 @@ class NknTraining:
         config: TrainingConfig,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        self._material, self._choices, self._window, self._build = (
-            training_data,
-            choices,
-            config.window,
-            build,
-        )
+        self._material, self._choices = training_data, choices
+        self._window, self._build = config.window, build
         self._names = sorted(casts)
         self._casts = {name: sorted(casts[name]) for name in self._names}
         self._bones = bones
@@ -100,11 +96,11 @@ class NknTraining:
         self.signatures: Mapping[str, Signature] = {}
         self._rule = UpdateRule(len(self._names))
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
-        self.phases = _phases("generator")
         if choices.losses == "adversarial":
             self.modules["discriminator"] = nn.ModuleDict(self._discriminators)
             self.modules["scores"] = self._rule
-            self.phases = _phases("generator", "discriminator")
+        names = [name for name in ("generator", "discriminator") if name in self.modules]
+        self.phases = [Phase(name, (name,), betas=(0.5, 0.999), clip=25.0) for name in names]
 
     # ------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
@@ -270,10 +266,6 @@ class NknTraining:
     @property
     def _marks(self) -> dict[str, Tensor]:
         return {f"{name}{SIGNATURE}": torch.tensor(each) for name, each in self.signatures.items()}
-
-
-def _phases(*names: str) -> tuple[Phase, ...]:
-    return tuple(Phase(name, (name,), betas=(0.5, 0.999), clip=25.0) for name in names)
 
 
 def _through(source: Generator, target: Generator, poses: Tensor, bodies: Bodies) -> tuple[Tensor, Tensor]:

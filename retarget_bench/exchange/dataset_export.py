@@ -171,19 +171,14 @@ def _characters(target: _Folder, data: Dataset) -> list[dict[str, Any]]:
     found = []
     for name, body in data.characters().items():
         file = f"characters/{slug(name)}.bvh"
-        target.add(file, lambda path, body=body: _write(path, _standing(body)))  # type: ignore[misc]
-        found.append(
-            {
-                "name": name,
-                "structure": body.structure,
-                "height": round(float(body.height), 6),
-                "file": file,
-            }
-        )
+        target.add(file, lambda path, body=body: _write(path, standing(body)))  # type: ignore[misc]
+        height = round(float(body.height), 6)
+        found.append({"name": name, "structure": body.structure, "height": height, "file": file})
     return found
 
 
-def _standing(body: Character) -> Motion:
+def standing(body: Character) -> Motion:
+    """A frame of the reference pose on the floor."""
     root = np.array([[0.0, body.measures.hip_height, 0.0]])
     return body.motion(body.reference_pose[None], root, fps=30.0)
 
@@ -199,14 +194,10 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
     }
     if not set(files.values()) <= set(target.done):
         case = data.load(info)
-        motions = {
-            "source_file": case.source,
-            "reference_file": case.reference,
-            "alternative_file": case.alternative,
-        }
-        for key, motion in motions.items():
+        for kind in ("source", "reference", "alternative"):
+            motion = getattr(case, kind)
             if motion is not None:
-                target.add(files[key], lambda path, motion=motion: _write(path, motion))  # type: ignore[misc]
+                target.add(files[f"{kind}_file"], lambda path, motion=motion: _write(path, motion))  # type: ignore[misc]
         if known := _labels(data, info, case.contacts):
             text = json.dumps(known) + "\n"
             target.add(files["labels_file"], lambda path: write_text(path, text))

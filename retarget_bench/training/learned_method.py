@@ -124,17 +124,13 @@ class LearnedMethod:
             return mine[self.weights]
         if self.weights == inspect.signature(type(self)).parameters["weights"].default:
             return None
-        if self._is_path:
-            return bundles.locate(self.weights)
+        path = Path(self.weights).expanduser()
+        if path.suffix in (".json", ".safetensors") or len(path.parts) > 1 or path.is_dir():
+            return bundles.locate(path)
         raise BenchError(
             f"{self.card.name} has no shipped weights of the name {self.weights!r}; "
             f"{'there are ' + ', '.join(mine) if mine else 'there are none'}, and a path leads to others"
         )
-
-    @property
-    def _is_path(self) -> bool:
-        path = Path(self.weights).expanduser()
-        return path.suffix in (".json", ".safetensors") or len(path.parts) > 1 or path.is_dir()
 
     @cached_property
     def _card(self) -> Mapping[str, Any] | None:

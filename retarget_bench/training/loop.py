@@ -69,7 +69,12 @@ class Loop:
         self.module, self.config, self.budget, self.seed = module, config, budget, seed
         self.device, self.folder, self.validator = device, folder, validator
         self.show, self.saved = show, saved
-        self.rows = _rows(config)
+        self.rows, rest = divmod(config.batch, parallel.world())
+        if rest:
+            raise BenchError(
+                f"a batch of {config.batch} cannot be shared evenly by {parallel.world()} processes; start "
+                "a number that divides it"
+            )
         module.modules.to(device)
         parallel.share_state(module.modules)
         self.phases = optimiser_phases(module, config, device)
@@ -130,9 +135,16 @@ class Loop:
         if self._log is None:
             return
         losses = self._log.means
-        scores = self._validate() if due and self.validator is not None else None
+        scores = None
+        if due and self.validator is not None:
+            scores = self.validator(self.module.modules, self.module.method())
         if row:
-            self._log.row(self._step, self._seconds, rate, _columns(scores))
+            columns = {
+                f"{log.VALIDATION} {split} {name}": value
+                for split, values in (scores or {}).items()
+                for name, value in values.items()
+            }
+            self._log.row(self._step, self._seconds, rate, columns)
         if row and (due or time.perf_counter() - self._saved > SAVED):
             self._save(scores)
         problem = self.validator.problem if scores is not None and self.validator is not None else ""
@@ -162,11 +174,7 @@ class Loop:
             "lower learning rate or gradient clipping in the method's preset, or another --seed"
         )
 
-    # -------------------------------------------------------------------------- validation and checkpoints
-    def _validate(self) -> Scores:
-        assert self.validator is not None
-        return self.validator(self.module.modules, self.module.method())
-
+    # -------------------------------------------------------------------------- checkpoints
     def _save(self, scores: Scores | None) -> None:
         before, best = self.at, self.at.best
         history = before.validation
@@ -177,14 +185,13 @@ class Loop:
             if score < (best.score if best else math.inf):
                 best = Best(self._step, score, scores)
         new = best is not before.best
-        exported = self._exported() if new else before.exported
+        exported = before.exported
+        if new:
+            exported = {name: each.detach().cpu().clone() for name, each in self.module.export().items()}
         self.at = Checkpoint(self._step, self._seconds, {}, best, exported, history)
         checkpoint.write(self.folder, replace(self.at, state=self._state()))
         self.saved(self.at, new)
         self._saved = time.perf_counter()
-
-    def _exported(self) -> dict[str, Tensor]:
-        return {name: each.detach().cpu().clone() for name, each in self.module.export().items()}
 
     def _state(self) -> dict[str, Tensor]:
         modules = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
@@ -219,22 +226,3 @@ def _seeded(seed: int, step: int, rank: int, device: torch.device) -> np.random.
     else:
         torch.manual_seed(number)
     return np.random.default_rng(sequence)
-
-
-def _rows(config: TrainingConfig) -> int:
-    world = parallel.world()
-    if config.batch % world:
-        raise BenchError(
-            f"a batch of {config.batch} cannot be shared evenly by {world} processes; start a number that "
-            "divides it"
-        )
-    return config.batch // world
-
-
-def _columns(scores: Scores | None) -> dict[str, float]:
-    """``validation SPLIT VALUE`` -> value."""
-    return {
-        f"{log.VALIDATION} {split} {name}": value
-        for split, values in (scores or {}).items()
-        for name, value in values.items()
-    }

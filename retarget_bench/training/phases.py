@@ -46,7 +46,9 @@ class OptimiserPhase:
     def __call__(self, batch: Batch, memory: dict[str, Any], rate: float) -> dict[str, Tensor]:
         """Update the phase's modules once. ``phase.term`` -> its value, and the gradient's norm; empty
         where the training module leaves the phase out."""
-        self._alone()
+        mine = set(map(id, self.named.values()))
+        for parameter in self._all:  # only this phase's take gradients
+            parameter.requires_grad_(id(parameter) in mine)
         with torch.autocast(self._device.type, torch.bfloat16, enabled=self._mixed):
             terms = cast(Terms, self._losses(batch, memory))
         if not terms:
@@ -60,12 +62,6 @@ class OptimiserPhase:
         return {f"{self.name}.{key}": term.detach().float() for key, term in terms.items()} | {
             f"{self.name}.{NORM}": norm.detach().float()
         }
-
-    def _alone(self) -> None:
-        """Only this phase's parameters take gradients."""
-        mine = set(map(id, self.named.values()))
-        for parameter in self._all:
-            parameter.requires_grad_(id(parameter) in mine)
 
     def state(self) -> dict[str, Tensor]:
         """``parameter/entry`` -> what the optimiser keeps of it."""

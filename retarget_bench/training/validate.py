@@ -47,7 +47,16 @@ class Validator:
         self._device = device
         cast = data.characters()
         self._cases: dict[str, list[list[Case]]] = {}
-        chosen = {split: choose(_offered(data, split, method), cases) for split in data.card.splits}
+
+        def refused(info: CaseInfo) -> bool:
+            """As far as that is known before loading."""
+            known = info.source in cast and info.target in cast
+            return known and method.supports(cast[info.source], cast[info.target]) is not None
+
+        chosen = {
+            split: choose([info for info in data.cases(TASK, split) if not refused(info)], cases)
+            for split in data.card.splits
+        }
         every = [info for infos in chosen.values() for info in infos]
         asked: dict[str, Case] = {}
         for number, info in enumerate(every, 1):
@@ -82,7 +91,8 @@ class Validator:
     def _rows(self, method: Method, groups: Sequence[Sequence[Case]]) -> list[Mapping[str, Any]]:
         rows: list[Mapping[str, Any]] = []
         for cases in groups:
-            contexts = [self._context_of(case) for case in cases]
+            seeds = [store.case_seed(0, "validation", case.info.id) for case in cases]
+            contexts = [Context(seed=seed, device=str(self._device)) for seed in seeds]
             for case, outcome in zip(cases, predict.predict_all(method, cases, contexts), strict=True):
                 if outcome.prediction is not None:
                     rows.append(score.score(self._metrics, case, predict.as_scored(outcome.prediction)))
@@ -99,9 +109,6 @@ class Validator:
                 means[value] = sum(known) / len(known)
         return means | {"n": len(rows)}
 
-    def _context_of(self, case: Case) -> Context:
-        return Context(seed=store.case_seed(0, "validation", case.info.id), device=str(self._device))
-
 
 def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:
     """Always the same cases, spread over kinds of performance and pairs of characters."""
@@ -116,17 +123,6 @@ def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:
         pairs[info.pair] += 1
         chosen.append(info)
     return chosen
-
-
-def _offered(data: Dataset, split: str, method: Method) -> list[CaseInfo]:
-    """The cases of a split that a method does not refuse, as far as that is known before loading."""
-    cast = data.characters()
-
-    def refused(info: CaseInfo) -> bool:
-        known = info.source in cast and info.target in cast
-        return known and method.supports(cast[info.source], cast[info.target]) is not None
-
-    return [info for info in data.cases(TASK, split) if not refused(info)]
 
 
 @contextmanager
