@@ -41,15 +41,12 @@ class Nkn(Retargeter):
     kinematics makes places of that. It learns from unpaired clips: there and back again must give the
     source, and a discriminator watches how the answer moves.
 
-    cell: the GRU. ``tf`` is that of the published code and its parameter counts. hidden: its width.
+    cell: ``tf`` is the GRU of the published code and its parameter counts.
     losses: ``adversarial`` is the paper's method, ``cycle`` and ``autoencoder`` its ablations.
-    same: share of training rows whose target is the source itself.
-    drift: weight of a term of our own, squared differences of movements summed up over time; the paper has
-    none (0), and its path drifts until training has been long.
-    facing: frames over which the direction that a body faces is averaged; an answer therefore depends on
-    three times as many frames to come.
+    drift: a term of our own, squared differences of movements summed up over time; the paper has none (0),
+    and its path drifts until training has been long.
+    facing: an answer depends on three times as many frames to come.
     yaw: ``predicted`` integrates the decoder's turns, as the paper does; ``source`` takes the source's own.
-    clean: movements take the source's sign, and nothing rises where the source does not.
     lengths: ``world`` counts in centimetres, as the paper; ``body`` in a unit that grows with the body, in
     which a movement that is copied is one that is scaled. In centimetres nothing but the discriminator says
     how far a smaller body should go, since a path that is copied as it is comes back as it was.

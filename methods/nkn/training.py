@@ -112,17 +112,19 @@ class NknTraining:
 
     def _group(self, numbers: np.random.Generator, rows: int) -> dict[str, Any]:
         source = int(numbers.integers(len(self._names)))
-        others = [number for number in range(len(self._names)) if number != source]
+        beside = [number for number in range(len(self._names)) if number != source]
         alone = self._choices.losses == "autoencoder"
-        often = max(OWN, self._choices.same) if others else 1.0
-        own = not others or alone or numbers.random() < often
-        target = source if own else int(numbers.choice(others))
+        often = max(OWN, self._choices.same) if beside else 1.0
+        own = not beside or alone or numbers.random() < often
+        target = source if own else int(numbers.choice(beside))
         cast = self._material.cast(numbers, rows, self._casts[self._names[source]])
         same = (numbers.random(rows) < self._choices.same / often) & own | alone
-        names = [
-            name if itself else self._another(numbers, name, self._casts[self._names[target]])
-            for name, itself in zip(cast, same, strict=True)
-        ]
+        names = []
+        for name, itself in zip(cast, same, strict=True):
+            others = [other for other in self._casts[self._names[target]] if other != name]
+            if others and not itself:
+                name = others[int(numbers.integers(len(others)))]
+            names.append(name)
         windows = self._material.draw(numbers, cast, self._window)
         group = self._windows(windows) | {
             "structures": np.array([source, target]),
@@ -133,10 +135,6 @@ class NknTraining:
         if self._choices.losses == "adversarial":
             group["real"] = self._windows(self._material.draw(numbers, names, self._window))
         return group
-
-    def _another(self, numbers: np.random.Generator, name: str, cast: Sequence[str]) -> str:
-        others = [other for other in cast if other != name]
-        return others[int(numbers.integers(len(others)))] if others else name
 
     def _windows(self, windows: WindowBatch) -> dict[str, Any]:
         poses = begin(windows.arrays["poses"]) * windows.mask[..., None]

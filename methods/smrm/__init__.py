@@ -46,13 +46,10 @@ class SMRM(Weighting, LearnedMethod):
         outweighs all else a hundred times, so the default is smaller; 0: no discriminator. It is NKN's
         (on 69 numbers of a frame, not 70: 280,285 parameters), with NKN's rule that it learns only
         while it is fooled more often than three times in ten.
-    rotation_cycle: weight of the rotations' cycle loss; 0: without (Table 2). smooth: weight of the mean
-        acceleration of the hips' path in the world.
+    rotation_cycle: 0 in a row of Table 2. smooth: of the hips' path in the world.
     reference_rotation: what the rotations that come back are compared with. ``truth``: those of the clip.
         ``self``: those of the same clip carried to its own body.
-    same: share of rows whose target is their own character, as in NKN; there the answer itself is compared
-        with the clip too. 0: never.
-    context: frames of a training window (Table 3). hidden: numbers of a GRU's state.
+    same: as in NKN; in these rows the answer itself is compared with the clip too. context: see Table 3.
 
     The cycle loss on joints is the mean squared error of places relative to the hips plus that of the hips'
     path over the window, in units of the normalisation (metres, or hip heights). Adam is torch's, gradients

@@ -1,21 +1,7 @@
 """Base class of learned methods: weights by name or by path, read when they are needed.
 
 A method derives from ``LearnedMethod``, hands its parameter ``weights`` on, says what its weights depend
-on in ``facts`` and takes ``self.tensors`` where it retargets:
-
-    class Mine(LearnedMethod):
-        card = MethodCard(...)
-
-        def __init__(self, cell: Literal["torch", "keras"] = "keras", weights: str = "puppets") -> None:
-            super().__init__(weights)
-            self.cell = cell
-
-        def facts(self):
-            return {"cell": self.cell}
-
-        def supports(self, source, target):
-            return self.untrained or None
-
+on in ``facts`` and takes ``self.tensors`` where it retargets; docs/weights.md has an example.
 Building one is cheap, whether or not there are weights: training builds it too.
 """
 

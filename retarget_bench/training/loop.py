@@ -160,19 +160,18 @@ class Loop:
             found = dict(zip(measured, values, strict=True))
             for name, value in found.items():
                 if not math.isfinite(value):
-                    raise self._diverged(step, name)
+                    phase, _, term = name.partition(".")
+                    what = "the gradient" if term == "norm" else f"the loss term {term}"
+                    at = self.at.step
+                    kept = f"{self.folder} keeps step {at}" if at else "no checkpoint was made yet"
+                    raise BenchError(
+                        f"training diverged: at step {step} {what} of phase {phase} is not finite; {kept}. "
+                        "Try a lower learning rate or gradient clipping in the method's preset, or another "
+                        "--seed"
+                    )
             if self._log is not None:
                 self._log.add(found)
         self._pending = []
-
-    def _diverged(self, step: int, name: str) -> BenchError:
-        phase, _, term = name.partition(".")
-        what = "the gradient" if term == "norm" else f"the loss term {term}"
-        where = f"{self.folder} keeps step {self.at.step}" if self.at.step else "no checkpoint was made yet"
-        return BenchError(
-            f"training diverged: at step {step} {what} of phase {phase} is not finite; {where}. Try a "
-            "lower learning rate or gradient clipping in the method's preset, or another --seed"
-        )
 
     # -------------------------------------------------------------------------- checkpoints
     def _save(self, scores: Scores | None) -> None:
@@ -189,15 +188,12 @@ class Loop:
         if new:
             exported = {name: each.detach().cpu().clone() for name, each in self.module.export().items()}
         self.at = Checkpoint(self._step, self._seconds, {}, best, exported, history)
-        checkpoint.write(self.folder, replace(self.at, state=self._state()))
+        state = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
+        for phase in self.phases:
+            state |= {f"optimisers/{phase.name}/{key}": each for key, each in phase.state().items()}
+        checkpoint.write(self.folder, replace(self.at, state=state))
         self.saved(self.at, new)
         self._saved = time.perf_counter()
-
-    def _state(self) -> dict[str, Tensor]:
-        modules = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
-        for phase in self.phases:
-            modules |= {f"optimisers/{phase.name}/{key}": each for key, each in phase.state().items()}
-        return modules
 
     def _restore(self, start: Checkpoint) -> None:
         """Raises BenchError where the checkpoint is of another network."""

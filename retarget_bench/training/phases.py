@@ -40,8 +40,15 @@ class OptimiserPhase:
         self.optimiser = torch.optim.Adam(
             self.named.values(), lr=config.rate * phase.rate, betas=phase.betas, fused=True
         )
-        whole = _Losses(module, phase)
-        self._losses = _parallel(whole) if parallel.world() > 1 else whole
+        self._losses: nn.Module = _Losses(module, phase)
+        if parallel.world() > 1:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", FutureWarning)  # torch 2.4 does not know the new name
+                # no device_ids: inputs stay the very objects that they are, so that a phase can leave
+                # something in memory
+                self._losses = nn.parallel.DistributedDataParallel(
+                    self._losses, broadcast_buffers=False, find_unused_parameters=True
+                )
 
     def __call__(self, batch: Batch, memory: dict[str, Any], rate: float) -> dict[str, Tensor]:
         """Update the phase's modules once. ``phase.term`` -> its value, and the gradient's norm; empty
@@ -94,16 +101,6 @@ class _Losses(nn.Module):
 
     def forward(self, batch: Batch, memory: dict[str, Any]) -> Terms:
         return self._held[0].losses(self._name, batch, memory)
-
-
-def _parallel(losses: _Losses) -> nn.Module:
-    """The same, with gradients averaged over all processes. Inputs stay the very objects that they are,
-    so that a phase can leave something in ``memory``: hence no ``device_ids``."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FutureWarning)  # the option's new name is not known to torch 2.4
-        return nn.parallel.DistributedDataParallel(
-            losses, broadcast_buffers=False, find_unused_parameters=True
-        )
 
 
 def optimiser_phases(

@@ -222,8 +222,8 @@ def _again(results: Results, data: Dataset, predictions: Path) -> Iterator[Findi
     """A few cases scored again, where predictions lie beside the rows."""
     if not predictions.is_dir():
         return
-    known = registry.working("metrics")[0]
-    ours = metrics(tuple(name for name in results.header.metrics if name in known))
+    working = registry.working("metrics")[0]
+    ours = metrics(tuple(name for name in results.header.metrics if name in working))
     entries = {entry.case: entry for entry in results.entries if entry.status == "ok"}
     infos = {info.id: info for info in data.cases(results.paths.task, results.paths.split)}
     for info in spread([infos[case] for case in entries if case in infos]):
@@ -232,16 +232,13 @@ def _again(results: Results, data: Dataset, predictions: Path) -> Iterator[Findi
         if outcome.prediction is None:
             yield _error(f"{info.id} has rows, but its prediction: {outcome.message}")
             continue
-        fresh = score(ours, case, as_scored(outcome.prediction))
-        if moved := sorted(_differing(fresh, entries[info.id].values)):
-            values = ", ".join(moved[:3])
+        moved, stored = [], entries[info.id].values
+        for value_id, number in score(ours, case, as_scored(outcome.prediction)).items():
+            known = stored.get(value_id)
+            if isinstance(number, dict) or not isinstance(known, float):
+                continue
+            if abs(number - known) > CLOSE * max(abs(number), abs(known), CLOSE):
+                moved.append(value_id)
+        if moved:
+            values = ", ".join(sorted(moved)[:3])
             yield _error(f"{info.id} scored again gives another {values} than the rows say")
-
-
-def _differing(fresh: store.Values, stored: store.Values) -> Iterator[str]:
-    for value_id, number in fresh.items():
-        known = stored.get(value_id)
-        if isinstance(number, dict) or not isinstance(known, float):
-            continue
-        if abs(number - known) > CLOSE * max(abs(number), abs(known), CLOSE):
-            yield value_id

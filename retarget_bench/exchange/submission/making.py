@@ -2,6 +2,7 @@
 
 import shutil
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.errors import BenchError
@@ -35,7 +36,18 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
     about = header.method
     memory, rate = _measured(Spec.parse(about.label), data) if about.version else (0.0, 1.0)
     for place in places:
-        _copy(place, folder / ROWS)
+        there = replace(place, root=folder / ROWS)
+        there.folder.mkdir(parents=True, exist_ok=True)
+        for ours, theirs in (
+            (place.rows, there.rows),
+            (place.arrays, there.arrays),
+            (place.timing, there.timing),
+            (values_path(place), values_path(there)),
+            *((path, there.folder / path.name) for path in place.folder.glob("cases*.csv")),
+            (place.header, there.header),
+        ):
+            if ours.exists():
+                shutil.copyfile(ours, theirs)
     card = {
         "label": label,
         "version": about.version or FILL_IN,
@@ -79,21 +91,6 @@ def _places(runs: Path, label: str) -> list[ResultPaths]:
             "submission is of one; give a folder with one of them"
         )
     return mine
-
-
-def _copy(place: ResultPaths, root: Path) -> None:
-    there = ResultPaths(root, place.dataset, place.task, place.split, place.method)
-    there.folder.mkdir(parents=True, exist_ok=True)
-    for ours, theirs in (
-        (place.rows, there.rows),
-        (place.arrays, there.arrays),
-        (place.timing, there.timing),
-        (values_path(place), values_path(there)),
-        *((path, there.folder / path.name) for path in place.folder.glob("cases*.csv")),
-        (place.header, there.header),
-    ):
-        if ours.exists():
-            shutil.copyfile(ours, theirs)
 
 
 # -------------------------------------------------------------------------------------------- cost

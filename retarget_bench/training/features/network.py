@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import Prediction
+from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import FileError
 from retarget_bench.files import cache_folder, slug
 from retarget_bench.motion.character import Character
@@ -47,7 +48,7 @@ class Network:
 
     def unfit(self, character: Character) -> str:
         """Why a body cannot be seen by this network; "" where it can."""
-        joints = windows.joints_of(character)
+        joints = structure_joints(character)
         roles = [character.roles[joint] for joint in joints]
         if roles != self.card["roles"]:
             return (
