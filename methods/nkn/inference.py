@@ -143,8 +143,9 @@ class Retargeter(Choices, LearnedMethod):
         )
 
     def bones(self, character: Character) -> np.ndarray:
-        """``(joints, 3)`` as the networks are told."""
-        return features.bones(self.body(character), features.unit(character, self.lengths))
+        """``(joints, 3)`` float32 as the networks are told, in the unit."""
+        unit = features.unit(character, self.lengths)
+        return np.asarray(self.body(character).offsets / unit, dtype=np.float32)
 
     # ------------------------------------------------------------------------------------ retargeting
     def supports(self, source: Character, target: Character) -> str | None:

@@ -78,18 +78,17 @@ def card(
 def manifest(data: Dataset, training_data: TrainingData) -> dict[str, list[str]]:
     """What training and its validation have seen, as the data set tells it, without the characters,
     structures and clips that were left out; what was trained on where the data set tells nothing."""
-    if not isinstance(data, JointDataset):
-        return _manifest(data, {name: name for name in training_data.clips}, training_data)
-    found: dict[str, list[str]] = {}
-    for member in data.members:
-        kept = {own: name for own, name in member.names.items() if name in training_data.clips}
-        found = joined(found, _manifest(member.data, kept, training_data))
-    return found
+    if isinstance(data, JointDataset):
+        found: dict[str, list[str]] = {}
+        for member in data.members:
+            found = joined(found, _manifest(member.data, member.names, training_data))
+        return found
+    return _manifest(data, {name: name for name in training_data.clips}, training_data)
 
 
-def _manifest(data: Dataset, kept: Mapping[str, str], training_data: TrainingData) -> dict[str, list[str]]:
-    """The same of one data set. kept: those of its characters that were trained on -> as the material calls
-    them."""
+def _manifest(data: Dataset, names: Mapping[str, str], training_data: TrainingData) -> dict[str, list[str]]:
+    """The same of one data set. names: what it calls its characters -> what the training data call them."""
+    kept = {own: name for own, name in names.items() if name in training_data.clips}
     told = optional.data_manifest(data)
     if not told:
         structures = {training_data.characters[name].structure for name in kept.values()}

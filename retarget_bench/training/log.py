@@ -157,12 +157,9 @@ def _losses(rows: Sequence[dict[str, str]], points: int = SMOOTHED) -> dict[str,
 
 def _validation(rows: Sequence[dict[str, str]]) -> dict[str, Series]:
     """``SPLIT VALUE`` -> the steps of validations and what was measured."""
-    names = [name for name in (rows[0] if rows else ()) if name.startswith(VALIDATION + " ")]
-    return {
-        name.removeprefix(VALIDATION + " "): _filled(rows, name)
-        for name in names
-        if not name.endswith(" n")
-    }
+    head = f"{VALIDATION} "
+    names = [name for name in (rows[0] if rows else ()) if name.startswith(head)]
+    return {n.removeprefix(head): _filled(rows, n) for n in names if not n.endswith(" n")}
 
 
 def _filled(rows: Sequence[dict[str, str]], name: str) -> Series:

@@ -79,7 +79,14 @@ class Validator:
             rows = {split: self._rows(method, groups) for split, groups in self._cases.items()}
         if not any(rows.values()):
             raise BenchError(f"no validation case got an answer ({self.problem})")
-        return {split: self._means(each) for split, each in rows.items() if each}
+        scores: dict[str, dict[str, float]] = {}
+        for split, mine in rows.items():
+            for value in self.values:
+                if known := [float(row[value]) for row in mine if value in row]:
+                    scores.setdefault(split, {})[value] = sum(known) / len(known)
+            if mine:
+                scores.setdefault(split, {})["n"] = len(mine)
+        return scores
 
     def decisive(self, scores: Scores) -> float:
         """What is to be small: the mean over splits of the first value; infinite unless every case has
@@ -101,13 +108,6 @@ class Validator:
                 else:
                     self.problem = f"{case.info.id}: {outcome.status}: {outcome.message}"
         return rows
-
-    def _means(self, rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-        means: dict[str, float] = {}
-        for value in self.values:
-            if known := [float(row[value]) for row in rows if value in row]:
-                means[value] = sum(known) / len(known)
-        return means | {"n": len(rows)}
 
 
 def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:

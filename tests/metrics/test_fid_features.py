@@ -11,6 +11,7 @@ import torch
 from click.testing import CliRunner
 from metric_cases import character, sides
 
+from retarget_bench.api.comparison import structure_joints
 from retarget_bench.commands.train_features import command
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.metrics.fid import SHIPPED
