@@ -74,11 +74,6 @@ def begin(poses: np.ndarray) -> np.ndarray:
     return poses
 
 
-def bones(body: Aligned, unit: float) -> np.ndarray:
-    """``(joints, 3)`` in the unit, float32."""
-    return np.asarray(body.offsets / unit, dtype=np.float32)
-
-
 @dataclass
 class Path:
     """Where the bodies of a batch are and where they face; goes on from chunk to chunk.

@@ -302,5 +302,5 @@ def ablate(
     found = ablation_runner.numbers_of(wanted, trained)
     on, by = (plan.dataset(each).label.strip() for each in (data, tested))
     recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
-    made = ablation_runner.table(ablation, trained, found, ablation_runner.AblationFacts(on, by, recipe))
+    made = ablation_runner.table(ablation, trained, found, on, by, recipe)
     options.write_out(WITH_INTERVALS[form]([made]), output)
