@@ -64,8 +64,9 @@ class TrainingPairs(Protocol):
 
 @runtime_checkable
 class OffersTrainingPairs(Protocol):
-    def training_pairs(self) -> TrainingPairs:
-        """The same performances by any two training bodies; none is in a case of any part."""
+    def training_pairs(self) -> TrainingPairs | None:
+        """The same performances by any two training bodies; none is in a case of any part. None: there are
+        none with these parameters."""
 
 
 @runtime_checkable

@@ -61,10 +61,14 @@ def prepare(dataset: str, root: str | None, jobs: int) -> None:
     bench data prepare 'puppets[size=large,bodies=200]'
     """
     from retarget_bench.files import cache_folder
+    from retarget_bench.motion.bvh.catalogue import some
     from retarget_bench.training.prepare import prepare
 
     spec, total = registry.canonical("datasets", options.dataset_spec(dataset, root)), 0
+    unusable: list[str] = []
     with options.progress_bar("bench data prepare", "item") as progress:
-        for done, total in prepare(spec, jobs):
+        for done, total in prepare(spec, jobs, unusable):
             progress(done, total)
+    if unusable:
+        click.echo(f"left out: {len(unusable)} clips: {some(unusable, 10)}")
     click.echo(f"{spec}: {total} bodies and groups of pairs are in {cache_folder()}")
