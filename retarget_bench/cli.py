@@ -43,7 +43,7 @@ COMMANDS = {
     "train": ("train", "Train a learned method: weights and their card."),
     "ablate": ("train.ablate", "Train and score the rows of a published ablation table."),
     "train-features": ("train_features", "Train the feature networks of FID."),
-    "data": ("exchange.data", "Export a data set as files."),
+    "data": ("exchange.data", "Export a data set as files; make training data beforehand."),
     "submit": ("exchange.submit", "Make or check a submission to a leaderboard, or draw the leaderboard."),
     "export-cases": (
         "exchange.cases",

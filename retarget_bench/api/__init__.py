@@ -18,7 +18,9 @@ from retarget_bench.api.cases import TASKS as TASKS
 from retarget_bench.api.cases import Case as Case
 from retarget_bench.api.cases import CaseInfo as CaseInfo
 from retarget_bench.api.cases import Contacts as Contacts
+from retarget_bench.api.cases import Performed as Performed
 from retarget_bench.api.cases import Touch as Touch
+from retarget_bench.api.cases import TrainingPair as TrainingPair
 from retarget_bench.api.comparison import Comparison as Comparison
 from retarget_bench.api.comparison import ContactLabels as ContactLabels
 from retarget_bench.api.datasets import Dataset as Dataset

@@ -7,7 +7,7 @@ import numpy as np
 
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.ground import FLAT, Ground
-from retarget_bench.motion.motion import Prediction
+from retarget_bench.motion.motion import Motion, Prediction
 
 SPLITS = ("self", "intra", "cross")
 """self: same character; intra: same structure, another character; cross: another structure."""
@@ -98,3 +98,30 @@ class Case:
     conditions: Mapping[str, float] = field(default_factory=dict)
     alternative: Prediction | None = None
     touches: tuple[Touch, ...] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class Performed:
+    """One body's motion, with what is known of it.
+
+    contacts, touches: as in ``Case``, of this body; None where they are not known.
+    """
+
+    motion: Motion
+    contacts: Contacts | None = None
+    touches: tuple[Touch, ...] | None = None
+
+
+@dataclass(frozen=True, eq=False)
+class TrainingPair:
+    """The same performance by two training bodies, on flat ground, frame by frame.
+
+    clip, kind: as in ``CaseInfo``. exact: both are known; else the target's motion was made from the
+    source's by a retargeting method.
+    """
+
+    clip: str
+    kind: str
+    source: Performed
+    target: Performed
+    exact: bool = True

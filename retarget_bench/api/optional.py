@@ -11,7 +11,7 @@ from typing import Any, Protocol, TypeGuard, runtime_checkable
 
 import numpy as np
 
-from retarget_bench.api.cases import CaseInfo
+from retarget_bench.api.cases import CaseInfo, TrainingPair
 from retarget_bench.api.datasets import (
     Cast,
     Dataset,
@@ -31,6 +31,26 @@ class OffersTrainingNotes(Protocol):
     @property
     def training_notes(self) -> Sequence[str]:
         """Sentences about the training part: what was left out and why, or why there is none."""
+
+
+class TrainingPairs(Protocol):
+    """Pairs by index, always the same under an index, each made or read when it is asked for.
+
+    together: so many pairs in a row share their motions and are made together: who draws at random loses
+    nothing, who makes all beforehand (``bench data prepare``) asks for every ``together``-th.
+    """
+
+    @property
+    def together(self) -> int: ...
+    def __len__(self) -> int: ...
+    def __getitem__(self, index: int, /) -> TrainingPair: ...
+
+
+@runtime_checkable
+class OffersTrainingPairs(Protocol):
+    def training_pairs(self) -> TrainingPairs | None:
+        """The same performances by any two training bodies; none is in a case of any part. None: there are
+        none with these parameters."""
 
 
 @runtime_checkable
@@ -84,6 +104,11 @@ def data_manifest(data: object) -> Manifest:
 
 def training_notes(data: object) -> tuple[str, ...]:
     return tuple(data.training_notes) if isinstance(data, OffersTrainingNotes) else ()
+
+
+def training_pairs(data: object) -> TrainingPairs | None:
+    """The pairs to train on; None where a data set offers none."""
+    return data.training_pairs() if isinstance(data, OffersTrainingPairs) else None
 
 
 def parts(data: Dataset) -> Mapping[str, Dataset]:

@@ -1,4 +1,4 @@
-"""Files for others: ``bench data export``, ``bench export-cases`` and ``bench submit``."""
+"""Files for others (``bench data export``, ``bench export-cases``, ``bench submit``) and training data."""
 
 from pathlib import Path
 
@@ -48,6 +48,34 @@ def export_data(dataset: str, folder: Path, root: str | None) -> None:
     files = [path for path in folder.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files) / 1e6
     click.echo(f"{folder}: {len(files)} files, {size:.0f} MB. Check them with: sha256sum -c SHA256SUMS")
+
+
+@data.command("prepare")
+@dataset_argument
+@options.root_option
+@options.jobs_option
+@options.plugin_option
+def prepare_data(dataset: str, root: str | None, jobs: int) -> None:
+    """Make the training motion and training pairs of a data set and keep them in the cache folder.
+
+    Training makes what it needs by itself; this does it beforehand, in the background if you like.
+    Interrupted, the same command goes on where it stopped.
+
+    \b
+    bench data prepare 'puppets[size=large,bodies=200]'
+    """
+    from retarget_bench.files import cache_folder
+    from retarget_bench.motion.bvh.catalogue import some
+    from retarget_bench.training.prepare import prepare
+
+    spec, total = registry.canonical("datasets", options.dataset_spec(dataset, root)), 0
+    unusable: list[str] = []
+    with options.progress_bar("bench data prepare", "item") as progress:
+        for done, total in prepare(spec, jobs, unusable):
+            progress(done, total)
+    if unusable:
+        click.echo(f"left out: {len(unusable)} clips: {some(unusable, 10)}")
+    click.echo(f"{spec}: {total} bodies and groups of pairs are in {cache_folder()}")
 
 
 @click.command("export-cases")

@@ -1,9 +1,12 @@
 """Training data of a method: the unpaired clips of a data set as arrays, and windows drawn from them."""
 
 import hashlib
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -12,6 +15,7 @@ from retarget_bench.api import Dataset, optional
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation.plan import method
 from retarget_bench.evaluation.worker import register_plugins
+from retarget_bench.files import cache_folder, slug
 from retarget_bench.motion.bvh.catalogue import some
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins.spec import Spec
@@ -180,8 +184,9 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
     unfit = {name: why for name in sorted(cast) if (why := asked.unfit(bodies[name]))}
     fit = [name for name in sorted(cast) if name not in unfit]
     common = {"dataset": data, "method": trainee, "fps": fps}
-    found = by_character(clips_of, fit, common, jobs, progress)
-    kept = {name: clips for name, (clips, *_) in found.items() if clips}
+    with _scratch() as folder:
+        found = by_character(clips_of, fit, {**common, "folder": folder}, jobs, progress)
+        kept = {name: _mapped(name, stored) for name, (stored, *_) in found.items() if stored.clips}
     if not kept:
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
@@ -191,21 +196,67 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
         if number:
             clips = f"{number} clip{'s' * (number > 1)}"
             notes.append(f"not trained on {clips} of {name}, in which the body is another one")
-    for name, (*_, unusable) in found.items():
-        if unusable:
-            clips = f"{len(unusable)} clip{'s' * (len(unusable) > 1)}"
-            notes.append(f"not trained on {clips} of {name}: {some(unusable, 10)}")
+    notes += _unusable({name: unusable for name, (*_, unusable) in found.items() if unusable})
     return TrainingData({name: bodies[name] for name in kept}, kept, tuple(notes))
 
 
-def clips_of(job: Mapping[str, Any]) -> tuple[list[ClipArrays], int, list[str]]:
-    """The clips of one character as arrays, the number of those left out since their body is another one,
-    and those that cannot be used, each with the reason; what a worker process does."""
+_FEW = 5
+"""Characters with unusable clips, up to which each has a note of its own."""
+
+
+def _unusable(found: Mapping[str, Sequence[str]]) -> list[str]:
+    """Sentences on clips that cannot be used, by character."""
+    if len(found) <= _FEW:
+        return [
+            f"not trained on {len(clips)} clip{'s' * (len(clips) > 1)} of {name}: {some(clips, 10)}"
+            for name, clips in found.items()
+        ]
+    every = [clip for clips in found.values() for clip in clips]
+    return [f"not trained on {len(every)} clips of {len(found)} characters: {some(every, 10)}"]
+
+
+@dataclass(frozen=True)
+class StoredClips:
+    """Where the arrays of one character's clips lie. clips: name and frames of each, in order. files: array
+    -> file of all clips in a row."""
+
+    clips: tuple[tuple[str, int], ...]
+    files: Mapping[str, Path]
+
+
+@contextmanager
+def _scratch() -> Iterator[Path]:
+    """A folder that is gone afterwards; what is mapped into memory from it stays readable."""
+    try:
+        place: Path | None = cache_folder() / "training"
+        assert place is not None
+        place.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        place = None
+    with TemporaryDirectory(dir=place, ignore_cleanup_errors=True) as folder:
+        yield Path(folder)
+
+
+def _mapped(character: str, stored: StoredClips) -> list[ClipArrays]:
+    """Clips whose arrays are read from disk as they are needed, so that any amount of motion fits."""
+    arrays = {key: np.asarray(np.load(file, mmap_mode="r")) for key, file in stored.files.items()}
+    found, first = [], 0
+    for name, frames in stored.clips:
+        part = {key: array[first : first + frames] for key, array in arrays.items()}
+        found.append(ClipArrays(character, name, part))
+        first += frames
+    return found
+
+
+def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
+    """The clips of one character as arrays in files, the number of those left out since their body is
+    another one, and those that cannot be used, each with the reason; what a worker process does."""
     register_plugins(job["plugins"])
     name, asked, data = job["character"], method(job["method"]), dataset(job["dataset"])
     (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
     body = _bodies(data, {name: clips})[name]
-    found: list[ClipArrays] = []
+    found: dict[str, list[np.ndarray]] = {}
+    listed: list[tuple[str, int]] = []
     others, unusable = 0, []
     for number in range(len(clips)):
         try:
@@ -217,12 +268,13 @@ def clips_of(job: Mapping[str, Any]) -> tuple[list[ClipArrays], int, list[str]]:
             others += 1
         elif motion.frames > 1:
             arrays = asked.prepare(motion)  # type: ignore[attr-defined]
-            found.append(
-                ClipArrays(
-                    name, clips.names[number], {k: np.asarray(a, np.float32) for k, a in arrays.items()}
-                )
-            )
-    return found, others, unusable
+            listed.append((clips.names[number], len(next(iter(arrays.values())))))
+            for key, array in arrays.items():
+                found.setdefault(key, []).append(np.asarray(array, np.float32))
+    files = {key: job["folder"] / f"{slug(name)}-{slug(key)}.npy" for key in found}
+    for key, each in found.items():
+        np.save(files[key], np.concatenate(each))
+    return StoredClips(tuple(listed), files), others, unusable
 
 
 def _alike(body: Character, other: Character) -> bool:

@@ -84,10 +84,10 @@ def test_a_data_set_without_training_motion_says_so():
             training_clips(data)
 
 
-def test_progress_is_told():
+def test_progress_is_told(tmp_path):
     told = []
     names = list(training_clips(registry.create("datasets", "odd_clips"))["toy"])
-    common = {"dataset": Spec("odd_clips"), "method": Spec("rooted"), "fps": 60.0}
+    common = {"dataset": Spec("odd_clips"), "method": Spec("rooted"), "fps": 60.0, "folder": tmp_path}
     by_character(clips_of, names, common, 1, lambda *at: told.append(at))
     assert told == [(0, 2), (1, 2), (2, 2)]
 
@@ -128,3 +128,17 @@ def test_statistics_are_over_every_frame_once(training_data):
     stacked = training_data.stacked("root", ["anna"])
     assert len(stacked) == 6 + 4
     assert len(training_data.stacked("root")) == training_data.frames
+
+
+def test_motion_lies_on_disk_and_leaves_nothing_there(tmp_path, monkeypatch):
+    """Arrays are mapped into memory, in the cache folder or, where that cannot be written, elsewhere."""
+    monkeypatch.setenv("RETARGET_BENCH_CACHE", str(tmp_path / "cache"))
+    found = gather(Spec("odd_clips"), Spec("rooted"), 60.0, 1, lambda *at: None)
+    array = next(iter(found.clips.values()))[0].arrays["root"]
+    while isinstance(array.base, np.ndarray):
+        array = array.base
+    assert isinstance(array, np.memmap)
+    assert list((tmp_path / "cache" / "training").iterdir()) == []
+    (tmp_path / "file").touch()
+    monkeypatch.setenv("RETARGET_BENCH_CACHE", str(tmp_path / "file"))
+    assert gather(Spec("odd_clips"), Spec("rooted"), 60.0, 1, lambda *at: None).hash == found.hash

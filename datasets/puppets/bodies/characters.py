@@ -27,6 +27,10 @@ so out of 200 draws under every name those were taken that make people most unli
 ``tests/benchmarks/puppets_people.py``."""
 
 
+MIDDLING_DOG: Mapping[str, float] = _TABLES["middling_dog"]
+"""Lengths of a dog of middling build, shares of the withers."""
+
+
 def _body(name: str, structure: Structure, row: Mapping[str, Any]) -> Body:
     held_out = row.get("held_out", False) or structure is H36M17
     return Body(name, structure, _proportions(name, row), row["rest"], held_out)
@@ -35,7 +39,7 @@ def _body(name: str, structure: Structure, row: Mapping[str, Any]) -> Body:
 def _proportions(name: str, row: Mapping[str, Any]) -> Proportions:
     factors = dict(row.get("factors", {}))
     if "withers" in row:
-        return dog(_TABLES["middling_dog"], row["withers"], **factors)
+        return dog(MIDDLING_DOG, row["withers"], **factors)
     if "draw" in row:
         return drawn(f"{name} {row['draw']}", row["sex"], row["age"])
     stature = row["stature"]

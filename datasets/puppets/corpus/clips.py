@@ -15,7 +15,7 @@ from pathlib import Path
 from ..conventions import FPS
 from ..performances.score import Score
 from ..randomness import Stream
-from .families import Family, Part, bodies_of, families, family_of, kinds_of
+from .families import Family, Part, bodies_of, families, family_of, family_of_structure, kinds_of
 
 LONG = 60.0
 """Seconds of the long clips of the test, which are sequences of several kinds."""
@@ -26,7 +26,8 @@ class Size:
     """seconds: shortest and longest ordinary clip. test: clips of the test; 0: of each kind one, or more
     while there is a case of each split for every clip. long: how many of them last a minute. cases,
     validation: the most cases of each split. troupe: how many bodies of a family perform one clip; 0: any.
-    training: clips of each body. numbers: the first of test, validation and training, so that a name
+    training: clips of each body. pairs: performances by many training bodies. numbers: the first of test,
+    validation and training, so that a name
     stands for one clip only."""
 
     seconds: tuple[float, float]
@@ -37,6 +38,7 @@ class Size:
     validation: Mapping[str, int]
     troupe: int
     training: int
+    pairs: int
     numbers: tuple[int, int, int]
 
 
@@ -49,6 +51,7 @@ _TINY = Size(
     validation={"self": 42, "intra": 42, "cross": 42},
     troupe=0,
     training=4,
+    pairs=40,
     numbers=(1, 51, 1),
 )
 _DEFAULT = Size(
@@ -60,6 +63,7 @@ _DEFAULT = Size(
     validation={"self": 50, "intra": 100, "cross": 100},
     troupe=12,
     training=40,
+    pairs=400,
     numbers=(101, 301, 1001),
 )
 _LARGE = Size(
@@ -71,6 +75,7 @@ _LARGE = Size(
     validation=_DEFAULT.validation,
     troupe=_DEFAULT.troupe,
     training=400,
+    pairs=4000,
     numbers=(*_DEFAULT.numbers[:2], 10001),
 )
 SIZES = {"tiny": _TINY, "default": _DEFAULT, "large": _LARGE}
@@ -113,18 +118,32 @@ def clips(size: str, seed: int, part: Part = "test") -> tuple[Clip, ...]:
 
 
 @cache
-def training_clips(size: str, body: str, seed: int) -> tuple[Clip, ...]:
-    """Clips that one body alone performs for training: all kinds in turn."""
+def training_clips(size: str, body: str, seed: int, drawn: int = 0) -> tuple[Clip, ...]:
+    """Clips that one body alone performs for training: all kinds in turn.
+
+    drawn: the number of bodies that train beside the cast's, among whom the clips are shared out.
+    """
     make = SIZES[size]
-    (family,) = (each for each in families() if body in each.bodies)
+    structure, place = _listed_at(body)
+    family = family_of_structure(structure)
     offered = kinds_of(family, "train")
-    start = 7 * bodies_of(family, "validation").index(body)
+    cast = sum(len(bodies_of(each, "train")) for each in families())
+    number = make.training if not drawn else max(-(-cast * make.training // (cast + drawn)), 2)
     found = []
-    for number in range(make.training):
-        kind = offered[(start + number) % len(offered)]
-        name = f"{kind}-{body}-{make.numbers[2] + number:04d}"
+    for each in range(number):
+        kind = offered[(7 * place + each) % len(offered)]
+        name = f"{kind}-{body}-{make.numbers[2] + each:04d}"
         found.append(Clip(name, kind, round(_length(name, seed, make.training_seconds) * FPS), seed))
     return tuple(found)
+
+
+def _listed_at(body: str) -> tuple[str, int]:
+    """Structure of a training body, and its place among the bodies of its family, or among those drawn."""
+    for family in families():
+        if body in family.bodies:
+            return family.bodies[body].structure.name, bodies_of(family, "validation").index(body)
+    structure, place = body.rsplit("_", 1)
+    return structure, int(place)
 
 
 def _length(name: str, seed: int, seconds: tuple[float, float]) -> float:

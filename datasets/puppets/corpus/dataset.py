@@ -13,17 +13,21 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
 from ..solver.reach import ground
-from . import matched
+from . import matched, training_bodies
 from .cases import between_legs, cases, family_by_body, of_structure, performers, real_motions
 from .clips import SIZES, Clip, clips, unable
 from .families import HELD_OUT_KINDS, bodies_of, only_tested, training_manifest
-from .studio import SECOND, USUAL, Labels, Studio, Training, labels, self_touches, training
+from .pairs import Pairs
+from .studio import SECOND, USUAL, Labels, Studio, Training, hand_rests, labels, self_touches, training
 
 VERSION = "3"
 """Of the generator: moves when any motion or list does."""
 
 RELEASE = "puppets-1.0"
 """Generator, lists of cases and metrics, frozen together."""
+
+MOST_BODIES = 9999
+"""That can be drawn."""
 
 
 class Puppets:
@@ -32,7 +36,8 @@ class Puppets:
     size: ``tiny`` (150 cases at most), ``default`` (106 test clips, about 2,000 cases) or ``large`` (tested
     like default, with tens of hours to train on). part: the cases of ``test`` or of ``validation``, which
     has no held-out body or kind and in every case a body that training goes without. seed: of the
-    performances. between: ``structures``, or ``legs``: from people to dogs and back, without references.
+    performances and of drawn bodies. bodies: so many drawn training bodies beside the cast's, in no case.
+    between: ``structures``, or ``legs``: from people to dogs and back, without references.
     """
 
     card = DatasetCard(
@@ -47,6 +52,8 @@ class Puppets:
             "part": "test, or validation: other clips without the bodies and kinds that only the test has, "
             "each from or to one of four bodies that training goes without",
             "seed": "another number gives another corpus of the same make; published numbers use 0",
+            "bodies": "number of training bodies drawn beside the cast's: people by published statistics, "
+            "caricatures and dogs; the size's training motion is shared out among all; no case has them",
             "between": "structures, or legs: cases from people to dogs and back, without references; their "
             "answers are compared with the test's own motion as sets (FID), by kind: idle, move and sit",
         },
@@ -58,6 +65,7 @@ class Puppets:
         part: Literal["test", "validation"] = "test",
         seed: int = 0,
         between: Literal["structures", "legs"] = "structures",
+        bodies: int = 0,
     ) -> None:
         if size not in SIZES:
             raise BenchError(f"puppets: there is no size {size!r}; sizes are {', '.join(SIZES)}")
@@ -65,27 +73,36 @@ class Puppets:
             raise BenchError(f"puppets: there is no part {part!r}; cases are of test or validation")
         if between not in ("structures", "legs"):
             raise BenchError(f"puppets: cases are between structures or legs, and not between={between}")
+        if not 0 <= bodies <= MOST_BODIES:
+            raise BenchError(f"puppets: bodies={bodies}; 0 to {MOST_BODIES} may be drawn")
         self.size, self.part, self.seed, self._legs = size, part, seed, between == "legs"
+        self._drawn = bodies
         if self._legs:  # only these cases have no references
             self.card, self.real = replace(self.card, splits=("cross",)), self._real
-        self._studio = Studio(f"puppets generator {VERSION}, seed {seed}")
+        self._studio = Studio(
+            f"puppets generator {VERSION}, seed {seed}",
+            training_bodies.training_bodies(seed, bodies),
+            f", bodies {training_bodies.VERSION}",
+        )
 
     @property
     def content(self) -> str:
         made = f"puppets generator {VERSION}, size {self.size}, part {self.part}, seed {self.seed}"
-        return f"{made}, between legs" if self._legs else made
+        made = f"{made}, between legs" if self._legs else made
+        return f"{made}, {self._drawn} bodies {training_bodies.VERSION}" if self._drawn else made
 
     @property
     def label(self) -> str:
         name = f"{RELEASE} {self.size}" if self.seed == 0 else f"puppets {self.size}, seed {self.seed}"
         name += ", between legs" if self._legs else ""
+        name += f", {self._drawn} bodies drawn" if self._drawn else ""
         return name if self.part == "test" else f"{name}, {self.part}"
 
     @property
     def notes(self) -> Sequence[str]:
         listed, left_out = self._clips.values(), self.exclusions()
         names = {name for short in left_out.values() for name in short}
-        bodies, kinds = len(self._studio.families), len({clip.kind for clip in listed})
+        bodies, kinds = len(family_by_body()), len({clip.kind for clip in listed})
         made = f"puppets are generated: {bodies} bodies, {kinds} kinds of performance."
         if not left_out:
             return (made,)
@@ -96,6 +113,7 @@ class Puppets:
         )
 
     def characters(self) -> Mapping[str, Character]:
+        """Everybody, drawn training bodies too."""
         return self._studio.cast
 
     @cached_property
@@ -138,12 +156,12 @@ class Puppets:
             contacts=self._studio.contacts(clip, info.target),
             ground=ground(self._studio.score(clip), clip.family.bodies[info.target]),
             alternative=self._studio.motion(clip, info.target, SECOND),
-            touches=self_touches(self._studio.score(clip), clip.family.bodies[info.target]),
+            touches=self_touches(hand_rests(self._studio.score(clip)), clip.family.bodies[info.target]),
         )
 
     def _clip(self, info: CaseInfo) -> Clip:
         clip = self._clips.get(info.clip)
-        known = self._studio.cast if self._legs else clip.family.bodies if clip else ()
+        known = family_by_body() if self._legs else clip.family.bodies if clip else ()
         if clip is None or info.source not in clip.family.bodies or info.target not in known:
             raise BenchError(f"puppets[size={self.size},part={self.part}] has no case {info.id}")
         return clip
@@ -198,6 +216,11 @@ class Puppets:
         """Structure -> character -> its clips: unpaired, since no two characters perform the same clip."""
         return training(self._studio, self.size, self.seed)
 
+    def training_pairs(self) -> Pairs:
+        """The same performances by any two training bodies of a family, with the contacts and self-touches
+        of both."""
+        return Pairs(self._studio, self.size, self.seed)
+
     def matched(self, part: Literal["train", "test"] = "train") -> Mapping[matched.Pair, matched.Matches]:
         """Pair of structures -> people and dogs that go the same ways: for unpaired work on bipeds and
         quadrupeds, in equal shares of standing, walking, jogging and running. No cases."""
@@ -205,7 +228,8 @@ class Puppets:
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Characters, structures and kinds that training and its validation have: what weights carry."""
-        return training_manifest()
+        manifest = training_manifest()
+        return {**manifest, "characters": [*manifest["characters"], *self._studio.drawn]}
 
     def performers(self) -> Mapping[str, tuple[str, ...]]:
         """Clip -> the bodies that perform it in some case."""

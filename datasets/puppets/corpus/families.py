@@ -86,6 +86,14 @@ def family_of(kind: str) -> Family:
     return next(each for each in families() if kind in each.kinds)
 
 
+@cache
+def family_of_structure(structure: str) -> Family:
+    """The family whose bodies have a structure."""
+    return next(
+        each for each in families() if any(b.structure.name == structure for b in each.bodies.values())
+    )
+
+
 Part = Literal["train", "validation", "test"]
 
 

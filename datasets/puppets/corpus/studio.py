@@ -1,12 +1,13 @@
 """Clips solved for bodies on demand, with their labels, and the training set made of them."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import lru_cache
 
 import numpy as np
 
 from retarget_bench.api import Contacts, Touch
+from retarget_bench.errors import Unusable
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.lazy_clips import LazyClips
@@ -18,9 +19,8 @@ from ..conventions import FPS, SIDES
 from ..performances.score import Score
 from ..solver.hands import plant_rests
 from ..solver.touch_points import touch_point, touching
-from .cases import family_by_body
 from .clips import Clip, training_clips, unable
-from .families import Family, bodies_of, families
+from .families import bodies_of, families, family_of_structure
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,17 +60,26 @@ def touches(score: Score) -> dict[str, np.ndarray]:
     return found
 
 
-def self_touches(score: Score, body: Body) -> tuple[Touch, ...]:
-    """The same hands on places of the own body, as cases tell them: those whose joints the rig has."""
-    roles = dict(zip(body.structure.parts, body.structure.roles, strict=False))
+Rests = Mapping[tuple[str, str], np.ndarray]
+"""Side of a hand and place of the own body -> ``(frames,)`` bool: the hand rests there in full."""
+
+
+def hand_rests(score: Score) -> dict[tuple[str, str], np.ndarray]:
+    """Of those places where a hand ever rests."""
     found: dict[tuple[str, str], np.ndarray] = {}
     for side in SIDES:
         for touch in score.hands[side].touches:
             key, full = (side, touch.place), touch.weight == 1.0
             if full.any():
                 found[key] = found[key] | full if key in found else full
+    return found
+
+
+def self_touches(rests: Rests, body: Body) -> tuple[Touch, ...]:
+    """The same hands on places of a body, as cases tell them: those whose joints the rig has."""
+    roles = dict(zip(body.structure.parts, body.structure.roles, strict=False))
     told = []
-    for (side, name), full in found.items():
+    for (side, name), full in rests.items():
         spot, end = touch_point(name, body), roles.get(f"{side}_hand")
         bearing = roles.get(spot.part)
         if end and bearing:
@@ -88,60 +97,87 @@ def _score(clip: Clip) -> Score:
     return clip.score()
 
 
+class Cast(Mapping[str, Character]):
+    """Bodies as characters, each made when it is first asked for."""
+
+    def __init__(self, bodies: Mapping[str, Body]) -> None:
+        self._bodies, self._made = bodies, dict[str, Character]()
+
+    def __getitem__(self, name: str) -> Character:
+        if name not in self._made:
+            self._made[name] = rigs.character(self._bodies[name])
+        return self._made[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(self._bodies)
+
+    def __len__(self) -> int:
+        return len(self._bodies)
+
+
 class Studio:
     """The bodies as characters, and what they perform.
 
     identity: of everything that decides a motion beside the clip's and the body's names.
+    drawn:    training bodies beside the cast's (``training_bodies.py``), and drawn_identity: of these.
     """
 
-    def __init__(self, identity: str) -> None:
-        self.identity = identity
+    def __init__(
+        self, identity: str, drawn: Mapping[str, Body] | None = None, drawn_identity: str = ""
+    ) -> None:
+        self.identity, self.drawn = identity, drawn or {}
+        self.drawn_identity = drawn_identity
+        usual = {name: body for family in families() for name, body in family.bodies.items()}
+        self.bodies: Mapping[str, Body] = {**usual, **self.drawn}
+        self.cast = Cast(self.bodies)
         self._arrays = lru_cache(maxsize=_HELD)(self._kept)
         # whatever kind of clip it is
         self.score = lru_cache(maxsize=8)(_score)
 
-    @cached_property
-    def families(self) -> Mapping[str, Family]:
-        """Body -> its family."""
-        return family_by_body()
-
-    @cached_property
-    def cast(self) -> dict[str, Character]:
-        return {name: rigs.character(family.bodies[name]) for name, family in self.families.items()}
-
     def motion(self, clip: Clip, name: str, manner: str = USUAL) -> Motion:
+        """Raises Unusable where a drawn body cannot do the clip."""
         arrays = self._arrays(clip, name, manner)
+        if float(arrays.get("short", 0.0)):
+            raise Unusable(clip.name, f"{name} cannot reach what it has to touch")
         return self.cast[name].motion(arrays["rotations"], arrays["root"], FPS)
 
     def contacts(self, clip: Clip, name: str) -> Contacts:
         arrays = self._arrays(clip, name, USUAL)
-        roles = self.families[name].bodies[name].structure.labelled
-        return Contacts(roles, arrays["planted"], arrays["pivoting"])
+        return Contacts(self.bodies[name].structure.labelled, arrays["planted"], arrays["pivoting"])
 
     def _kept(self, clip: Clip, name: str, manner: str) -> Arrays:
+        names, drawn = {"rotations", "root", "planted", "pivoting"}, name in self.drawn
         arrays = kept(
-            f"{self.identity}, {clip.name}",
+            f"{self.identity}{self.drawn_identity if drawn else ''}, {clip.name}",
             f"{name}-{manner}",
-            frozenset(("rotations", "root", "planted", "pivoting")),
-            lambda: self._solved(clip, name, manner),
+            frozenset(names | {"short"} if drawn else names),
+            lambda: self.solved(clip, name, manner, measured=drawn),
         )
         # rotations are stored in single precision: a motion is off by less than a micrometre
         local = arrays["rotations"].astype(np.float64)
         local /= np.sqrt((local * local).sum(axis=-1, keepdims=True))
         return {**arrays, "rotations": local}
 
-    def _solved(self, clip: Clip, name: str, manner: str) -> Arrays:
-        family = self.families[name]
-        body: Body = family.bodies[name]
+    def solved(
+        self, clip: Clip, name: str, manner: str = USUAL, *, measured: bool = True
+    ) -> dict[str, np.ndarray]:
+        """The arrays of a motion, solved anew. measured: with ``short``, metres by which the body misses
+        what it has to touch; the published corpus has a list of that."""
+        body, family = self.bodies[name], family_of_structure(self.bodies[name].structure.name)
         manners = {USUAL: (), SECOND: (family.second,)}
-        solution = family.solve(self.score(clip), body, *manners[manner])
+        score = self.score(clip)
+        solution = family.solve(score, body, *manners[manner])
         columns = list(body.structure.contacts)
-        return {
+        found = {
             "rotations": rigs.rotations(solution.orientations, body, self.cast[name]).astype(np.float32),
             "root": solution.root,
             "planted": solution.planted[:, columns],
             "pivoting": solution.pivoting[:, columns],
         }
+        if measured:
+            gaps = family.short_of(score, body, solution)
+            found["short"] = np.array(max(gaps.values(), default=0.0))
+        return found
 
 
 Training = Mapping[str, Mapping[str, "Clips"]]
@@ -170,11 +206,19 @@ class Clips(LazyClips[Clip]):
 
 def training(studio: Studio, size: str, seed: int) -> Training:
     """Every training character with what it is able to do; held-out bodies, structures and kinds are
-    absent, and so are the bodies of ``held_out.ASIDE``."""
+    absent, and so are ``VALIDATION_BODIES``.
+
+    With drawn bodies there is as much motion as without: all do equally many clips, the cast's the first
+    of those that they do otherwise.
+    """
     found: dict[str, dict[str, Clips]] = {}
     for family in families():
         for name in bodies_of(family, "train"):
-            mine = [clip for clip in training_clips(size, name, seed) if not unable(clip, (name,))]
+            mine = training_clips(size, name, seed, len(studio.drawn))
+            able = [clip for clip in mine if not unable(clip, (name,))]
             structure = family.bodies[name].structure.name
-            found.setdefault(structure, {})[name] = Clips(studio, name, mine)
+            found.setdefault(structure, {})[name] = Clips(studio, name, able)
+    for name, body in studio.drawn.items():
+        mine = training_clips(size, name, seed, len(studio.drawn))
+        found.setdefault(body.structure.name, {})[name] = Clips(studio, name, mine)
     return found

@@ -1,0 +1,64 @@
+"""Training motion and pairs of a data set, made beforehand: ``bench data prepare``."""
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from retarget_bench.api import optional
+from retarget_bench.errors import NotSupported, Unusable
+from retarget_bench.evaluation import plan
+from retarget_bench.evaluation.process_pool import LocalPool
+from retarget_bench.evaluation.worker import register_plugins
+from retarget_bench.plugins.registry import files as plugin_files
+from retarget_bench.plugins.spec import Spec
+
+_PAIRS = 25
+"""So many groups of pairs are one job."""
+
+
+def prepare(data: Spec, jobs: int, unusable: list[str]) -> Iterator[tuple[int, int]]:
+    """Ask for all training clips and pairs once, so that a data set keeps them in its cache.
+
+    Yields what is done and the total: bodies, and groups of pairs. unusable: gets the clips that cannot be
+    used, each with the reason. What is there already is read, so a
+    command that was interrupted goes on. Raises NotSupported where something cannot be made.
+    """
+    built = plan.dataset(data)
+    names = [name for mine in optional.training(built).values() for name in mine]
+    pairs = optional.training_pairs(built)
+    groups = range(0, len(pairs), pairs.together) if pairs is not None else range(0)
+    common = {"dataset": data, "plugins": plugin_files()}
+    payloads: list[dict[str, Any]] = [{**common, "character": name} for name in names]
+    payloads += [
+        {**common, "pairs": groups[first : first + _PAIRS]} for first in range(0, len(groups), _PAIRS)
+    ]
+    weights = [len(payload.get("pairs", "1")) for payload in payloads]
+    done = 0
+    for job in LocalPool(jobs).run(make, payloads):
+        if job.error:
+            raise NotSupported(f"{data}: its training motion cannot be made: {job.error}")
+        done += weights[job.job]
+        unusable += job.result
+        yield done, sum(weights)
+
+
+def make(job: Mapping[str, Any]) -> list[str]:
+    """Make one body's clips, or some groups of pairs; what a worker process does. Gives clips that cannot
+    be used, with the reason."""
+    register_plugins(job["plugins"])
+    data = plan.dataset(job["dataset"])
+    if "pairs" in job:
+        pairs = optional.training_pairs(data)
+        for index in job["pairs"]:
+            assert pairs is not None
+            pairs[index]
+        return []
+    (clips,) = (
+        mine[job["character"]] for mine in optional.training(data).values() if job["character"] in mine
+    )
+    unusable = []
+    for number in range(len(clips)):
+        try:
+            clips[number]
+        except Unusable as error:
+            unusable.append(f"{error.clip} ({error.why})")
+    return unusable
