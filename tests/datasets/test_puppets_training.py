@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from retarget_bench.api import TrainingPair, optional
-from retarget_bench.commands.data import command
+from retarget_bench.commands.exchange import data as command
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.bodies import rigs
 from retarget_bench.datasets.puppets.conventions import FPS

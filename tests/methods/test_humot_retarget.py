@@ -9,7 +9,7 @@ import pytest
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks.reduced import reduced
+from retarget_bench.evaluation.tasks.definitions import reduced
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.features import MAJOR, USUAL, body
 from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces

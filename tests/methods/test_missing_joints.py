@@ -10,7 +10,7 @@ import pytest
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.evaluation.tasks.reduced import reduced
+from retarget_bench.evaluation.tasks.definitions import reduced
 from retarget_bench.methods.linear_joints import LinearJoints, regression
 from retarget_bench.methods.nearest_pose import NearestPose
 from retarget_bench.motion import completion, facing, rotation
