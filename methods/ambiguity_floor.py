@@ -6,7 +6,7 @@ from retarget_bench.motion.character import Character
 
 
 class AmbiguityFloor:
-    """The same performance by the same body in another manner, where the data set knows one.
+    """The same performance by the same body in another manner, where the data set has one.
 
     A body that does the same steps and touches may turn its knees and elbows, bend its spine and keep its
     balance in other ways. Errors against the reference below those of this row say nothing.

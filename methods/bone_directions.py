@@ -3,13 +3,11 @@
 import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
-from retarget_bench.motion import alignment, correspondence, kinematics, root_rules, rotation, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion import hinges, root_rules, rotation, transfer
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.fitting.bones import unit, wahba
 from retarget_bench.motion.roles import chain
 
-_STRAIGHT, _BENT = 0.15, 0.4
-"""Sine of a knee's or elbow's bend: from where its plane says something of the twist, from where all."""
 _FROM_PARENT = 1e-4
 """Weight of the parent's orientation where several bones leave a joint: it decides if they are in line."""
 _LONG = ("arm", "forearm", "up_leg", "leg")
@@ -46,8 +44,10 @@ class BoneDirections:
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         turned = _Pointing(source, target).orientations()
-        local = alignment.from_relative(target, turned)
-        return target.motion(local, transfer.scaled_root(source, target, local, self.root_rule), source.fps)
+        local = transfer.from_relative(target, turned)
+        return target.motion(
+            local, transfer.scaled_root(source, target, local, self.root_rule, None), source.fps
+        )
 
 
 class _Pointing:
@@ -55,14 +55,14 @@ class _Pointing:
 
     def __init__(self, source: Prediction, target: Character) -> None:
         self.target = target
-        self.rest = reference_places(target)
+        self.rest = target.reference_places
         self.seen, self.known = counterparts(source.positions, source.character, target)
-        at_rest, _ = counterparts(reference_places(source.character)[None], source.character, target)
+        at_rest, _ = counterparts(source.character.reference_places[None], source.character, target)
         self.seen_at_rest = at_rest[0]
         self.given: np.ndarray | None = None
         if isinstance(source, Motion):
             self.given = transfer.orientations(source, target)
-            self.twin = correspondence.correspondence(source.character, target)
+            self.twin = transfer.correspondence(source.character, target)
 
     def orientations(self) -> np.ndarray:
         """``(frames, joints, 4)`` relative to the reference pose, parents before children."""
@@ -104,26 +104,17 @@ class _Pointing:
         after = self._bones(end)
         if self.given is not None or hinge is None or len(after) != 1:
             return turned
-        normal = np.cross(_unit(bone), _unit(self.seen[:, after[0]] - self.seen[:, end]))
-        axis, along = rotation.rotate(turned, hinge), _unit(bone)
+        normal, share = hinges.bend(bone, self.seen[:, after[0]] - self.seen[:, end])
+        axis, along = rotation.rotate(turned, hinge), unit(bone)
         axis = axis - along * (axis * along).sum(-1, keepdims=True)
         angle = np.arctan2((np.cross(axis, normal) * along).sum(-1), (axis * normal).sum(-1))
-        share = np.clip((np.linalg.norm(normal, axis=-1) - _STRAIGHT) / (_BENT - _STRAIGHT), 0.0, 1.0)
         return rotation.multiply(rotation.about(along, share * angle), turned)
 
     def _fitted(self, joint: int, ends: list[int], above: np.ndarray) -> np.ndarray:
-        """``(frames, 4)`` best turn of the source's bones from its reference pose, by singular values."""
-        now = _unit(self.seen[:, ends] - self.seen[:, joint, None])
-        then = _unit(self.seen_at_rest[ends] - self.seen_at_rest[joint])
-        spread = np.einsum("fbi,bj->fij", now, then) + _FROM_PARENT * rotation.to_matrix(above)
-        left, _, right = np.linalg.svd(spread)
-        left[..., -1] *= np.linalg.det(left @ right)[:, None]  # a turn, never a mirror image
-        return rotation.from_matrix(left @ right)
-
-
-def reference_places(body: Character) -> np.ndarray:
-    """``(joints, 3)`` metres: the reference pose with its root at the origin."""
-    return kinematics.forward(body.skeleton, body.reference_pose, np.zeros(3))[0]
+        """``(frames, 4)`` best turn of the source's bones from its reference pose."""
+        now = unit(self.seen[:, ends] - self.seen[:, joint, None])
+        then = unit(self.seen_at_rest[ends] - self.seen_at_rest[joint])
+        return wahba(now, then, above, _FROM_PARENT)
 
 
 def counterparts(places: np.ndarray, source: Character, target: Character) -> tuple[np.ndarray, np.ndarray]:
@@ -158,14 +149,10 @@ def _lines(body: Character) -> list[list[int]]:
 
 def _shares(body: Character, joints: list[int]) -> np.ndarray:
     """``(joints,)`` how far along the line each joint lies, from 0 to 1, in the reference pose."""
-    places = reference_places(body)[joints]
+    places = body.reference_places[joints]
     steps = np.linalg.norm(np.diff(places, axis=0), axis=1)
     along = np.concatenate([[0.0], np.cumsum(steps)])
     return along / max(along[-1], 1e-12)
-
-
-def _unit(v: np.ndarray) -> np.ndarray:
-    return v / np.maximum(np.linalg.norm(v, axis=-1, keepdims=True), 1e-12)
 
 
 plugin = BoneDirections

@@ -3,21 +3,19 @@
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import root_rules, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 
 
 class CopyRotations:
-    """What animation tools do when they are asked to retarget and nothing more.
+    """Plain retargeting as in animation tools: the line that a method has to beat.
 
     Every joint of the target takes the world orientation of its counterpart, relative to the reference
     pose (T-pose) of both, so rest poses may differ; spines of different counts share the bend. Feet are
-    not held and hands are not kept: this is the line that a retargeting method has to beat.
+    not held and hands are not kept.
 
-    root_rule: one of ``root_rules.ROOT_RULES``. The default, ``hip_height``, needs nothing but the body and
-    puts the soles of a standing target on the floor; on Mixamo's and the puppets' pairs it is the best rule
-    or within a fifth of a per cent of height of it. ``reference`` takes the right answer's own root path,
-    an upper bound that is marked privileged.
+    root_rule: one of ``root_rules.ROOT_RULES``. The default, ``hip_height``, puts the soles of a standing
+    target on the floor; on Mixamo's and the puppets' pairs it is the best rule or within 0.2 % of height of
+    it. ``reference`` takes the right answer's own root path, an upper bound that is marked privileged.
     """
 
     def __init__(self, root_rule: root_rules.RootRule = "hip_height") -> None:

@@ -1,17 +1,14 @@
 """Averages every joint's place over time with Gaussian weights; for source and target of one body."""
 
-from __future__ import annotations
-
 import math
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
+
+import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Positions
-
-if TYPE_CHECKING:
-    import numpy as np
+from retarget_bench.motion import transfer
+from retarget_bench.motion.character import Character, Positions
 
 AUTO: Literal["auto"] = "auto"
 REACH = 4.0
@@ -23,12 +20,12 @@ _SHARE = 0.6745
 
 
 class GaussianFilter:
-    """The plainest filter there is. Wide ones remove more noise and more motion.
+    """A moving average. Wide ones remove more noise and more motion.
 
-    sigma: seconds, standard deviation of the weights; 0 gives the source back. ``auto`` makes it wider
-    where there is more noise, by its power 2/5 (what balances the two for smooth motion). The noise is told
-    from the source alone, by the median size of the third differences over time. Beyond its ends a clip is
-    taken to go on as its mirror image through the end points, so that steady motion stays as it is.
+    sigma: seconds, standard deviation of the weights; 0 gives the source back. ``auto`` takes it from the
+    noise to the power 2/5, which balances the two for smooth motion; the noise is estimated from the median
+    size of the source's third differences over time. Beyond its ends a clip goes on as its mirror image
+    through the end points, so that steady motion stays as it is.
     """
 
     def __init__(self, sigma: float | Literal["auto"] = AUTO) -> None:
@@ -47,16 +44,16 @@ class GaussianFilter:
         )
 
     def supports(self, source: Character, target: Character) -> str | None:
-        if source.skeleton.same_as(target.skeleton):
-            return None
-        return f"filters the source, and {target.name} has another skeleton than {source.name}"
+        return transfer.another_skeleton("filters the source", source, target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
-        import numpy as np
         from scipy.ndimage import gaussian_filter1d  # type: ignore[import-untyped]
 
         places = source.positions
-        seconds = _fitting(places, source.fps) if isinstance(self.sigma, str) else self.sigma
+        if isinstance(self.sigma, str):
+            seconds = float(WIDTH * (100.0 * noise(places)) ** 0.4 * (30.0 / source.fps) ** 0.2)
+        else:
+            seconds = self.sigma
         width = seconds * source.fps
         reach = math.ceil(REACH * width)
         if reach < 1 or source.frames < 2:
@@ -66,16 +63,9 @@ class GaussianFilter:
         return target.positions(smooth[reach:-reach], source.fps)
 
 
-def _fitting(places: np.ndarray, fps: float) -> float:
-    """Seconds: the width for the noise that these places ``(frames, joints, 3)`` seem to have."""
-    return float(WIDTH * (100.0 * noise(places)) ** 0.4 * (30.0 / fps) ** 0.2)
-
-
 def noise(places: np.ndarray) -> float:
     """Metres: the standard deviation of what changes from frame to frame without any rule; 0 for clips of
     less than four frames."""
-    import numpy as np
-
     if len(places) < 4:
         return 0.0
     third = np.diff(places, n=3, axis=0)  # of white noise: its variance times 1 + 9 + 9 + 1

@@ -1,11 +1,12 @@
 """Control: gives the source back, noise and all; for source and target of one body."""
 
 from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.motion import transfer
 from retarget_bench.motion.character import Character
 
 
 class Identity:
-    """What doing nothing scores: zero where the motion itself is asked for, the noise where it is noisy.
+    """The score of doing nothing: zero error for clean motion, the noise for noisy motion.
 
     A method that denoises has to stay below it, and one that reconstructs cannot.
     """
@@ -20,9 +21,7 @@ class Identity:
     )
 
     def supports(self, source: Character, target: Character) -> str | None:
-        if source.skeleton.same_as(target.skeleton):
-            return None
-        return f"gives the source back, and {target.name} has another skeleton than {source.name}"
+        return transfer.another_skeleton("gives the source back", source, target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Prediction:
         return source

@@ -2,17 +2,15 @@
 
 import numpy as np
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import completion
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Positions
 
 _NOTHING = 1e-12
 """Of a variance, lest joints that never move make the equations singular."""
 
 
-class LinearJoints:
+class LinearJoints(completion.Completer):
     """The best linear map from the joints that are given to the others, frame by frame.
 
     It is fitted for every body and set of joints, in a frame that moves and turns with the given joints, on
@@ -27,7 +25,7 @@ class LinearJoints:
             raise BenchError(f"linear_joints: ridge is above 0 and at most 1e6; got {ridge:g}")
         if poses < 1:
             raise BenchError(f"linear_joints: poses is one or more; got {poses}")
-        self._completer = completion.Completer(lambda known: regression(known, ridge), poses)
+        super().__init__(lambda known: regression(known, ridge), poses)
         self.card = MethodCard(
             name="linear_joints",
             summary="Missing joints by linear regression on the training poses, given joints kept",
@@ -40,13 +38,6 @@ class LinearJoints:
                 "poses": "how many training poses it is fitted on",
             },
         )
-
-    def supports(self, source: Character, target: Character) -> str | None:
-        return completion.reason(source, target)
-
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
-        given = Positions(source.character, source.positions, source.fps)
-        return self._completer.complete(given, target, context.training)
 
 
 def regression(known: completion.Known, ridge: float) -> completion.Fitted:

@@ -2,11 +2,9 @@
 
 import numpy as np
 
-from retarget_bench.api import Context, MethodCard, Prediction
+from retarget_bench.api import MethodCard
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import completion
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Positions
 
 _NEAR = 1e-3
 """Metres: neighbours nearer than this count alike."""
@@ -14,7 +12,7 @@ _ENOUGH = 200
 """Poses that tell which given joint a missing one is close to."""
 
 
-class NearestPose:
+class NearestPose(completion.Completer):
     """The mean of the nearest training poses, frame by frame, the nearer the weightier.
 
     Poses are of that very body (the training motion's rotations copied to it) and are compared in a frame
@@ -29,7 +27,7 @@ class NearestPose:
             if number < 1:
                 raise BenchError(f"nearest_pose: {name} is one or more; got {number}")
         self.neighbours = neighbours
-        self._completer = completion.Completer(self._fit, poses)
+        super().__init__(self._nearest, poses)
         self.card = MethodCard(
             name="nearest_pose",
             summary="Missing joints from the training poses that are nearest, given joints kept",
@@ -43,14 +41,7 @@ class NearestPose:
             },
         )
 
-    def supports(self, source: Character, target: Character) -> str | None:
-        return completion.reason(source, target)
-
-    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
-        given = Positions(source.character, source.positions, source.fps)
-        return self._completer.complete(given, target, context.training)
-
-    def _fit(self, known: completion.Known) -> completion.Fitted:
+    def _nearest(self, known: completion.Known) -> completion.Fitted:
         from scipy.spatial import cKDTree  # type: ignore[import-untyped]
 
         tree = cKDTree(known.seen.reshape(len(known.seen), -1))

@@ -4,14 +4,13 @@ import numpy as np
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.motion import root_rules, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 
 _RULE = "hip_height"
 
 
 class RestPose:
-    """The lower bound that knows nothing of the pose: a T-pose facing +Z, which never moves.
+    """A lower bound without any pose: a T-pose facing +Z, which never moves.
 
     It stands with its feet on the floor, at the source's mean place on the ground scaled by hip height.
     Its feet never slide and its contact recall is 1, which is why neither says much without precision.

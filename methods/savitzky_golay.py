@@ -4,8 +4,8 @@ import math
 
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Positions
+from retarget_bench.motion import transfer
+from retarget_bench.motion.character import Character, Positions
 
 RATE = 30.0
 """Frames per second that ``window`` is counted at."""
@@ -21,9 +21,7 @@ class SavitzkyGolay:
 
     def __init__(self, window: int = 21, order: int = 2) -> None:
         if window < 1 or window % 2 == 0:
-            raise BenchError(
-                f"savitzky_golay: window is an odd number of frames, one or more; got {window}"
-            )
+            raise BenchError(f"savitzky_golay: window is an odd number of frames; got {window}")
         if not 0 <= order < window:
             raise BenchError(
                 f"savitzky_golay: order is zero or more and less than window ({window}); got {order}"
@@ -42,26 +40,17 @@ class SavitzkyGolay:
         )
 
     def supports(self, source: Character, target: Character) -> str | None:
-        if source.skeleton.same_as(target.skeleton):
-            return None
-        return f"filters the source, and {target.name} has another skeleton than {source.name}"
+        return transfer.another_skeleton("filters the source", source, target)
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
         from scipy.signal import savgol_filter  # type: ignore[import-untyped]
 
-        window = min(self._frames(source.fps), _odd_at_most(source.frames))
+        asked = 2 * math.floor(self.window * source.fps / RATE / 2) + 1  # lasts as long at any rate
+        window = min(asked, source.frames - (source.frames + 1) % 2)  # odd
         if window <= self.order:  # any such polynomial goes through all frames
             return target.positions(source.positions, source.fps)
         smooth = savgol_filter(source.positions, window, self.order, axis=0, mode="interp")
         return target.positions(smooth, source.fps)
-
-    def _frames(self, fps: float) -> int:
-        """The nearest odd number of frames that lasts as long as the window."""
-        return 2 * math.floor(self.window * fps / RATE / 2) + 1
-
-
-def _odd_at_most(frames: int) -> int:
-    return frames - (frames + 1) % 2
 
 
 plugin = SavitzkyGolay

@@ -1,6 +1,7 @@
 """Ground contact: penetration of the floor, and floating of feet that should stand."""
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -22,23 +23,17 @@ GAP = (
 )
 
 
-def _value(id_: str, label: str, meaning: str, unit: str, formula: str) -> Value:
-    below = id_.startswith("penetration")
-    return Value(
-        id=id_,
-        label=label,
-        meaning=meaning,
-        unit=unit,
-        better="lower",
-        formula=f"{formula}; {DEPTH if below else GAP}",
-        source=(
-            "ground penetration as rate, mean and maximum; rate as rtcmp counts it (depth > 1 cm)"
-            if below
-            else "floating after PHUMA's list of faults, measured against the reference"
-        ),
-        tolerance=1e-3,
-        needs=("ground",) if below else ("reference", "ground"),
-    )
+_value = partial(Value, better="lower", tolerance=1e-3)
+_below = partial(
+    _value,
+    needs=("ground",),
+    source="ground penetration as rate, mean and maximum; rate as rtcmp counts it (depth > 1 cm)",
+)
+_above = partial(
+    _value,
+    needs=("reference", "ground"),
+    source="floating after PHUMA's list of faults, measured against the reference",
+)
 
 
 class GroundContact:
@@ -49,40 +44,40 @@ class GroundContact:
         summary="penetration of the floor, and floating feet",
         version="1",
         values=(
-            _value(
+            _below(
                 "penetration.rate",
                 "penetration rate",
                 "share of frames in which a joint is more than a centimetre below the ground",
-                "% of frames",
-                "100 * frames with depth > 1 cm / frames",
+                unit="% of frames",
+                formula=f"100 * frames with depth > 1 cm / frames; {DEPTH}",
             ),
-            _value(
+            _below(
                 "penetration.mean",
                 "penetration depth, mean",
                 "depth of the deepest joint below the ground, mean over all frames",
-                "cm",
-                "mean over frames of depth",
+                unit="cm",
+                formula=f"mean over frames of depth; {DEPTH}",
             ),
-            _value(
+            _below(
                 "penetration.max",
                 "penetration depth, max",
                 "largest depth of any joint below the ground",
-                "cm",
-                "maximum over frames of depth",
+                unit="cm",
+                formula=f"maximum over frames of depth; {DEPTH}",
             ),
-            _value(
+            _above(
                 "floating.rate",
                 "floating rate",
                 "share of standing frames in which the lowest foot is over a centimetre too high",
-                "% of frames",
-                "100 * frames with gap > 1 cm / frames",
+                unit="% of frames",
+                formula=f"100 * frames with gap > 1 cm / frames; {GAP}",
             ),
-            _value(
+            _above(
                 "floating.mean",
                 "floating height, mean",
                 "height of the lowest foot above its reference while it should stand, mean",
-                "cm",
-                "mean over frames of gap",
+                unit="cm",
+                formula=f"mean over frames of gap; {GAP}",
             ),
         ),
     )
@@ -109,8 +104,7 @@ class GroundContact:
 def _lowest(comparison: Comparison, places: np.ndarray) -> np.ndarray:
     """``(frames,)`` metres above its ground of the lowest joint of ``(frames, joints, 3)``."""
     floor = ground_height(comparison.case.ground, places[..., 0], places[..., 2])
-    lowest: np.ndarray = (places[..., 1] - floor).min(axis=1)
-    return lowest
+    return np.asarray((places[..., 1] - floor).min(axis=1))
 
 
 plugin = GroundContact

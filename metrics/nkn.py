@@ -1,11 +1,11 @@
 """Position errors as NKN, PMnet and STaR print them: 22 joints, windows of 120 frames."""
 
 from collections.abc import Mapping
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import MetricCard, Value, protocol
 from retarget_bench.api.comparison import Comparison, squared_length
 from retarget_bench.motion.character import Character
 
@@ -30,15 +30,8 @@ LONG = "and for clips of fewer than 121 frames"
 H2 = "H2: bone lengths hips-to-head + upper leg-to-toe, the hip bone left out"
 
 
-def _protocol(error: str, placed: str, frames: str) -> dict[str, str]:
-    return {
-        "error": error,
-        "divided by": "H2",
-        "joints": "22",
-        "placed": placed,
-        "frames": frames,
-        "self pairs": "apart",
-    }
+_value = partial(Value, unit="cm", better="lower", tolerance=1e-5, needs=("reference", "source"))
+_protocol = partial(protocol, divided_by="H2", joints="22")
 
 
 class Nkn:
@@ -49,12 +42,10 @@ class Nkn:
         summary="position errors of the 22-joint papers",
         version="1",
         values=(
-            Value(
-                id="nkn_mse_h",
-                label="NKN error",
-                meaning="squared position error over height, in windows of 120 frames with a common start",
-                unit="cm",
-                better="lower",
+            _value(
+                "nkn_mse_h",
+                "NKN error",
+                "squared position error over height, in windows of 120 frames with a common start",
                 formula=(
                     "mean over windows, frames and 22 joints of |w(p) - w(g')|^2 / H2, lengths in cm; "
                     "windows: 120 frames, consecutive, the last one ending with the clip; g': the "
@@ -68,38 +59,34 @@ class Nkn:
                     f"frames, ends repeated; {H2}; no resampling; {APPLIES}, {LONG}"
                 ),
                 source="NKN (Villegas et al. 2018), evaluation code; PMnet; R2ET by ancestry (assumed)",
-                tolerance=1e-5,
-                needs=("reference", "source"),
                 protocol=_protocol(
-                    "squared distance", "start and facing of every window", "windows of 120"
+                    "squared distance", placed="start and facing of every window", frames="windows of 120"
                 ),
             ),
-            Value(
-                id="nkn_mse_local",
-                label="NKN error, local",
-                meaning="squared position error over height per frame, without root path and heading",
-                unit="cm",
-                better="lower",
+            _value(
+                "nkn_mse_local",
+                "NKN error, local",
+                "squared position error over height per frame, without root path and heading",
                 formula=(
                     "as nkn_mse_h, with every frame's horizontal place relative to its own hips, its "
                     "hips kept at their height in frame 0, and turned by its own facing direction; "
                     f"{APPLIES}, {LONG}"
                 ),
                 source="NKN's local motion representation; R2ET's MSE^lc by ancestry (assumed)",
-                tolerance=1e-5,
-                needs=("reference", "source"),
-                protocol=_protocol("squared distance", "hips and facing of every frame", "windows of 120"),
+                protocol=_protocol(
+                    "squared distance", placed="hips and facing of every frame", frames="windows of 120"
+                ),
             ),
-            Value(
-                id="star",
-                label="STaR error",
-                meaning="mean position error in heights, 22 joints (called MSE there, but not squared)",
+            _value(
+                "star",
+                "STaR error",
+                "mean position error in heights, 22 joints (called MSE there, but not squared)",
                 unit="heights",
-                better="lower",
                 formula=f"mean over frames and 22 joints of |p - g| / H2, no alignment; {H2}; {APPLIES}",
                 source="STaR, test code",
                 tolerance=1e-8,
-                protocol=_protocol("distance", "world", "all"),
+                needs=("reference",),
+                protocol=_protocol(),
             ),
         ),
     )

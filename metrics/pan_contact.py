@@ -1,6 +1,6 @@
 """Foot contacts over a sweep of speed thresholds: PAN's recall, with precision and F1 beside it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -70,36 +70,31 @@ class PanContact:
         joints = comparison.target.joints(comparison.contact_roles)
         if comparison.expected is None or not joints:
             return {}
-        squares = [
+        predicted, expected = (
             squared_length(steps(side[:, joints], comparison.fps)).ravel()
             for side in (comparison.predicted, comparison.expected)
-        ]
-        limits = {
-            "": np.array(EPSILONS) * 1e-4,
-            "_h": (np.array(SHARES) * comparison.height) ** 2,
+        )
+        curves = {
+            **_curves(predicted, expected, np.array(EPSILONS) * 1e-4, EPSILONS, ""),
+            **_curves(predicted, expected, (np.array(SHARES) * comparison.height) ** 2, SHARES, "_h"),
         }
-        labels = {"": EPSILONS, "_h": SHARES}
-        curves: dict[str, Mapping[str, float]] = {}
-        for suffix, limit in limits.items():
-            curves |= _curves(squares[0], squares[1], limit, [f"{e:g}" for e in labels[suffix]], suffix)
         return {id_: curve for id_, curve in curves.items() if curve}
 
 
 def _curves(
-    predicted: np.ndarray, expected: np.ndarray, limits: np.ndarray, names: list[str], suffix: str
+    predicted: np.ndarray, expected: np.ndarray, limits: np.ndarray, labels: Sequence[float], suffix: str
 ) -> dict[str, dict[str, float]]:
     """Value id -> threshold's name -> share, from squared displacements ``(samples,)`` m^2."""
-    found, true = predicted < limits[:, None], expected < limits[:, None]
-    wanted, claimed = true.sum(axis=1).tolist(), found.sum(axis=1).tolist()
-    hits = (found & true).sum(axis=1).tolist()
-    rows = [row for row in zip(names, hits, wanted, claimed, strict=True) if row[2] > 0]
-    return {
-        f"pan_recall{suffix}": {name: both / want for name, both, want, _ in rows},
-        f"pan_contact_precision{suffix}": {
-            name: both / claim if claim else 0.0 for name, both, _, claim in rows
-        },
-        f"pan_contact_f1{suffix}": {name: 2 * both / (want + claim) for name, both, want, claim in rows},
-    }
+    curves: dict[str, dict[str, float]] = {kind + suffix: {} for kind in KINDS}
+    recall, precision, f1 = curves.values()
+    for limit, label in zip(limits.tolist(), labels, strict=True):
+        found, true = predicted < limit, expected < limit
+        want, claim, both = int(true.sum()), int(found.sum()), int((found & true).sum())
+        if want:
+            name = f"{label:g}"
+            recall[name], precision[name] = both / want, both / claim if claim else 0.0
+            f1[name] = 2 * both / (want + claim)
+    return curves
 
 
 plugin = PanContact

@@ -1,8 +1,9 @@
 """Position errors as SAN, PAN and HuMoT print them: squared or not, by their heights and joint sets."""
 
 from collections.abc import Mapping
+from functools import partial
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import MetricCard, Value, protocol
 from retarget_bench.api.comparison import Comparison
 
 JOINTS = (
@@ -14,17 +15,8 @@ CUT = "the clip cut to a multiple of 4 frames; left out for shorter clips and wh
 SAN = "SAN (Aberman et al. 2020), evaluation code; printed by SAN and PAN"
 
 
-def _protocol(
-    error: str, divided_by: str, frames: str = "a multiple of 4", own: str = "apart"
-) -> dict[str, str]:
-    return {
-        "error": error,
-        "divided by": divided_by,
-        "joints": "structure",
-        "placed": "world",
-        "frames": frames,
-        "self pairs": own,
-    }
+_value = partial(Value, unit="1e-3", better="lower")
+_protocol = partial(protocol, divided_by="H1^2", joints="structure", frames="a multiple of 4")
 
 
 class Papers:
@@ -35,61 +27,53 @@ class Papers:
         summary="position errors as the papers on Mixamo print them",
         version="1",
         values=(
-            Value(
-                id="san_code",
-                label="SAN error",
-                meaning="mean squared position error as SAN and PAN print it; self pairs count as intra",
-                unit="1e-3",
-                better="lower",
+            _value(
+                "san_code",
+                "SAN error",
+                "mean squared position error as SAN and PAN print it; self pairs count as intra",
                 formula=f"1000 * mean over frames, joints and x, y, z of ((p - g) / H1)^2; {CUT}; {JOINTS}",
                 source=SAN,
                 with_self=True,
-                protocol=_protocol("squared coordinate", "H1^2", own="in intra"),
+                protocol=_protocol("squared coordinate", self_pairs="in intra"),
             ),
-            Value(
-                id="san_code_noself",
-                label="SAN error, no self pairs",
-                meaning="mean squared position error as SAN prints it, without self pairs",
-                unit="1e-3",
-                better="lower",
+            _value(
+                "san_code_noself",
+                "SAN error, no self pairs",
+                "mean squared position error as SAN prints it, without self pairs",
                 formula="per case as san_code; self pairs stay in their own group",
                 source=SAN,
-                protocol=_protocol("squared coordinate", "H1^2"),
+                protocol=_protocol("squared coordinate"),
             ),
-            Value(
-                id="sqdist_h2",
-                label="squared distance",
-                meaning="mean squared distance in squared heights: three times the SAN error",
-                unit="1e-3",
-                better="lower",
+            _value(
+                "sqdist_h2",
+                "squared distance",
+                "mean squared distance in squared heights: three times the SAN error",
                 formula="1000 * mean over frames and joints of (|p - g| / H1)^2; all else as san_code",
                 source="bridge between san_code and squared distances",
-                protocol=_protocol("squared distance", "H1^2"),
+                protocol=_protocol("squared distance"),
             ),
-            Value(
-                id="pan_eq16_mean",
-                label="PAN eq. 16",
-                meaning="PAN's printed formula, averaged: squared centimetres over one height",
+            _value(
+                "pan_eq16_mean",
+                "PAN eq. 16",
+                "PAN's printed formula, averaged: squared centimetres over one height",
                 unit="cm",
-                better="lower",
                 formula=(
                     "mean over frames and joints of |p - g|^2 / H1, lengths in cm (the printed formula has "
                     "no mean, and is not what was run); frames, joints, H1 as san_code"
                 ),
                 source="PAN (Hu et al. 2023), equation 16 as typed",
                 tolerance=1e-5,
-                protocol=_protocol("squared distance", "H1"),
+                protocol=_protocol("squared distance", divided_by="H1"),
             ),
-            Value(
-                id="humot_mpjpe",
-                label="HuMoT error",
-                meaning="mean position error in heights, as HuMoT prints it, for self, intra and cross",
+            _value(
+                "humot_mpjpe",
+                "HuMoT error",
+                "mean position error in heights, as HuMoT prints it, for self, intra and cross",
                 unit="heights",
-                better="lower",
                 formula="mean over frames and joints of |p - g| / H1; whole clip, all else as san_code",
                 source="HuMoT, retargeting tables 3-5",
                 tolerance=1e-8,
-                protocol=_protocol("distance", "H1", "all"),
+                protocol=_protocol(divided_by="H1", frames="all"),
             ),
         ),
     )

@@ -7,19 +7,17 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import Direction, MetricCard, Value
 from retarget_bench.api.comparison import Comparison, ContactLabels
 from retarget_bench.motion.contact import runs
 from retarget_bench.motion.ground import ground_height
 
 RADIUS = 0.005
-"""Heights: a foot within this of one place stays there. The circle measures one per cent of the height,
-17 mm on an adult; in most conditions viewers noticed feet that slid by less than 21 mm (Pražák, Hoyet and
-O'Sullivan 2011). Exact references keep feet to a millimetre."""
+"""Heights: a foot within this of one place stays there; ``SOURCE`` says why. Exact references keep feet to
+a millimetre."""
 
 LEVEL = RADIUS
-"""Heights: how far above or below its right height a foot may stand; about the centimetre that
-the ground metrics let pass."""
+"""Heights: how far above or below its right height a foot may stand."""
 
 STAY = 1.0 / 15.0
 """Seconds before and after: a foot that keeps to one place that long stays. Long enough that a foot which
@@ -46,17 +44,9 @@ SOURCE = (
 def _value(
     id_: str, label: str, meaning: str, formula: str, unit: str = "1", tolerance: float = 1e-3
 ) -> Value:
-    return Value(
-        id=id_,
-        label=label,
-        meaning=meaning,
-        unit=unit,
-        better="higher" if unit == "1" else "lower",
-        formula=formula,
-        source=SOURCE,
-        tolerance=tolerance,
-        needs=("reference", "contacts", "ground"),
-    )
+    needs = ("reference", "contacts", "ground")
+    better: Direction = "higher" if unit == "1" else "lower"
+    return Value(id_, label, meaning, unit, better, formula, SOURCE, tolerance, needs=needs)
 
 
 class Plant:
@@ -136,10 +126,8 @@ class Plant:
 
 def _over(comparison: Comparison, places: np.ndarray) -> np.ndarray:
     """``(frames, joints)`` metres above the ground of ``(frames, joints, 3)``."""
-    over: np.ndarray = places[..., 1] - ground_height(
-        comparison.case.ground, places[..., 0], places[..., 2]
-    )
-    return over
+    floor = ground_height(comparison.case.ground, places[..., 0], places[..., 2])
+    return np.asarray(places[..., 1] - floor)
 
 
 def _plants(schedule: ContactLabels) -> Iterator[tuple[int, int, int]]:

@@ -1,10 +1,11 @@
 """Position errors relative to height: MPJPE (the primary protocol), end effectors, root path."""
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import MetricCard, Value, protocol
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion.roles import END_EFFECTORS
 
@@ -14,18 +15,8 @@ JOINTS = (
     "'virtual' copies never; h: the target's bone lengths from the hips to the last joint of the leg + "
     "from the hips to the last joint of the head"
 )
-PER_CENT = "% of height"
-
-
-def _protocol(divided_by: str, placed: str, joints: str = "native") -> dict[str, str]:
-    return {
-        "error": "distance",
-        "divided by": divided_by,
-        "joints": joints,
-        "placed": placed,
-        "frames": "all",
-        "self pairs": "apart",
-    }
+ENDS = "head, hands, feet, toes"
+_value = partial(Value, unit="% of height", better="lower", source=PRIMARY)
 
 
 class Position:
@@ -36,101 +27,76 @@ class Position:
         summary="joint position errors: MPJPE, end effectors, root path",
         version="1",
         values=(
-            Value(
-                id="mpjpe_h.world",
-                label="MPJPE",
-                meaning="mean joint position error, with root translation",
-                unit=PER_CENT,
-                better="lower",
+            _value(
+                "mpjpe_h.world",
+                "MPJPE",
+                "mean joint position error, with root translation",
                 formula=f"100 * mean over frames and joints of |p - g| / h; no alignment; {JOINTS}",
-                source=PRIMARY,
-                protocol=_protocol("h", "world"),
+                protocol=protocol(),
             ),
-            Value(
-                id="mpjpe_h.root",
-                label="MPJPE, root-aligned",
-                meaning="mean joint position error relative to the root: the pose alone",
-                unit=PER_CENT,
-                better="lower",
+            _value(
+                "mpjpe_h.root",
+                "MPJPE, root-aligned",
+                "mean joint position error relative to the root: the pose alone",
                 formula=(
                     "100 * mean over frames and joints of |(p - p_hips) - (g - g_hips)| / h; orientation "
                     f"kept; the hips themselves count, with 0; {JOINTS}"
                 ),
-                source=PRIMARY,
-                protocol=_protocol("h", "hips"),
+                protocol=protocol(placed="hips"),
             ),
-            Value(
-                id="mpjpe_h.joint",
-                label="MPJPE by joint, root-aligned",
-                meaning="position error of each joint relative to the root",
-                unit=PER_CENT,
-                better="lower",
+            _value(
+                "mpjpe_h.joint",
+                "MPJPE by joint, root-aligned",
+                "position error of each joint relative to the root",
                 formula=(
                     "per joint 100 * mean over frames of |(p - p_hips) - (g - g_hips)| / h; the mean over "
                     "joints is mpjpe_h.root"
                 ),
-                source=PRIMARY,
                 index="joint",
             ),
-            Value(
-                id="mpjpe_m",
-                label="MPJPE in metres",
-                meaning="mean joint position error in metres, with root translation",
+            _value(
+                "mpjpe_m",
+                "MPJPE in metres",
+                "mean joint position error in metres, with root translation",
                 unit="m",
-                better="lower",
                 formula="mean over frames and joints of |p - g|; no alignment; joints as mpjpe_h.world",
                 source="mpjpe_m as printed for SMPL bodies: global, not aligned",
-                protocol=_protocol("1", "world"),
+                protocol=protocol(divided_by="1"),
             ),
-            Value(
-                id="ee_h.world",
-                label="end-effector error",
-                meaning="mean position error of head, hands, feet and toes, with root translation",
-                unit=PER_CENT,
-                better="lower",
+            _value(
+                "ee_h.world",
+                "end-effector error",
+                "mean position error of head, hands, feet and toes, with root translation",
                 formula="mpjpe_h.world over the joints with role head, hand, foot or toe",
-                source=PRIMARY,
-                protocol=_protocol("h", "world", "head, hands, feet, toes"),
+                protocol=protocol(joints=ENDS),
             ),
-            Value(
-                id="ee_h.root",
-                label="end-effector error, root-aligned",
-                meaning="mean position error of head, hands, feet and toes relative to the root",
-                unit=PER_CENT,
-                better="lower",
+            _value(
+                "ee_h.root",
+                "end-effector error, root-aligned",
+                "mean position error of head, hands, feet and toes relative to the root",
                 formula="mpjpe_h.root over the joints with role head, hand, foot or toe",
-                source=PRIMARY,
-                protocol=_protocol("h", "hips", "head, hands, feet, toes"),
+                protocol=protocol(joints=ENDS, placed="hips"),
             ),
-            Value(
-                id="root_path.horizontal",
-                label="root error, horizontal",
-                meaning="mean horizontal distance of the hips from the reference's",
-                unit=PER_CENT,
-                better="lower",
+            _value(
+                "root_path.horizontal",
+                "root error, horizontal",
+                "mean horizontal distance of the hips from the reference's",
                 formula="100 * mean over frames of the length of the x, z part of p_hips - g_hips / h",
-                source=PRIMARY,
             ),
-            Value(
-                id="root_path.vertical",
-                label="root error, vertical",
-                meaning="mean vertical distance of the hips from the reference's",
-                unit=PER_CENT,
-                better="lower",
+            _value(
+                "root_path.vertical",
+                "root error, vertical",
+                "mean vertical distance of the hips from the reference's",
                 formula="100 * mean over frames of the absolute y part of p_hips - g_hips / h",
-                source=PRIMARY,
             ),
-            Value(
-                id="root_path.drift",
-                label="root drift",
-                meaning="horizontal distance of the hips at the end, with both paths starting at one place",
-                unit=PER_CENT,
-                better="lower",
+            _value(
+                "root_path.drift",
+                "root drift",
+                "horizontal distance of the hips at the end, with both paths starting at one place",
                 formula=(
                     "100 * |d(last) - d(first)| / h with d the x, z part of p_hips - g_hips; left out for "
                     "clips of one frame"
                 ),
-                source=PRIMARY,
             ),
         ),
     )
@@ -153,20 +119,14 @@ class Position:
         if ends := comparison.target.joints(END_EFFECTORS):
             values["ee_h.world"] = float(world[:, ends].mean()) * scale
             values["ee_h.root"] = float(centred[:, ends].mean()) * scale
-        return values | _root_path(comparison, scale)
-
-
-def _root_path(comparison: Comparison, scale: float) -> dict[str, float]:
-    assert comparison.offsets is not None
-    offset = comparison.offsets[:, comparison.hips]
-    values = {
-        "root_path.horizontal": float(np.hypot(offset[:, 0], offset[:, 2]).mean()) * scale,
-        "root_path.vertical": float(np.abs(offset[:, 1]).mean()) * scale,
-    }
-    if len(offset) > 1:
-        drift = offset[-1] - offset[0]
-        values["root_path.drift"] = float(np.hypot(drift[0], drift[2])) * scale
-    return values
+        assert comparison.offsets is not None
+        offset = comparison.offsets[:, comparison.hips]
+        values["root_path.horizontal"] = float(np.hypot(offset[:, 0], offset[:, 2]).mean()) * scale
+        values["root_path.vertical"] = float(np.abs(offset[:, 1]).mean()) * scale
+        if len(offset) > 1:
+            drift = offset[-1] - offset[0]
+            values["root_path.drift"] = float(np.hypot(drift[0], drift[2])) * scale
+        return values
 
 
 plugin = Position

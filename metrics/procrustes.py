@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import MetricCard, Value, protocol
 from retarget_bench.api.comparison import RATE, Comparison, squared_length
 
 RIGID = "R a proper rotation (determinant +1, so a mirrored body does not fit), t a translation"
@@ -27,19 +27,8 @@ def _value(variant: str, label: str, meaning: str, formula: str) -> Value:
         better="lower",
         formula=f"{formula}; joints and h as mpjpe_h.world",
         source=SOURCE,
-        protocol=_protocol("h", FITS[variant]),
+        protocol=protocol(placed=FITS[variant]),
     )
-
-
-def _protocol(divided_by: str, placed: str) -> dict[str, str]:
-    return {
-        "error": "distance",
-        "divided by": divided_by,
-        "joints": "native",
-        "placed": placed,
-        "frames": "all",
-        "self pairs": "apart",
-    }
 
 
 class Procrustes:
@@ -84,7 +73,7 @@ class Procrustes:
                 better="lower",
                 formula="pa_mpjpe.rigid in metres: not divided by h",
                 source=f"{SOURCE}; printed for SMPL bodies, where rigid or similar is not said",
-                protocol=_protocol("1", FITS["rigid"]),
+                protocol=protocol(divided_by="1", placed=FITS["rigid"]),
             ),
             Value(
                 id="pa_acc",

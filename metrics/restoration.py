@@ -4,7 +4,7 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from retarget_bench.api import MetricCard, Value
+from retarget_bench.api import Direction, MetricCard, Value
 from retarget_bench.api.comparison import Comparison, squared_length
 
 HUMOT = "HuMoT (Mourot et al. 2023), sections 4.1, 4.3 and 4.4: MPJPE in cm, world, not aligned"
@@ -14,9 +14,8 @@ DECIMALS = 5
 """Of centimetres: what is smaller is the single precision that answers are kept in."""
 
 
-def _value(key: str, label: str, meaning: str, formula: str, **others: str) -> Value:
-    given = {"unit": "cm", "better": "lower", "source": HUMOT} | others
-    return Value(id=key, label=label, meaning=meaning, formula=formula, tolerance=1e-5, **given)  # type: ignore[arg-type]
+def _value(id_: str, label: str, meaning: str, formula: str, better: Direction = "lower") -> Value:
+    return Value(id_, label, meaning, "cm", better, formula, HUMOT, 1e-5)
 
 
 class Restoration:

@@ -1,6 +1,7 @@
 """Rotation errors: geodesic angles between the joints of prediction and reference, in degrees."""
 
 from collections.abc import Mapping
+from functools import partial
 
 import numpy as np
 
@@ -15,6 +16,14 @@ ANGLE = (
 )
 SOURCE = "geodesic distance on SO(3); qR of SAME (Lee et al. 2023), in degrees"
 BOTH = "left out unless prediction and reference are both known by rotations"
+_value = partial(
+    Value,
+    unit="degrees",
+    better="lower",
+    source=SOURCE,
+    tolerance=1e-5,
+    needs=("reference", "rotations"),
+)
 
 
 class Rotation:
@@ -25,44 +34,29 @@ class Rotation:
         summary="geodesic angles between predicted and reference rotations",
         version="1",
         values=(
-            Value(
-                id="rotation.local",
-                label="rotation error, local",
-                meaning="mean geodesic angle between local joint rotations and the reference's",
-                unit="degrees",
-                better="lower",
+            _value(
+                "rotation.local",
+                "rotation error, local",
+                "mean geodesic angle between local joint rotations and the reference's",
                 formula=(
                     "mean over frames and joints of angle(local rotation, reference's local rotation); the "
                     f"root's local rotation is its orientation in the world; {ANGLE}; {BOTH}"
                 ),
-                source=SOURCE,
-                tolerance=1e-5,
-                needs=("reference", "rotations"),
             ),
-            Value(
-                id="rotation.world",
-                label="rotation error, global",
-                meaning="mean geodesic angle between global joint rotations and the reference's",
-                unit="degrees",
-                better="lower",
+            _value(
+                "rotation.world",
+                "rotation error, global",
+                "mean geodesic angle between global joint rotations and the reference's",
                 formula=(
                     "mean over frames and joints of angle(world orientation, that of the reference); "
                     f"{ANGLE}; {BOTH}"
                 ),
-                source=SOURCE,
-                tolerance=1e-5,
-                needs=("reference", "rotations"),
             ),
-            Value(
-                id="rotation.joint",
-                label="rotation error by joint",
-                meaning="geodesic angle of each joint's local rotation from the reference's",
-                unit="degrees",
-                better="lower",
+            _value(
+                "rotation.joint",
+                "rotation error by joint",
+                "geodesic angle of each joint's local rotation from the reference's",
                 formula="per joint the mean over frames of rotation.local's angle",
-                source=SOURCE,
-                tolerance=1e-5,
-                needs=("reference", "rotations"),
                 index="joint",
             ),
         ),

@@ -1,6 +1,6 @@
 """Smoothness: acceleration and jerk relative to the reference's or the source's, and bone lengths."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
@@ -107,32 +107,38 @@ class Smoothness:
     def compute(self, comparison: Comparison) -> Mapping[str, float]:
         """Left out for clips that are too short, for ratios to still clips, and without what they need."""
         joints, height, fps = comparison.joints, comparison.height, comparison.fps
-        values = _bone_drift(comparison)
         own = _sizes(comparison.predicted, fps)
+        values = _bone_drift(comparison)
         values |= {NAMES[order]: float(size[joints].mean()) for order, size in own.items()}
         if comparison.offsets is not None and comparison.expected is not None:
             if comparison.frames > 2:
                 error = np.diff(comparison.offsets[:, joints], n=2, axis=0)
                 values["acc"] = float(np.sqrt(squared_length(error)).mean()) * (fps / RATE) ** 2
-            true = _sizes(comparison.expected, fps)
-            for order, size in own.items():
-                ratio = _over(size[joints] / height, true[order][joints] / height)
-                values |= {f"{NAMES[order]}_ratio": ratio} if ratio is not None else {}
-        return values | _ratios_to_source(comparison, own)
+            true = _sizes(comparison.expected[:, joints], fps)
+            values |= _ratios(own, joints, height, true, height, "_ratio")
+        source, roles = comparison.case.source, comparison.target.roles
+        at_source, at_target = comparison.shared([role for j in joints if (role := roles[j]) is not None])
+        if at_source and (source_height := float(source.character.height)) > 0:
+            theirs = _sizes(source.positions[:, at_source], fps)
+            values |= _ratios(own, at_target, height, theirs, source_height, "_ratio_src")
+        return values
 
 
-def _ratios_to_source(comparison: Comparison, own: Mapping[int, np.ndarray]) -> dict[str, float]:
-    source, target = comparison.case.source, comparison.target
-    roles = [role for joint in comparison.joints if (role := target.roles[joint]) is not None]
-    at_source, at_target = comparison.shared(roles)
-    height = float(source.character.height)
-    if not at_source or not height > 0:
-        return {}
-    values: dict[str, float] = {}
-    for order, size in _sizes(source.positions[:, at_source], comparison.fps).items():
-        ratio = _over(own[order][at_target] / comparison.height, size / height)
-        values |= {f"{NAMES[order]}_ratio_src": ratio} if ratio is not None else {}
-    return values
+def _ratios(
+    own: Mapping[int, np.ndarray],
+    joints: Sequence[int] | np.ndarray,
+    height: float,
+    other: Mapping[int, np.ndarray],
+    other_height: float,
+    suffix: str,
+) -> dict[str, float]:
+    """Ratios of the means over joints, in heights; left out where the other side is still."""
+    found = {}
+    for order, size in other.items():
+        below = float((size / other_height).mean())
+        if below >= STILL:
+            found[NAMES[order] + suffix] = float((own[order][joints] / height).mean()) / below
+    return found
 
 
 def _sizes(positions: np.ndarray, fps: float) -> dict[int, np.ndarray]:
@@ -146,12 +152,6 @@ def _sizes(positions: np.ndarray, fps: float) -> dict[int, np.ndarray]:
         if len(difference):
             sizes[order] = np.sqrt(squared_length(difference)).mean(axis=0) * fps**order
     return sizes
-
-
-def _over(size: np.ndarray, other: np.ndarray) -> float | None:
-    """The ratio of the means over joints, or None where the other side is still."""
-    below = float(other.mean())
-    return float(size.mean()) / below if below >= STILL else None
 
 
 def _bone_drift(comparison: Comparison) -> dict[str, float]:

@@ -7,8 +7,8 @@ import numpy as np
 from retarget_bench.api import MetricCard, Touch, Value
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.motion import rotation
-from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.transfer import relative
 
 NEAR = 0.01
 """Heights: a touch that is no farther off is kept. The exact references of generated motion, for which such

@@ -13,9 +13,9 @@ from retarget_bench.errors import BenchError
 
 COMMANDS = {
     "run": ("run", "Predict, score and show the table. Start here."),
-    "predict": ("predict", "First stage only: write a method's predictions."),
-    "score": ("score", "Second stage only: score predictions, also a folder made elsewhere."),
-    "task": ("task", "Reconstruction, denoising and joint completion, on any data set."),
+    "predict": ("run.predict", "First stage only: write a method's predictions."),
+    "score": ("run.score", "Second stage only: score predictions, also a folder made elsewhere."),
+    "task": ("run.task", "Reconstruction, denoising and joint completion, on any data set."),
     "table": ("table", "Show the results that exist."),
     "compare": ("compare", "Compare two methods, or two versions of one: differences and p-values."),
     "explain": (
@@ -27,24 +27,30 @@ COMMANDS = {
     "view": ("view", "Show results, a running run or motion files live in the browser."),
     "plot": ("plot", "Draw pictures of results, as .png, .pdf or .svg."),
     "probe": ("probe", "Check that a method gives the same answers for equivalent inputs."),
-    "list": ("list_plugins", "List methods, metrics, data sets and post-processors."),
-    "info": ("info", "Show the card of a method, metric, data set or post-processor; or every protocol."),
-    "new": ("new", "Start a method, metric, data set or post-processor of your own from a template."),
+    "list": ("plugins.list_plugins", "List methods, metrics, data sets and post-processors."),
+    "info": (
+        "plugins.info",
+        "Show the card of a method, metric, data set or post-processor; or every protocol.",
+    ),
+    "new": (
+        "plugins.new",
+        "Start a method, metric, data set or post-processor of your own from a template.",
+    ),
     "check": ("check", "Regression gate: check that metrics and methods still give the same numbers."),
-    "test": ("test_plugin", "Check that a plug-in keeps its contract."),
+    "test": ("plugins.test", "Check that a plug-in keeps its contract."),
     "retarget": ("retarget", "Retarget one BVH file to another character."),
-    "doctor": ("doctor", "Show how a motion file is read, and which options correct it."),
+    "doctor": ("retarget.doctor", "Show how a motion file is read, and which options correct it."),
     "train": ("train", "Train a learned method: weights and their card."),
-    "ablate": ("ablate", "Train and score the rows of a published ablation table."),
+    "ablate": ("train.ablate", "Train and score the rows of a published ablation table."),
     "train-features": ("train_features", "Train the feature networks of FID."),
-    "data": ("data", "Export a data set as files; make training data beforehand."),
-    "submit": ("submit", "Make or check a submission to a leaderboard, or draw the leaderboard."),
+    "data": ("exchange.data", "Export a data set as files; make training data beforehand."),
+    "submit": ("exchange.submit", "Make or check a submission to a leaderboard, or draw the leaderboard."),
     "export-cases": (
-        "export_cases",
+        "exchange.cases",
         "Write sources and targets as files, for prediction by other programs.",
     ),
 }
-"""Command -> the module in ``retarget_bench.commands`` that holds it as ``command``, and its help line."""
+"""Command -> its module in ``commands`` (and its name there, if not ``command``), and its help line."""
 
 CONTINUED = ("run", "task", "predict", "score", "data")
 """Commands that keep what they finished and continue from there."""
@@ -61,8 +67,9 @@ class LazyGroup(click.Group):
         del ctx
         if cmd_name not in COMMANDS:
             return None
-        module = importlib.import_module(f"retarget_bench.commands.{COMMANDS[cmd_name][0]}")
-        command: click.Command = module.command
+        module, _, name = COMMANDS[cmd_name][0].partition(".")
+        found = importlib.import_module(f"retarget_bench.commands.{module}")
+        command: click.Command = getattr(found, name or "command")
         return command
 
     def resolve_command(
@@ -106,7 +113,9 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         error.show()
         sys.exit(error.exit_code)
     except click.Abort:
-        click.echo(_interrupted(arguments), err=True)
+        kept = any(name in arguments for name in CONTINUED)
+        hint = " What was finished is kept; the same command continues from there." if kept else ""
+        click.echo(f"bench: interrupted.{hint}", err=True)
         sys.exit(130)
     except BenchError as error:
         if os.environ.get("RETARGET_BENCH_TRACEBACK"):
@@ -114,9 +123,3 @@ def main(arguments: Sequence[str] | None = None) -> NoReturn:
         click.echo(f"bench: {error}", err=True)
         sys.exit(2)
     sys.exit(status if isinstance(status, int) else 0)
-
-
-def _interrupted(arguments: Sequence[str]) -> str:
-    if any(name in arguments for name in CONTINUED):
-        return "bench: interrupted. What was finished is kept; the same command continues from there."
-    return "bench: interrupted."

@@ -18,7 +18,7 @@ from click.testing import CliRunner
 from retarget_bench import cli
 from retarget_bench.api import SPLITS
 from retarget_bench.commands import options
-from retarget_bench.commands.new import plugin_source
+from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from retarget_bench import cli
-from retarget_bench.commands.new import plugin_source
+from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.motion import bvh, importer
 from retarget_bench.plugins import registry
 

@@ -83,7 +83,7 @@ def test_a_folder_is_a_plug_in_file_too(tmp_path):
     write(folder, "inner", METHOD)
     assert registry.add_file(folder).name == "wide"
     assert registry.create("methods", "wide[steps=4]").got["steps"] == 4
-    assert [p.name for p in registry.code_files("methods", "wide")] == ["__init__.py", "inner.py"]
+    assert [name for name, _ in registry.code_files("methods", "wide")] == ["__init__.py", "inner.py"]
 
 
 def test_parameters_get_the_type_that_the_signature_asks_for(idle):
@@ -264,9 +264,9 @@ def test_code_files_follow_relative_imports(tmp_path, monkeypatch):
     write(room / "wide", "__init__", "")
     write(room / "wide", "deep", "")
     monkeypatch.setattr("retarget_bench.__path__", [str(tmp_path)])
-    one = [p.relative_to(room).as_posix() for p in registry.code_files("methods", "one")]
+    one = [p.relative_to(room).as_posix() for _, p in registry.code_files("methods", "one")]
     assert one == ["_three.py", "_two.py", "one.py", "shared/__init__.py", "shared/helper.py"]
-    assert [p.name for p in registry.code_files("methods", "wide")] == ["__init__.py", "deep.py"]
+    assert [p.name for _, p in registry.code_files("methods", "wide")] == ["__init__.py", "deep.py"]
 
 
 def test_helpers_with_an_underscore_are_no_plug_ins(tmp_path, monkeypatch):

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench.commands.new import plugin_source
+from retarget_bench.commands.plugins import plugin_source
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -65,6 +65,7 @@ def failures(kind: registry.Kind, name: str, data: str) -> dict[str, str]:
     return {each.demand: each.problem for each in contract.check(kind, name, data) if not each.passed}
 
 
+API = "from retarget_bench.api import"
 ANSWER = "return target.motion(copied.rotations, root, source.fps)"
 REASON = "return transfer.reason(source, target)"
 BATCH = f"""{REASON}
@@ -102,7 +103,10 @@ METHOD_FAULTS = {
         "39 frames; the source has 40",
     ),
     "not a number": (
-        {ANSWER: "root[0] = np.nan; " + ANSWER, "from __future__ import annotations": "import numpy as np"},
+        {
+            ANSWER: "root[0] = np.nan; " + ANSWER,
+            API: f"import numpy as np\n{API}",
+        },
         "answers keep",
         "not finite",
     ),
@@ -157,7 +161,9 @@ METHOD_FAULTS = {
     "batch of another length": (in_batches("return found[1:]"), "asked in a batch", "answers to"),
     "batch that looks at its first case": (
         in_batches("return [replace(one, root=one.root + 1e-4 * found[0].root[0]) for one in found]")
-        | {"from __future__ import annotations": "from dataclasses import replace"},
+        | {
+            API: f"from dataclasses import replace\n{API}",
+        },
         "asked in a batch",
         "joints are off by up to",
     ),
@@ -176,7 +182,9 @@ METHOD_FAULTS = {
 
 def test_a_batch_that_answers_as_its_cases_alone_passes(tmp_path, bows):
     fine = in_batches("return [replace(one, root=one.root + 1e-6) for one in found]")
-    fine |= {"from __future__ import annotations": "from dataclasses import replace"}
+    fine |= {
+        "from retarget_bench.api import": "from dataclasses import replace\nfrom retarget_bench.api import"
+    }
     assert failures("methods", plant(tmp_path, "method", fine), bows) == {}
 
 

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Literal
 
@@ -24,6 +24,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, resampled_frames
 from retarget_bench.training.lazy_clips import LazyClips
 
+from .onto import Onto, Pairs
 from .takes import Part, part_of, performer
 
 FPS = 30.0
@@ -64,15 +65,24 @@ class Cmu:
             "root": f"the folder of the files; by default what {PLACE} says",
             "part": "test (subjects 01, 02, 03, 06, 07 and 131) or validation (17, 35, 49 and 91)",
             "unit": "unit of the files, or auto",
+            "bodies": "number of drawn training bodies of the puppets that ik puts takes on; what fails "
+            "checks of contact, speed and floor is not trained on",
         },
     )
 
     def __init__(
-        self, root: str = "", part: Literal["test", "validation"] = "test", unit: str = "auto"
+        self,
+        root: str = "",
+        part: Literal["test", "validation"] = "test",
+        unit: str = "auto",
+        bodies: int = 0,
     ) -> None:
         if part not in ("test", "validation"):
             raise BenchError(f"cmu: there is no part {part!r}; cases are of test or validation")
         self._root, self._part, self._unit = root or os.environ.get(PLACE, ""), part, unit
+        if bodies < 0:
+            raise BenchError(f"cmu: bodies={bodies} is no number of bodies")
+        self._bodies = bodies
         self._take = lru_cache(maxsize=_KEPT)(self._read)
         self._character = lru_cache(maxsize=None)(self._found)
 
@@ -81,11 +91,13 @@ class Cmu:
     def content(self) -> str:
         """A hash of the bytes of the takes, the part, and how they are read."""
         named = {name: self._entries[path] for name, path in self._files.items()}
-        return f"{fingerprint(named)} ({self._part}, unit {self._unit})"
+        onto = f", {self._onto.identity}" if self._onto else ""
+        return f"{fingerprint(named)} ({self._part}, unit {self._unit}{onto})"
 
     @property
     def label(self) -> str:
-        return "cmu" if self._part == "test" else f"cmu, {self._part}"
+        name = f"cmu, on {self._bodies} bodies drawn" if self._bodies else "cmu"
+        return name if self._part == "test" else f"{name}, {self._part}"
 
     @cached_property
     def notes(self) -> Sequence[str]:
@@ -123,11 +135,23 @@ class Cmu:
 
     # ------------------------------------------------------------------------------- to train on
     def training(self) -> Mapping[str, Mapping[str, Clips]]:
-        """Structure -> subject -> whole takes."""
+        """Structure -> subject, or body that takes are put on -> whole takes."""
         found: dict[str, dict[str, Clips]] = {}
         for who, takes in self._takes["train"].items():
-            found.setdefault(self._character(who).structure, {})[_called(who)] = Clips(self, takes)
+            found.setdefault(self._character(who).structure, {})[_called(who)] = Clips(self.motion, takes)
+        if self._onto:
+            for name, takes in self._onto.by_body.items():
+                clips = Clips(partial(self._onto.motion, name=name), takes)
+                found.setdefault(self._onto.cast[name].structure, {})[name] = clips
         return found
+
+    def training_pairs(self) -> Pairs | None:
+        """Takes by their performer and by the bodies that they are put on, none exact; None without
+        bodies."""
+        if not self._onto:
+            return None
+        lengths = {take: self._frames(take) for take in self._onto.takes}
+        return Pairs(self._onto, lengths)
 
     @property
     def training_notes(self) -> Sequence[str]:
@@ -142,15 +166,26 @@ class Cmu:
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Characters, structures and clips that training and its validation have: what weights carry."""
         parts = [self._takes["train"], self._takes["validation"]]
+        onto = self._onto.by_body if self._onto else ()
+        structures = {self._character(who).structure for part in parts for who in part}
+        structures |= {self._onto.cast[name].structure for name in onto} if self._onto else set()
         return {
-            "characters": [_called(who) for part in parts for who in part],
-            "structures": sorted({self._character(who).structure for part in parts for who in part}),
+            "characters": [*(_called(who) for part in parts for who in part), *onto],
+            "structures": sorted(structures),
             "clips": sorted(take for part in parts for takes in part.values() for take in takes),
         }
 
     def motion(self, take: str) -> Motion:
         """A whole take. Raises FileError where it cannot be read."""
         return self._take(take)
+
+    def body(self, take: str) -> Character:
+        """The performer of a take."""
+        return self._character(performer(take))
+
+    def content_of(self, take: str) -> str:
+        """A hash of a take's file."""
+        return self._entries[self._files[take]].content
 
     # ------------------------------------------------------------------------------- what there is
     @cached_property
@@ -205,14 +240,24 @@ class Cmu:
         found = {}
         for takes in self._takes[self._part].values():
             for take in takes:
-                entry = self._entries[self._files[take]]
-                frames = resampled_frames(entry.frames, entry.fps, FPS)
+                frames = self._frames(take)
                 number = max(round(frames / LONGEST), 1)
                 ends = [frames * each // number for each in range(number + 1)]
                 for each in range(number):
                     name = take if number == 1 else f"{take}-{each + 1:02d}"
                     found[name] = (take, ends[each], ends[each + 1])
         return found
+
+    @cached_property
+    def _onto(self) -> Onto | None:
+        if not self._bodies:
+            return None
+        takes = [take for mine in self._takes["train"].values() for take in mine]
+        return Onto(self, takes, self._bodies)
+
+    def _frames(self, take: str) -> int:
+        entry = self._entries[self._files[take]]
+        return resampled_frames(entry.frames, entry.fps, FPS)
 
     def _info(self, clip: str, source: str, target: str) -> CaseInfo:
         alike = self._character(source).structure == self._character(target).structure
@@ -240,20 +285,20 @@ class Cmu:
 
 
 class Clips(LazyClips[str]):
-    """Takes of one performer, each read when it is asked for."""
+    """Takes of one body, each read or made when it is asked for."""
 
-    def __init__(self, data: Cmu, listed: Sequence[str]) -> None:
+    def __init__(self, motion: Callable[[str], Motion], listed: Sequence[str]) -> None:
         super().__init__(listed)
-        self._data = data
+        self._motion = motion
 
     @property
     def names(self) -> tuple[str, ...]:
         return self.listed
 
     def made(self, each: str) -> Motion:
-        """Raises Unusable where the file cannot be read."""
+        """Raises Unusable where a file cannot be read, or what is made of it fails a check."""
         try:
-            return self._data.motion(each)
+            return self._motion(each)
         except BenchError as error:
             raise error if isinstance(error, Unusable) else Unusable(each, str(error)) from error
 

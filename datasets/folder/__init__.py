@@ -3,24 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from functools import cached_property, lru_cache
+from functools import cached_property, lru_cache, partial
 from pathlib import Path
 from typing import Literal
 
-from retarget_bench.api import Case, CaseInfo, DatasetCard
-from retarget_bench.errors import BenchError
-from retarget_bench.files import digest
-from retarget_bench.motion import importer
-from retarget_bench.motion.bvh.catalogue import fingerprint, some
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion, resampled_frames
-from retarget_bench.motion.roles import load_overrides
+import numpy as np
 
-from .bodies import LAYOUTS, ROUNDING, Found, existing, find
-from .parts import Clips, Part, Protocol, part_of
+from retarget_bench.api import Case, CaseInfo, DatasetCard
+from retarget_bench.errors import BenchError, Unusable
+from retarget_bench.files import digest
+from retarget_bench.motion import importer, kinematics
+from retarget_bench.motion.bvh.catalogue import existing, fingerprint, some
+from retarget_bench.motion.character import Character, Motion, resampled_frames
+from retarget_bench.motion.roles import load_overrides
+from retarget_bench.training.lazy_clips import Cast, NamedClips, manifest
+
+from .bodies import LAYOUTS, ROUNDING, Found, find
 
 _KEPT = 64
 """So many motions a process keeps."""
+Protocol = Literal["all", "split", "train"]
+Part = Literal["test", "validation"]
+
+TENTHS = ("test", "test", "validation", *["train"] * 7)
+"""What protocol=split does with each tenth of the names of clips."""
+STILL = 1e-4
+"""Share of a body's height within which something counts as not moving at all."""
 
 
 class Folder:
@@ -97,7 +105,11 @@ class Folder:
 
     @cached_property
     def notes(self) -> Sequence[str]:
-        found = [*self._without_cases(), *self._unread]
+        found = list(self._unread)
+        if self._protocol == "train":
+            found.insert(0, "every clip is trained on (protocol=train), and none is a case")
+        elif not self._any(self._part):
+            found.insert(0, f"protocol=split keeps none of {self._count} for {self._part}")
         paired = sum(self._paired(info.source, info.target, info.clip) for info in self._infos)
         if paired < len(self._infos):
             without = len(self._infos) - paired
@@ -150,15 +162,25 @@ class Folder:
         return self._read(body, path)
 
     # ------------------------------------------------------------------------------- to train on
-    def training(self) -> Mapping[str, Mapping[str, Clips]]:
+    def training(self) -> Cast:
         """Structure -> body -> those of its clips that the protocol keeps for training."""
-        found: dict[str, dict[str, Clips]] = {}
+        found: dict[str, dict[str, NamedClips]] = {}
         if self._protocol != "all":
             for body in filter(self._models[0].__contains__, self._found.sources):
                 if mine := self._clips(body, "train"):
-                    clips = Clips(self.motion, body, mine)
+                    clips = NamedClips(mine, partial(self._trained, body))
                     found.setdefault(self._character(body).structure, {})[body] = clips
         return found
+
+    def _trained(self, body: str, clip: str) -> Motion:
+        """Raises Unusable where the file cannot be read, or holds no motion of a whole body."""
+        try:
+            motion = self.motion(body, clip)
+        except BenchError as error:
+            raise Unusable(clip, str(error)) from error
+        if why := unusable(motion):
+            raise Unusable(clip, why)
+        return motion
 
     @property
     def training_notes(self) -> Sequence[str]:
@@ -179,26 +201,12 @@ class Folder:
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Bodies, structures and clips that training and its validation have: what weights carry."""
-        cast = self.training()
-        clips = {clip for mine in cast.values() for each in mine.values() for clip in each.names}
-        aside = {clip for body in self._found.sources for clip in self._clips(body, "validation")}
-        return {
-            "characters": sorted(name for mine in cast.values() for name in mine),
-            "structures": sorted(cast),
-            "clips": sorted(clips | aside),
-        }
+        aside = [clip for body in self._found.sources for clip in self._clips(body, "validation")]
+        return manifest(self.training(), aside)
 
     def _clips(self, body: str, part: str) -> tuple[str, ...]:
         """Those of a body's clips that are of a part."""
         return tuple(clip for clip in self._found.sources[body] if part_of(clip, self._protocol) == part)
-
-    def _without_cases(self) -> tuple[str, ...]:
-        """The reason why there is no case, where the protocol leaves none."""
-        if self._protocol == "train":
-            return ("every clip is trained on (protocol=train), and none is a case",)
-        if not self._any(self._part):
-            return (f"protocol=split keeps none of {self._count} for {self._part}",)
-        return ()
 
     def _any(self, part: str) -> bool:
         return any(self._clips(body, part) for body in self._found.sources)
@@ -222,7 +230,8 @@ class Folder:
                 path = self._found.sources[source][clip]
                 for target in filter(usable.__contains__, self._found.targets):
                     case = f"{self.card.name}/{source}>{target}/{clip}"
-                    split = self._split(source, target)
+                    same = usable[source].structure == usable[target].structure
+                    split = "self" if source == target else "intra" if same else "cross"
                     infos.append(
                         CaseInfo(case, "retarget", split, source, target, clip, frames=self._frames(path))
                     )
@@ -233,24 +242,12 @@ class Folder:
         """Clips that would be pairs but for their lengths."""
         if self._pairs == "none":
             return []
-        return sorted(
-            {
-                info.clip
-                for info in self._infos
-                if info.clip in self._found.bodies[info.target]
-                and not self._paired(info.source, info.target, info.clip)
-            }
-        )
+        named = (info for info in self._infos if info.clip in self._found.bodies[info.target])
+        return sorted({x.clip for x in named if not self._paired(x.source, x.target, x.clip)})
 
     # ------------------------------------------------------------------------------- one at a time
-    def _split(self, source: str, target: str) -> str:
-        if source == target:
-            return "self"
-        same = self._character(source).structure == self._character(target).structure
-        return "intra" if same else "cross"
-
     def _paired(self, source: str, target: str, clip: str) -> bool:
-        """Whether the target's clip of that name is the reference."""
+        """True where the target's clip of that name is the reference."""
         if source == target:
             return True
         theirs = self._found.bodies[target].get(clip)
@@ -299,7 +296,31 @@ class Folder:
 
     @cached_property
     def _overrides(self) -> Mapping[str, str | None] | None:
-        return load_overrides(existing(self._roles, "roles")) if self._roles else None
+        return load_overrides(existing(Path(self._roles).expanduser())) if self._roles else None
+
+
+def part_of(clip: str, protocol: Protocol) -> str:
+    """``test``, ``validation`` or ``train``: by the clip's name alone, so that clips of one name stay
+    together and others stay where they are when files are added."""
+    if protocol == "split":
+        return TENTHS[int(digest(clip), 16) % len(TENTHS)]
+    return "test" if protocol == "all" else "train"
+
+
+def unusable(motion: Motion) -> str:
+    """The sign that a file lost its motion, or a part of it; "" where there is none.
+
+    Hips that keep their height to a ten-thousandth of the body's while limbs move are no motion of
+    anybody: some converters drop the vertical path of the root.
+    """
+    positions, _ = kinematics.forward(motion.skeleton, motion.rotations, motion.root)  # not to be kept
+    within = STILL * motion.character.height
+    if np.ptp(positions, axis=0).max(initial=0.0) <= within:
+        return "nothing moves in it"
+    hips = positions[:, motion.character.joint_of.get("hips", 0)]
+    if np.ptp(hips[:, 1]) <= within:
+        return "its hips never change their height"
+    return ""
 
 
 plugin = Folder

@@ -14,6 +14,7 @@ from retarget_bench.motion.bvh.catalogue import (
     bvh_files,
     catalogue,
     contents,
+    existing,
     some,
     subfolders,
 )
@@ -49,8 +50,8 @@ def find(root: str, target: str) -> Found:
     """
     if not root:
         raise BenchError(f"folder needs your files: give --root DIR, or folder[root=DIR]; {LAYOUTS}")
-    loose, inside = _sources(existing(root, "root"))
-    aim = _target(existing(target, "target")) if target else {}
+    loose, inside = _sources(existing(Path(root).expanduser()))
+    aim = _target(existing(Path(target).expanduser())) if target else {}
     within = [path for clips in inside.values() for path in clips.values()]
     entries = catalogue(Path(root), dict.fromkeys([*loose.values(), *within, *aim.values()]))
     sources = {name: _readable(clips, entries) for name, clips in inside.items()}
@@ -70,15 +71,6 @@ def find(root: str, target: str) -> Found:
             return Found(sources, (name,), sources, entries)
     name = free_name(Path(target).stem, sources)
     return Found(sources, (name,), {**sources, name: clips}, entries)
-
-
-def existing(given: str, what: str) -> Path:
-    """The path that a parameter names; raises BenchError with what lies near it."""
-    path = Path(given).expanduser()
-    if path.exists():
-        return path
-    nearest = next((each for each in path.parents if each.is_dir()), Path())
-    raise BenchError(f"{what}: there is no {path}; {nearest} exists and holds {contents(nearest)}")
 
 
 def _sources(root: Path) -> tuple[dict[str, Path], Bodies]:
@@ -116,7 +108,7 @@ def _group(loose: Mapping[str, Path], entries: Mapping[Path, CatalogueEntry], bo
 
 
 def _same_bones(one: Hierarchy, other: Hierarchy) -> bool:
-    """Whether two files have one body: same joints, and bones that differ by rounding only.
+    """True where two files have one body: same joints, and bones that differ by rounding only.
 
     The offset of the root does not count, nor that of its only child, which may stand below a dummy root:
     many files put the first frame's place there.

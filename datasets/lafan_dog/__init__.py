@@ -10,16 +10,16 @@ from typing import Literal
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, fingerprint, some
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import resampled_frames
+from retarget_bench.motion.character import Character, resampled_frames
+from retarget_bench.training.lazy_clips import Cast, NamedClips
 
-from .motions import FPS, SHORTEST, Clip, Clips, Motions, Training, cut
-from .takes import DOG, PERSON, SPECIES, Part, Protocol, Takes, find
+from .takes import DOG, FPS, PERSON, SHORTEST, SPECIES, Clip, Motions, Part, Protocol, Takes, cut, find
 
 OWN = (
     "the split is our own: of five recordings, by a hash of their names, two are tested, one steers "
     "training and two are trained on"
 )
+AS_IN_PAN = "people are split as in PAN (subject1 is tested), the dog's split is our own"
 DEPENDENT = "clips of one take are no independent draws: true intervals are wider than those given"
 
 
@@ -74,10 +74,6 @@ class LafanDog:
             raise BenchError(
                 f"lafan_dog: seconds={seconds:g}; clips last 2.2 (the 64 frames of a window) to 600"
             )
-        if protocol not in ("auto", "pan", "own"):
-            raise BenchError(f"lafan_dog: there is no protocol {protocol!r}; there are auto, pan and own")
-        if part not in ("test", "validation"):
-            raise BenchError(f"lafan_dog: there is no part {part!r}; cases are of test or validation")
         self._root, self._folders = root, {PERSON: people, DOG: dogs}
         self._seconds, self._protocol, self._part = seconds, protocol, part
 
@@ -99,20 +95,12 @@ class LafanDog:
 
     @cached_property
     def notes(self) -> Sequence[str]:
-        takes, found = self._takes, []
-        of_part = {
-            species: [name for name, part in takes.part[species].items() if part == self._part]
-            for species in SPECIES
-        }
-        found.append(
-            "; ".join(f"{species}: {some(names, 12) or 'none'}" for species, names in of_part.items())
-        )
-        found.append(
-            "people are split as in PAN (subject1 is tested), the dog's split is our own"
-            if takes.pan
-            else OWN
-        )
-        found.append(DEPENDENT)
+        takes = self._takes
+        of_part = []
+        for species in SPECIES:
+            names = [name for name, part in takes.part[species].items() if part == self._part]
+            of_part.append(f"{species}: {some(names, 12) or 'none'}")
+        found = ["; ".join(of_part), AS_IN_PAN if takes.pan else OWN, DEPENDENT]
         if takes.others:
             named = some([path.name for path in takes.others], 4)
             found.append(f"{len(takes.others)} files left out, no takes of this protocol by name: {named}")
@@ -151,14 +139,14 @@ class LafanDog:
         return [info for info in self.cases(task, "self") if bodies[info.target].structure == structure]
 
     # ------------------------------------------------------------------------------- beyond it
-    def training(self) -> Training:
+    def training(self) -> Cast:
         """Structure -> character -> clips of takes that are neither tested nor in ``validation``."""
-        found: dict[str, dict[str, Clips]] = {}
+        clips = {clip.name: clip for clip in self._clips["train"]}
+        found = {}
         for species in SPECIES:
-            mine = [clip for clip in self._clips["train"] if clip.species == species]
-            if mine:
-                structure = self._motions.body(species).structure
-                found[structure] = {species: Clips(self._motions, mine)}
+            if mine := [name for name, clip in clips.items() if clip.species == species]:
+                read = NamedClips(mine, lambda name: self._motions.clip(clips[name]))
+                found[self._motions.body(species).structure] = {species: read}
         return found
 
     def validation(self) -> LafanDog:

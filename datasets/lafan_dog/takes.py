@@ -1,14 +1,20 @@
-"""Takes in the two folders, and the part of the data set that each belongs to."""
+"""Takes in the two folders: their parts of the data set, and their motion, cut into clips."""
 
 import hashlib
 import re
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
 from pathlib import Path
 from typing import Literal
 
-from retarget_bench.errors import BenchError
-from retarget_bench.motion.bvh.catalogue import bvh_files, contents, some
+import numpy as np
+
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion import bvh, importer
+from retarget_bench.motion.actions import Action, action
+from retarget_bench.motion.bvh.catalogue import bvh_files, contents, existing, some
+from retarget_bench.motion.character import Character, Motion
 
 Part = Literal["train", "validation", "test"]
 Protocol = Literal["auto", "pan", "own"]
@@ -19,6 +25,7 @@ TAKES = {
     DOG: re.compile(r"D1_(?P<recording>[0-9a-z]+?)z?_KAN\d+_\d+"),
 }
 """What takes are called in LAFAN1 and in MANN's archive; takes of one recording go to one part."""
+LIKE = {PERSON: "walk1_subject1.bvh", DOG: "D1_009_KAN01_001.bvh"}
 EXAMPLE = "DIR holds two folders, as in DIR/lafan1/walk1_subject1.bvh and DIR/dog/D1_009_KAN01_001.bvh"
 
 LOCOMOTION = {
@@ -39,6 +46,20 @@ PAN_SUBJECT = "1"
 
 _SALT = "lafan-dog-11431"
 """Chosen so that every part of the takes at hand has sitting and moving ones of both species."""
+
+FPS = 30.0
+"""Of the cases, as in the paper: LAFAN1's own, and every second frame of the dog."""
+SHORTEST = 30
+"""Frames of a take from which it is cut into clips: a second, in which something is done."""
+STRUCTURES = {PERSON: "lafan", DOG: "mann"}
+"""Structure of a species: this and the number of joints, as in ``lafan22``."""
+ROUNDING = 1e-3
+"""Share of the height by which bones may differ from take to take."""
+PLAUSIBLE = {PERSON: (1.2, 2.5), DOG: (0.4, 1.6)}
+"""Metres of role height of a body that was read in the right unit."""
+MISFIT = "has bones of another length than the others of its species"
+KEPT = 8
+"""So many takes a process keeps."""
 
 
 @dataclass(frozen=True)
@@ -66,18 +87,33 @@ def find(root: str, folders: Mapping[str, str], protocol: Protocol) -> Takes:
             "lafan_dog needs your copies of LAFAN1 and of MANN's dog (neither may be passed on here): give "
             f"--root DIR, or lafan_dog[root=DIR]. {EXAMPLE}"
         )
-    top = Path(root).expanduser()
-    if not top.is_dir():
-        raise BenchError(_missing(top))
-    files = {species: _files(top, species, folders[species]) for species in SPECIES}
+    top = existing(Path(root).expanduser())
+    if top.is_file():
+        raise BenchError(f"{top} is a file: give the folder of both folders. {EXAMPLE}")
+    for species, key in ((PERSON, "people"), (DOG, "dogs")):
+        if not (top / folders[species]).is_dir():
+            raise BenchError(
+                f"{top} holds no folder {folders[species]} with the takes of the {species}; it holds "
+                f"{contents(top)}. Give its name with lafan_dog[{key}=NAME]. {EXAMPLE}"
+            )
+    files = {species: bvh_files(top / folders[species]) for species in SPECIES}
     takes = {
         species: {name: path for name, path in mine.items() if TAKES[species].fullmatch(name)}
         for species, mine in files.items()
     }
     for species, mine in takes.items():
         if not mine:
-            raise BenchError(_unnamed(species, top / folders[species], files[species]))
-    pan = _as_in_pan(set(takes[PERSON]), protocol)
+            folder, like = top / folders[species], LIKE[species]
+            there = f"its BVH files are {some(list(files[species]))}" if files[species] else ""
+            there = there or f"it holds {contents(folder)}"
+            raise BenchError(f"{folder} holds no take of a {species}, called as in {like}; {there}")
+    absent = sorted(PAN_TAKES - takes[PERSON].keys())
+    if protocol == "pan" and absent:
+        raise BenchError(
+            f"lafan_dog: protocol=pan needs all {len(PAN_TAKES)} takes of LAFAN1 that begin with aiming, "
+            f"run, sprint or walk; {len(absent)} are not there: {some(absent, 4)}"
+        )
+    pan = protocol != "own" and not absent
     if pan:
         takes[PERSON] = {name: path for name, path in takes[PERSON].items() if name in PAN_TAKES}
     others = [
@@ -104,35 +140,98 @@ def part_of(species: str, take: str, pan: bool = False) -> Part:
     return "test" if fifth < 2 else "validation" if fifth == 2 else "train"
 
 
-def _as_in_pan(names: set[str], protocol: Protocol) -> bool:
-    missing = sorted(PAN_TAKES - names)
-    if protocol == "pan" and missing:
-        raise BenchError(
-            f"lafan_dog: protocol=pan needs all {len(PAN_TAKES)} takes of LAFAN1 that begin with aiming, "
-            f"run, sprint or walk; {len(missing)} are not there: {some(missing, 4)}"
-        )
-    return protocol != "own" and not missing
+# ------------------------------------------------------------------------------------------- motion
+@dataclass(frozen=True)
+class Clip:
+    """Frames ``first`` to before ``end`` of a take."""
+
+    name: str
+    species: str
+    take: str
+    first: int
+    end: int
+
+    @property
+    def frames(self) -> int:
+        return self.end - self.first
 
 
-def _files(top: Path, species: str, name: str) -> dict[str, Path]:
-    folder = top / name
-    if not folder.is_dir():
-        key = {PERSON: "people", DOG: "dogs"}[species]
-        raise BenchError(
-            f"{top} holds no folder {name} with the takes of the {species}; it holds {contents(top)}. Give "
-            f"its name with lafan_dog[{key}=NAME]. {EXAMPLE}"
-        )
-    return bvh_files(folder)
+def cut(species: str, take: str, frames: int, most: int) -> list[Clip]:
+    """A take of so many frames in clips of equal length, of about ``most`` frames each."""
+    number = max(round(frames / most), 1)
+    ends = [frames * each // number for each in range(number + 1)]
+    return [
+        Clip(f"{take}-{each + 1:02d}", species, take, ends[each], ends[each + 1]) for each in range(number)
+    ]
 
 
-def _unnamed(species: str, folder: Path, files: Mapping[str, Path]) -> str:
-    like = {PERSON: "walk1_subject1.bvh", DOG: "D1_009_KAN01_001.bvh"}[species]
-    there = f"its BVH files are {some(list(files))}" if files else f"it holds {contents(folder)}"
-    return f"{folder} holds no take of a {species}, called as in {like}; {there}"
+@dataclass
+class Motions:
+    """The bodies, and the motion of takes. files: species -> take -> file.
+
+    All takes of a species are of one body: that of its first take by name that can be read.
+    """
+
+    files: Mapping[str, Mapping[str, Path]]
+    _bodies: dict[str, tuple[Path, Character]] = field(default_factory=dict)
+    _actions: dict[Clip, Action] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        self._kept = lru_cache(maxsize=KEPT)(self._read)
+
+    def body(self, species: str) -> Character:
+        """Raises BenchError where no take can be read, or what is read is no person or dog."""
+        if species not in self._bodies:
+            self._bodies[species] = self._found(species)
+        return self._bodies[species][1]
+
+    def misfit(self, species: str, name: str) -> str:
+        """The difference of a take's body from the others', by its header; "" where there is none."""
+        self.body(species)
+        usual = bvh.parse_header(self._bodies[species][0]).hierarchy
+        own = bvh.parse_header(self.files[species][name]).hierarchy
+        if own.names != usual.names or not np.array_equal(own.parents, usual.parents):
+            return f"has other joints than {self._bodies[species][0].name}"
+        # the root's offset is the first frame's place
+        apart = np.abs(own.offsets[1:] - usual.offsets[1:]).max(initial=0.0)
+        return MISFIT if apart > ROUNDING * np.abs(usual.offsets[1:]).max(initial=0.0) else ""
+
+    def clip(self, clip: Clip) -> Motion:
+        """Raises FileError where the take cannot be read or is of another body."""
+        return self._kept(clip.species, clip.take).at(slice(clip.first, clip.end))
+
+    def action(self, clip: Clip) -> Action:
+        if clip not in self._actions:
+            self._actions[clip] = action(self.clip(clip))
+        return self._actions[clip]
+
+    def _read(self, species: str, name: str) -> Motion:
+        path = self.files[species][name]
+        body, motion = self.body(species), _imported(path)
+        if not motion.skeleton.same_as(body.skeleton, tolerance=ROUNDING * body.height):
+            raise FileError(path, MISFIT)
+        return body.motion(motion.rotations, motion.root, motion.fps)
+
+    def _found(self, species: str) -> tuple[Path, Character]:
+        problems = []
+        for path in self.files[species].values():
+            try:
+                return path, _named(species, _imported(path).character, path)
+            except FileError as error:
+                problems.append(str(error))
+        raise BenchError(f"no take of a {species} can be used: {problems[0]}")
 
 
-def _missing(top: Path) -> str:
-    if top.is_file():
-        return f"{top} is a file: give the folder of both folders. {EXAMPLE}"
-    nearest = next((each for each in top.parents if each.is_dir()), Path())
-    return f"there is no folder {top}; {nearest} exists and holds {contents(nearest)}. {EXAMPLE}"
+def _imported(path: Path) -> Motion:
+    """Both archives are in centimetres, Y up, with the root's place in the world."""
+    return importer.load(path, unit="cm", up="y", root="absolute", fps=FPS).motion
+
+
+def _named(species: str, found: Character, path: Path) -> Character:
+    low, high = PLAUSIBLE[species]
+    if found.four_legged != (species == DOG):
+        legs = "four legs" if found.four_legged else "two legs"
+        raise FileError(path, f"shows a body on {legs}, which is no {species}")
+    if not low < found.height < high:
+        raise FileError(path, f"read in centimetres, its {species} is {found.height:.3g} m high")
+    return replace(found, name=species, structure=f"{STRUCTURES[species]}{len(found.skeleton)}")

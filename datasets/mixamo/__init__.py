@@ -12,12 +12,11 @@ from typing import Literal
 from retarget_bench.api import Case, CaseInfo, DatasetCard
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.motion.bvh.catalogue import CatalogueEntry, catalogue, fingerprint
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.training.lazy_clips import Cast, manifest
 
 from . import protocols
-from .layout import Layout, find
-from .motions import METRES, Motions, Training, training_clips
+from .motions import Motions, training_clips
 
 CARD = DatasetCard(
     name="mixamo",
@@ -87,15 +86,11 @@ class Mixamo:
             raise BenchError(f"mixamo: fold={fold}, but folds are 0 to {protocols.FOLDS - 1}")
         if fold and protocol != "folds":
             raise BenchError(f"mixamo: fold={fold} means something with protocol=folds only")
-        if unit not in METRES:
-            raise BenchError(f"mixamo: unit={unit} is unknown; units are {', '.join(METRES)}")
         if protocol == "san" and (fps != protocols.SAN_FPS or structure != "native"):
             raise BenchError(
                 "mixamo: protocol=san means fps=30 and structure=native, as SAN's code has it; "
                 "use protocol=all for other rates and joints"
             )
-        if part not in ("test", "validation"):
-            raise BenchError(f"mixamo: there is no part {part!r}; cases are of test or validation")
         if part == "validation" and protocol == "all":
             raise BenchError(
                 "mixamo: protocol=all tests every clip and leaves none to train on; "
@@ -108,8 +103,8 @@ class Mixamo:
 
     # ------------------------------------------------------------------------------- what there is
     @cached_property
-    def _layout(self) -> Layout:
-        return find(self._root)
+    def _layout(self) -> protocols.Layout:
+        return protocols.find(self._root)
 
     @cached_property
     def _selection(self) -> protocols.Selection:
@@ -117,16 +112,22 @@ class Mixamo:
 
     @cached_property
     def _steering(self) -> protocols.Selection:
+        """Untested clips of one fold, for all characters that are not held out."""
         fold = (self._fold + 1) % protocols.FOLDS if self._protocol == "folds" else 0
-        return protocols.steering(self._layout, self._tested, self.held_out, fold)
+        layout, tested = self._layout, self._tested
+        clips = [
+            name for name in layout.names if name not in tested.clips and protocols.fold_of(name) == fold
+        ]
+        characters = [name for name in layout.characters if name not in self.held_out]
+        return protocols.all_pairs(clips, characters, tested.multiple)
 
     @cached_property
     def _tested(self) -> protocols.Selection:
         if self._protocol == "san":
             return protocols.san(self._layout)
-        if self._protocol == "folds":
-            return protocols.one_fold(self._layout, self._fold)
-        return protocols.everything(self._layout)
+        names, fold = self._layout.names, self._fold if self._protocol == "folds" else None
+        clips = (name for name in names if fold is None or protocols.fold_of(name) == fold)
+        return protocols.all_pairs(clips, self._layout.characters)
 
     @cached_property
     def _files(self) -> dict[str, dict[str, Path]]:
@@ -154,11 +155,7 @@ class Mixamo:
 
     @cached_property
     def _listing(self) -> protocols.Listing:
-        def structure(name: str, path: Path, entry: CatalogueEntry) -> str:
-            return self._motions.rig(name, path, entry).native.structure
-
-        clips, notes = protocols.readable(self._files, self._entries, structure, self._selection, self._fps)
-        return protocols.list_cases(self.card.name, self._selection, clips, notes)
+        return protocols.list_cases(self._selection, self._files, self._entries, self._motions)
 
     # ------------------------------------------------------------------------------- the contract
     @property
@@ -180,12 +177,10 @@ class Mixamo:
             return f"mixamo fold {self._fold} of {protocols.FOLDS}{self._variant}"
         if self._protocol == "all":
             return f"mixamo{self._variant}"
-        asked = self._selection.asked
+        asked, pairs, found = self._asked_clips, protocols.SAN_PAIRS, self._listing
         if self._whole_san:
-            return f"mixamo san ({asked.clips} clips, {asked.pairs} pairs)"
-        found = self._listing
-        clips, pairs = f"{found.clips} of {asked.clips} clips", f"{found.pairs} of {asked.pairs} pairs"
-        return f"mixamo san-partial ({clips}, {pairs})"
+            return f"mixamo san ({asked} clips, {pairs} pairs)"
+        return f"mixamo san-partial ({found.clips} of {asked} clips, {found.pairs} of {pairs} pairs)"
 
     @cached_property
     def notes(self) -> Sequence[str]:
@@ -193,12 +188,13 @@ class Mixamo:
         if self._part == "validation":
             return (f"{len(self._selection.clips)} clips that no test case shows", *found)
         if self._protocol == "san" and not self._whole_san:
-            asked, cases = self._selection.asked, len(self._listing.infos)
+            asked, infos = self._asked_clips, self._listing.infos
             found.insert(
                 0,
-                f"not the papers' test set but {cases} of its {asked.clips * asked.pairs} cases, with "
-                f"{self._listing.clips} of {asked.clips} clips and {len(self._targets)} of "
-                f"{asked.characters} target characters: its numbers do not compare with published ones",
+                f"not the papers' test set but {len(infos)} of its {asked * protocols.SAN_PAIRS} cases, "
+                f"with {self._listing.clips} of {asked} clips and {len({each.target for each in infos})} "
+                f"of {len(protocols.SAN_TARGETS)} target characters: its numbers do not compare with "
+                "published ones",
             )
         if self._protocol == "folds":
             held = ", ".join(self.held_out) or "no character"
@@ -219,7 +215,7 @@ class Mixamo:
 
     def cases(self, task: str, split: str) -> Sequence[CaseInfo]:
         """Clip by clip, so that the motions of a clip are read once for all its pairs."""
-        return self._by_split.get((task, split), ())
+        return tuple(info for info in self._listing.infos if (info.task, info.split) == (task, split))
 
     def load(self, info: CaseInfo) -> Case:
         """Source, target and reference of a case; raises FileError where a file cannot be read."""
@@ -238,7 +234,7 @@ class Mixamo:
             raise FileError(path, entry.problem)
         return self._motions.motion(character, path, entry)
 
-    def training(self) -> Training:
+    def training(self) -> Cast:
         """Structure -> character -> clips that no case of test or validation shows.
 
         folds: every clip of the other three folds, by the characters that this fold does not hold out.
@@ -261,13 +257,7 @@ class Mixamo:
 
     def training_manifest(self) -> Mapping[str, Sequence[str]]:
         """Characters, structures and clips that training and its validation have: what weights carry."""
-        cast = self.training()
-        clips = {clip for mine in cast.values() for each in mine.values() for clip in each.names}
-        return {
-            "characters": sorted(name for mine in cast.values() for name in mine),
-            "structures": sorted(cast),
-            "clips": sorted(clips | set(self._steering.clips)),
-        }
+        return manifest(self.training(), self._steering.clips)
 
     @property
     def held_out(self) -> tuple[str, ...]:
@@ -284,14 +274,14 @@ class Mixamo:
         return Mixamo(*same, part)
 
     @property
-    def _targets(self) -> tuple[str, ...]:
-        return tuple(sorted({info.target for info in self._listing.infos}))
+    def _asked_clips(self) -> int:
+        """The clips that SAN's protocol asks for, found or not."""
+        return max(protocols.SAN_CLIPS, len(self._selection.clips))
 
     @property
     def _whole_san(self) -> bool:
-        asked = self._selection.asked
-        listed = self._layout.listed is not None and asked.clips == protocols.SAN_CLIPS
-        return listed and len(self._listing.infos) == asked.clips * asked.pairs
+        listed = self._layout.listed is not None and self._asked_clips == protocols.SAN_CLIPS
+        return listed and len(self._listing.infos) == protocols.SAN_CLIPS * protocols.SAN_PAIRS
 
     @property
     def _variant(self) -> str:
@@ -299,13 +289,6 @@ class Mixamo:
         said = [f"{self._fps:g} fps"] if self._fps != protocols.SAN_FPS else []
         said += [self._structure] if self._structure != "native" else []
         return f" ({', '.join(said)})" if said else ""
-
-    @cached_property
-    def _by_split(self) -> dict[tuple[str, str], tuple[CaseInfo, ...]]:
-        groups: dict[tuple[str, str], list[CaseInfo]] = {}
-        for info in self._listing.infos:
-            groups.setdefault((info.task, info.split), []).append(info)
-        return {key: tuple(infos) for key, infos in groups.items()}
 
 
 plugin = Mixamo

@@ -2,21 +2,19 @@
 
 from collections import Counter, OrderedDict
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-
-import numpy as np
 
 from retarget_bench.errors import BenchError
 from retarget_bench.files import digest
 from retarget_bench.motion import bvh
 from retarget_bench.motion.bvh.catalogue import CatalogueEntry
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.roles import is_body
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.motion.structures import Reduction, reduce
-from retarget_bench.training.lazy_clips import LazyClips
+from retarget_bench.training.lazy_clips import Cast, NamedClips
 
 STRUCTURE_A = "mixamo-A"
 """Aj, BigVegas, Kaya, SportyGranny: a ``Pelvis`` under ``Hips``, no joints at toe and head ends."""
@@ -42,10 +40,10 @@ class Rig:
     def character(self) -> Character:
         return self.native if self.reduction is None else self.reduction.character
 
-    def motion(self, rotations: np.ndarray, root: np.ndarray, fps: float, wanted: float) -> Motion:
+    def motion(self, recording: bvh.Recording, fps: float) -> Motion:
         """A recording of this body at the wanted rate, on the joints that cases use."""
-        motion = self.native.motion(rotations, root, fps).resample(wanted)
-        return motion if self.reduction is None else self.reduction.apply(motion)
+        whole = self.native.motion(recording.rotations, recording.root, recording.fps).resample(fps)
+        return whole if self.reduction is None else self.reduction.apply(whole)
 
 
 def rig(name: str, skeleton: Skeleton, structure: str) -> Rig:
@@ -122,24 +120,18 @@ class Motions:
         if path in self._kept:
             self._kept.move_to_end(path)
             return self._kept[path]
-        body = self.rig(name, path, entry)
-        recording = self._recording(path)
-        motion = body.motion(recording.rotations, recording.root, recording.fps, self.fps)
+        motion = self.rig(name, path, entry).motion(self._recording(path), self.fps)
         if motion.frames % self.multiple:
             motion = motion.at(slice(0, motion.frames // self.multiple * self.multiple))
-        self._keep(path, motion)
+        self._kept[path] = motion
+        self._bytes += _size(motion)
+        while self._bytes > KEEP_BYTES and len(self._kept) > 1:
+            self._bytes -= _size(self._kept.popitem(last=False)[1])
         return motion
 
     def _recording(self, path: Path) -> bvh.Recording:
         """Mixamo's files state the root's place in the world."""
         return bvh.read(path, root="absolute", scale=METRES[self.unit])
-
-    def _keep(self, path: Path, motion: Motion) -> None:
-        self._kept[path] = motion
-        self._bytes += _size(motion)
-        while self._bytes > KEEP_BYTES and len(self._kept) > 1:
-            _, oldest = self._kept.popitem(last=False)
-            self._bytes -= _size(oldest)
 
     def _made(self, name: str, path: Path) -> Rig:
         made = rig(name, self._recording(path).skeleton, self.structure)
@@ -155,55 +147,23 @@ def _size(motion: Motion) -> int:
     return motion.rotations.shape[0] * motion.rotations.shape[1] * _BYTES_PER_JOINT
 
 
-Training = Mapping[str, Mapping[str, "Clips"]]
-"""Structure -> character -> its clips."""
-
-
-class Clips(LazyClips[tuple[str, Path]]):
-    """Motions of one character, each read when it is asked for."""
-
-    def __init__(
-        self,
-        motions: Motions,
-        character: str,
-        files: Mapping[str, Path],
-        entries: Mapping[Path, CatalogueEntry],
-    ) -> None:
-        super().__init__(list(files.items()))
-        self._motions, self._entries, self.character = motions, entries, character
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        return tuple(name for name, _ in self.listed)
-
-    def made(self, each: tuple[str, Path]) -> Motion:
-        _, path = each
-        return self._motions.motion(self.character, path, self._entries[path])
-
-
 def training_clips(
     motions: Motions, files: Mapping[str, Mapping[str, Path]], entries: Mapping[Path, CatalogueEntry]
-) -> Training:
+) -> Cast:
     """Every character with its readable files, under the structure that most of them have."""
-    found: dict[str, dict[str, Clips]] = {}
+    found: dict[str, dict[str, NamedClips]] = {}
     for name, mine in files.items():
-        structures = {
-            clip: each
-            for clip, path in mine.items()
-            if (each := _structure(motions, name, path, entries[path]))
-        }
+        structures: dict[str, str] = {}
+        for clip, path in mine.items():
+            if not entries[path].problem:
+                with suppress(BenchError):  # a body that cannot be used
+                    structures[clip] = motions.rig(name, path, entries[path]).character.structure
         if structures:
             usual = Counter(structures.values()).most_common(1)[0][0]
-            kept = {clip: mine[clip] for clip, each in structures.items() if each == usual}
-            found.setdefault(usual, {})[name] = Clips(motions, name, kept, entries)
+            kept = [clip for clip, each in structures.items() if each == usual]
+
+            def read(clip: str, name: str = name, mine: Mapping[str, Path] = mine) -> Motion:
+                return motions.motion(name, mine[clip], entries[mine[clip]])
+
+            found.setdefault(usual, {})[name] = NamedClips(kept, read)
     return found
-
-
-def _structure(motions: Motions, name: str, path: Path, entry: CatalogueEntry) -> str:
-    """The structure of the body in a file; "" where it cannot be used."""
-    if entry.problem:
-        return ""
-    try:
-        return motions.rig(name, path, entry).character.structure
-    except BenchError:
-        return ""

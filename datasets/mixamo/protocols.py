@@ -1,23 +1,34 @@
-"""Protocols: the clips and pairs that are asked of a Mixamo folder, and the cases its files can answer."""
+"""Files of a Mixamo folder, ``Character/clip.bvh``, and the cases that a protocol asks of them."""
 
 import hashlib
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
 
 from retarget_bench.api import CaseInfo
-from retarget_bench.errors import BenchError
-from retarget_bench.motion.bvh.catalogue import CatalogueEntry, some
-from retarget_bench.motion.motion import resampled_frames
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.motion.bvh.catalogue import (
+    CatalogueEntry,
+    bvh_files,
+    contents,
+    existing,
+    some,
+    subfolders,
+)
+from retarget_bench.motion.character import resampled_frames
 
-from .layout import Layout
+from .motions import Motions
 
+NOT_CHARACTERS = ("std_bvhs", "mean_var")
+"""Folders of the archive of SAN's authors that hold rest poses and statistics, not clips."""
+EXAMPLE = "DIR holds one folder per character with its clips, as in DIR/BigVegas/Running.bvh"
 SAN_CLIPS = 106
 SAN_SOURCE = "BigVegas"
 SAN_TARGETS = ("Mousey", "Goblin", "Mremireh", "Vampire")
 """Aberman et al. 2020, released code: BigVegas to each (cross), and all ordered pairs (intra, self)."""
+SAN_PAIRS = len(SAN_TARGETS) * (len(SAN_TARGETS) + 1)
 SAN_FPS = 30.0
 SAN_MULTIPLE = 4
 """SAN's code floors the length of every clip to a multiple of this."""
@@ -29,27 +40,97 @@ _VARIANT = re.compile(r" \(\d+\)$")
 """``Idle (1)``: another take of ``Idle``, kept in the same fold."""
 
 
-class Asked(NamedTuple):
-    """Numbers that a protocol asks for, found or not; ``characters`` are the targets."""
+@dataclass(frozen=True)
+class Layout:
+    """The files found.
 
-    clips: int
-    characters: int
-    pairs: int
+    clips:  character -> clip name (file name without ``.bvh``) -> file; both sorted by name.
+    listed: the clip names of ``test_list.txt``, or None where there is no such file.
+    """
+
+    root: Path
+    clips: dict[str, dict[str, Path]]
+    listed: tuple[str, ...] | None
+
+    @property
+    def characters(self) -> tuple[str, ...]:
+        return tuple(self.clips)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Every clip that any character performs, sorted."""
+        return tuple(sorted({name for clips in self.clips.values() for name in clips}))
 
 
+def find(root: str) -> Layout:
+    """Look at the folder; raises BenchError that says what is there instead and what to give."""
+    if not root:
+        raise BenchError(
+            "mixamo needs a folder of BVH files that you have got from Mixamo (they may not be passed on): "
+            f"give --root DIR, or mixamo[root=DIR]. {EXAMPLE}."
+        )
+    folder = existing(Path(root).expanduser())
+    if folder.is_file():
+        raise BenchError(f"{folder} is a file: give the folder of all characters. {EXAMPLE}.")
+    clips = {each.name: found for each in _folders(folder) if (found := bvh_files(each))}
+    names = Counter(name for found in clips.values() for name in found)
+    shared = sum(count > 1 for count in names.values())
+    if not clips or (shared < 0.5 * len(names) and _deeper(folder)):
+        raise BenchError(_no_clips(folder))
+    return Layout(folder, clips, _test_list(folder / "test_list.txt"))
+
+
+def _folders(folder: Path) -> list[Path]:
+    return [each for each in subfolders(folder) if each.name not in NOT_CHARACTERS]
+
+
+def _deeper(folder: Path) -> list[Path]:
+    """Folders that hold no BVH files but folders with some: what a parent of the right folder has."""
+    below = [each for each in _folders(folder) if not bvh_files(each)]
+    return [each for each in below if any(bvh_files(deep) for deep in _folders(each))]
+
+
+def _test_list(path: Path) -> tuple[str, ...] | None:
+    if not path.is_file():
+        return None
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
+        raise FileError(path, f"is not a list of clip names, one per line ({error})") from error
+    names = (re.sub(r"(?i)\.bvh$", "", line.strip()) for line in lines if line.strip())
+    return tuple(dict.fromkeys(names))
+
+
+def _no_clips(folder: Path) -> str:
+    """The reason why a folder is not a Mixamo root, and which neighbour is."""
+    if own := bvh_files(folder):
+        hint = f"--root {folder.resolve().parent}"
+        return (
+            f"{folder} holds {len(own)} BVH files itself, so it looks like the folder of one character: "
+            f"give the folder above it, {hint}. {EXAMPLE}."
+        )
+    if deeper := _deeper(folder):
+        return (
+            f"{folder} is no folder of characters that perform the same clips, but a folder in it may be: "
+            f"give --root {' or --root '.join(str(each) for each in deeper[:5])}. {EXAMPLE}."
+        )
+    others = sorted({each.suffix.lower() for each in folder.glob("*/*") if each.is_file() and each.suffix})
+    seen = f"; its folders hold {some(others)} files, and only BVH is read" if others else ""
+    return f"{folder} holds no Character/clip.bvh; it holds {contents(folder)}{seen}. {EXAMPLE}."
+
+
+# ---------------------------------------------------------------------------------------- protocols
 @dataclass(frozen=True)
 class Selection:
     """Clips and pairs that a protocol asks of a folder.
 
-    clips, pairs: what is asked and can be there; pairs are (source, target) folder names.
-    asked:        how much the protocol asks for.
+    clips, pairs: as far as they can be there; pairs are (source, target) folder names.
     structure:    character -> the native structure that the protocol takes for granted.
     multiple:     clips are cut to a multiple of so many frames.
     """
 
     clips: tuple[str, ...]
     pairs: tuple[tuple[str, str], ...]
-    asked: Asked
     structure: dict[str, str] = field(default_factory=dict)
     multiple: int = 1
 
@@ -58,35 +139,23 @@ class Selection:
         return tuple(dict.fromkeys(name for pair in self.pairs for name in pair))
 
 
-def everything(layout: Layout) -> Selection:
-    """All ordered pairs of the characters found, on all clips found."""
-    return _all_pairs(layout, layout.names)
+def all_pairs(clips: Iterable[str], characters: Sequence[str], multiple: int = 1) -> Selection:
+    """All ordered pairs of characters on all of the clips."""
+    pairs = tuple((source, target) for source in characters for target in characters)
+    return Selection(tuple(clips), pairs, multiple=multiple)
 
 
 def san(layout: Layout) -> Selection:
     """SAN's test: its clips (``test_list.txt``, else all found), BigVegas and four targets."""
     clips = layout.listed if layout.listed is not None else layout.names
-    targets = [name for base in SAN_TARGETS if (name := _folder_of(layout, base))]
+    folders = ((f"{base}_m", base) for base in SAN_TARGETS)  # split rigs carry the suffix
+    targets = [found[0] for names in folders if (found := [name for name in names if name in layout.clips])]
     pairs = [(source, target) for source in targets for target in targets]
     structure = dict.fromkeys(targets, "mixamo-B")
     if SAN_SOURCE in layout.clips:
         pairs = [(SAN_SOURCE, target) for target in targets] + pairs
         structure[SAN_SOURCE] = "mixamo-A"
-    asked = Asked(max(SAN_CLIPS, len(clips)), len(SAN_TARGETS), len(SAN_TARGETS) * (len(SAN_TARGETS) + 1))
-    return Selection(tuple(sorted(clips)), tuple(pairs), asked, structure, SAN_MULTIPLE)
-
-
-def one_fold(layout: Layout, fold: int) -> Selection:
-    """All ordered pairs, on the clips that this fold holds out."""
-    return _all_pairs(layout, tuple(name for name in layout.names if fold_of(name) == fold))
-
-
-def steering(layout: Layout, tested: Selection, held_out: tuple[str, ...], fold: int) -> Selection:
-    """The validation part: untested clips of one fold, all ordered pairs of characters not held out."""
-    characters = [name for name in layout.characters if name not in held_out]
-    clips = tuple(name for name in layout.names if name not in tested.clips and fold_of(name) == fold)
-    pairs = tuple((source, target) for source in characters for target in characters)
-    return Selection(clips, pairs, Asked(len(clips), len(characters), len(pairs)), multiple=tested.multiple)
+    return Selection(tuple(sorted(clips)), tuple(pairs), structure, SAN_MULTIPLE)
 
 
 def fold_of(name: str) -> int:
@@ -94,16 +163,6 @@ def fold_of(name: str) -> int:
     moves nothing."""
     text = f"{_SALT}:{_VARIANT.sub('', name)}"
     return int(hashlib.sha256(text.encode()).hexdigest(), 16) % FOLDS
-
-
-def _folder_of(layout: Layout, base: str) -> str | None:
-    """A target's folder: split rigs carry the suffix ``_m``."""
-    return next((name for name in (f"{base}_m", base) if name in layout.clips), None)
-
-
-def _all_pairs(layout: Layout, clips: tuple[str, ...]) -> Selection:
-    pairs = tuple((source, target) for source in layout.characters for target in layout.characters)
-    return Selection(clips, pairs, Asked(len(clips), len(layout.characters), len(pairs)))
 
 
 Files = Mapping[str, Mapping[str, Path]]
@@ -135,71 +194,70 @@ class Listing:
         return len({info.pair for info in self.infos})
 
 
-def readable(
-    files: Files,
-    entries: Mapping[Path, CatalogueEntry],
-    structure: Callable[[str, Path, CatalogueEntry], str],
-    selection: Selection,
-    fps: float,
-) -> tuple[dict[tuple[str, str], Clip], list[str]]:
-    """(character, clip) -> what is known of it, and the notes on those that are left out.
+def list_cases(
+    selection: Selection, files: Files, entries: Mapping[Path, CatalogueEntry], motions: Motions
+) -> Listing:
+    """Every pair of the selection on every clip that both have at the same length, clip by clip."""
+    clips, notes = _readable(selection, files, entries, motions)
+    listing = Listing(notes=notes)
+    absent, unequal, short = Counter[str](), Counter[str](), Counter[str]()
+    for name in selection.clips:
+        for source, target in selection.pairs:
+            first, second = clips.get((source, name)), clips.get((target, name))
+            if first is None or second is None:
+                absent[name] += 1
+            elif first.frames != second.frames:
+                unequal[name] += 1
+            elif not (frames := first.frames // selection.multiple * selection.multiple):
+                short[name] += 1
+            else:
+                same = first.structure == second.structure
+                split = "self" if source == target else "intra" if same else "cross"
+                case = f"mixamo/{source}>{target}/{name}"
+                listing.infos.append(CaseInfo(case, "retarget", split, source, target, name, frames=frames))
+    notes += _dropped(absent, "for want of the clip on one side")
+    notes += _dropped(short, f"for having fewer than {selection.multiple} frames")
+    notes += [f"{note}: {_lengths(clips, unequal)}" for note in _dropped(unequal, "for unequal lengths")]
+    structures: dict[str, set[str]] = {}
+    for (character, _), clip in clips.items():
+        structures.setdefault(character, set()).add(clip.structure)
+    notes += [
+        f"the folder {name} holds rigs of {len(found)} structures; each clip counts with its own"
+        for name, found in structures.items()
+        if len(found) > 1
+    ]
+    return listing
 
-    ``structure`` gives a file's native structure, or raises BenchError where its body cannot be used.
-    """
+
+def _readable(
+    selection: Selection, files: Files, entries: Mapping[Path, CatalogueEntry], motions: Motions
+) -> tuple[dict[tuple[str, str], Clip], list[str]]:
+    """(character, clip) -> its facts, and the notes on files that are left out."""
     found: dict[tuple[str, str], Clip] = {}
     broken: list[str] = []
     foreign: list[str] = []
     for character, clips in files.items():
         for name, path in clips.items():
             entry = entries[path]
-            if entry.problem:
-                broken.append(f"{character}/{path.name} ({entry.problem})")
-                continue
-            try:
-                body = structure(character, path, entry)
-            except BenchError as error:
-                broken.append(f"{character}/{path.name} ({error})")
-                continue
-            if selection.structure.get(character, body) != body:
+            body, problem = "", entry.problem
+            if not problem:
+                try:
+                    body = motions.rig(character, path, entry).native.structure
+                except BenchError as error:
+                    problem = str(error)
+            if problem:
+                broken.append(f"{character}/{path.name} ({problem})")
+            elif selection.structure.get(character, body) != body:
                 foreign.append(f"{character}/{path.name}")
-                continue
-            frames = resampled_frames(entry.frames, entry.fps, fps)
-            found[character, name] = Clip(body, frames)
-    notes = [_note(broken, "cannot be used")] if broken else []
-    if foreign:
-        notes.append(_note(foreign, "another rig than the protocol's character"))
-    return found, notes
-
-
-def list_cases(
-    dataset: str, selection: Selection, clips: Mapping[tuple[str, str], Clip], notes: Sequence[str]
-) -> Listing:
-    """Every pair of the selection on every clip that both have at the same length, clip by clip."""
-    listing = Listing(notes=list(notes))
-    absent: dict[str, int] = {}
-    unequal: dict[str, int] = {}
-    short: dict[str, int] = {}
-    for name in selection.clips:
-        for source, target in selection.pairs:
-            first, second = clips.get((source, name)), clips.get((target, name))
-            if first is None or second is None:
-                absent[name] = absent.get(name, 0) + 1
-            elif first.frames != second.frames:
-                unequal[name] = unequal.get(name, 0) + 1
-            elif not (frames := first.frames // selection.multiple * selection.multiple):
-                short[name] = short.get(name, 0) + 1
             else:
-                split = "self" if source == target else "cross"
-                split = "intra" if split == "cross" and first.structure == second.structure else split
-                case = f"{dataset}/{source}>{target}/{name}"
-                listing.infos.append(CaseInfo(case, "retarget", split, source, target, name, frames=frames))
-    listing.notes += _dropped(absent, "for want of the clip on one side")
-    listing.notes += _dropped(short, f"for having fewer than {selection.multiple} frames")
-    listing.notes += [
-        f"{note}: {_lengths(clips, unequal)}" for note in _dropped(unequal, "for unequal lengths")
+                found[character, name] = Clip(body, resampled_frames(entry.frames, entry.fps, motions.fps))
+    reasons = ((broken, "cannot be used"), (foreign, "another rig than the protocol's character"))
+    notes = [
+        f"{len(names)} file{'s' * (len(names) > 1)} left out, {why}: {some(names, _NAMED)}"
+        for names, why in reasons
+        if names
     ]
-    listing.notes += _mixed(clips)
-    return listing
+    return found, notes
 
 
 def _dropped(counts: Mapping[str, int], why: str) -> list[str]:
@@ -215,19 +273,3 @@ def _lengths(clips: Mapping[tuple[str, str], Clip], names: Mapping[str, int]) ->
         each = ", ".join(f"{who} {clip.frames}" for (who, what), clip in clips.items() if what == name)
         shown.append(f"{name} ({each} frames)")
     return "; ".join(shown) + (f" and {len(names) - _NAMED} more" if len(names) > _NAMED else "")
-
-
-def _mixed(clips: Mapping[tuple[str, str], Clip]) -> list[str]:
-    """Characters whose folder holds rigs of several structures."""
-    structures: dict[str, set[str]] = {}
-    for (character, _), clip in clips.items():
-        structures.setdefault(character, set()).add(clip.structure)
-    return [
-        f"the folder {name} holds rigs of {len(found)} structures; each clip counts with its own"
-        for name, found in structures.items()
-        if len(found) > 1
-    ]
-
-
-def _note(files: Sequence[str], why: str) -> str:
-    return f"{len(files)} file{'s' * (len(files) > 1)} left out, {why}: {some(files, _NAMED)}"

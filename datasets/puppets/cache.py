@@ -3,7 +3,7 @@
 import zipfile
 import zlib
 from collections.abc import Callable, Mapping
-from pathlib import Path
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
@@ -21,27 +21,13 @@ def kept(identity: str, name: str, names: frozenset[str], build: Callable[[], Ar
     written costs time and nothing else. Any number of processes may ask at once.
     """
     path = cache_folder() / "puppets" / slug(identity) / f"{slug(name)}.npz"
-    found = _read(path, names)
-    if found is not None:
-        return found
+    # absent, cut, altered (the archive has check sums) or of another make
+    unreadable = OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError
+    with suppress(*unreadable), np.load(path, allow_pickle=False) as archive:
+        if names == set(archive.files):
+            return {name: archive[name] for name in archive.files}
     built = build()
-    _write(path, built)
+    members: dict[str, Any] = dict(built)
+    with suppress(FileError), atomic(path) as temporary, temporary.open("wb") as file:
+        np.savez(file, **members)
     return built
-
-
-def _read(path: Path, names: frozenset[str]) -> Arrays | None:
-    """None where the file is absent, cut, altered (the archive has check sums) or of another make."""
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files} if names == set(archive.files) else None
-    except (OSError, ValueError, EOFError, zipfile.BadZipFile, zlib.error, NotImplementedError):
-        return None
-
-
-def _write(path: Path, arrays: Arrays) -> None:
-    members: dict[str, Any] = dict(arrays)
-    try:
-        with atomic(path) as temporary, temporary.open("wb") as file:
-            np.savez(file, **members)
-    except FileError:
-        return

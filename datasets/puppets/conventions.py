@@ -1,4 +1,6 @@
-"""Shared conventions: frame rate, sides, gravity."""
+"""Shared conventions: frame rate, sides, headings, gravity."""
+
+import numpy as np
 
 FPS = 30.0
 
@@ -9,6 +11,16 @@ SIDES = ("left", "right")
 def sign(side: str) -> int:
     """+1 for left (left is +X), -1 for right."""
     return 1 if side == "left" else -1
+
+
+def along(heading: np.ndarray | float) -> np.ndarray:
+    """Unit (x, z) of a heading: 0 faces +Z, growing to the left."""
+    return np.stack([np.sin(heading), np.cos(heading)], axis=-1)
+
+
+def across(heading: np.ndarray | float) -> np.ndarray:
+    """Unit (x, z) to the left of a heading."""
+    return np.stack([np.cos(heading), -np.sin(heading)], axis=-1)
 
 
 GRAVITY = 9.81 / 0.92 / 30.0**2

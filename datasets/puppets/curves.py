@@ -47,14 +47,7 @@ def through(t: np.ndarray, times: Sequence[float], values: Sequence[float]) -> n
     slopes = [0.0] * len(times)
     for k in range(1, len(times) - 1):
         slopes[k] = (values[k + 1] - values[k - 1]) / (times[k + 1] - times[k - 1])
-    curve = np.where(t < times[0], values[0], values[-1]).astype(float)
-    for k in range(len(times) - 1):
-        inside = (t >= times[k]) & (t < times[k + 1])
-        piece = hermite(
-            t[inside], (times[k], times[k + 1]), (values[k], values[k + 1]), (slopes[k], slopes[k + 1])
-        )
-        curve[inside] = piece
-    return curve
+    return spline(t, times, values, slopes)
 
 
 def spline(

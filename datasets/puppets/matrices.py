@@ -1,11 +1,13 @@
 """Vectors and rotation matrices over frames.
 
 The solver multiplies many matrices of a few hundred frames. With the engine's quaternions
-(``retarget_bench.motion.rotation``) this took longer: 1.3 times for ``from_vector``, 2.5 times for
-``part_way``, 30 times for ``about``.
+(``retarget_bench.motion.rotation``) instead, ``about`` took 30 times as long, and ``to_vector`` made the
+solver of people a fifth slower.
 """
 
 import numpy as np
+
+from retarget_bench.motion import rotation
 
 
 def unit(v: np.ndarray) -> np.ndarray:
@@ -46,14 +48,11 @@ def carry(start: np.ndarray, end: np.ndarray, v: np.ndarray) -> np.ndarray:
     return v + forward * end - back * start
 
 
-def apply(turn: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """Vectors ``(..., 3)`` rotated by matrices ``(..., 3, 3)``."""
-    return np.asarray(np.einsum("...ij,...j->...i", turn, v))
-
-
 def rotated(turn: np.ndarray, v: np.ndarray) -> np.ndarray:
-    """One vector ``(3,)`` rotated by matrices ``(..., 3, 3)``, as one product."""
-    return np.asarray((turn.reshape(-1, 3) @ v).reshape(turn.shape[:-1]))
+    """Vectors ``(..., 3)``, or a single one, rotated by matrices ``(..., 3, 3)``."""
+    if v.ndim == 1:
+        return np.asarray((turn.reshape(-1, 3) @ v).reshape(turn.shape[:-1]))
+    return np.asarray(np.einsum("...ij,...j->...i", turn, v))
 
 
 def about(axis: int, angle: np.ndarray) -> np.ndarray:
@@ -68,31 +67,14 @@ def about(axis: int, angle: np.ndarray) -> np.ndarray:
 
 
 def from_vector(v: np.ndarray) -> np.ndarray:
-    """Matrices from rotation vectors ``(..., 3)`` (Rodrigues, with series near zero)."""
-    square = (v * v).sum(axis=-1)
-    angle = np.sqrt(square)
-    small = square < 1e-8
-    safe = np.where(small, 1.0, angle)
-    first = np.where(small, 1.0 - square / 6.0, np.sin(safe) / safe)
-    second = np.where(small, 0.5 - square / 24.0, (1.0 - np.cos(safe)) / (safe * safe))
-    turn = (second[..., None] * v)[..., :, None] * v[..., None, :]
-    flat = turn.reshape(-1, 9)
-    flat += (first[..., None] * v).reshape(-1, 3) @ _SKEW
-    flat[:, ::4] += (1.0 - second * square).reshape(-1, 1)
-    return turn
-
-
-_CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
-
-
-_SKEW = np.cross(np.eye(3)[:, None], np.eye(3)).swapaxes(1, 2).reshape(3, 9)
-"""Vector to the nine numbers of the matrix that multiplies by it, as in a vector product."""
+    """Matrices from rotation vectors ``(..., 3)``."""
+    return rotation.to_matrix(rotation.from_rotation_vector(v))
 
 
 def to_vector(turn: np.ndarray) -> np.ndarray:
     """Rotation vectors ``(..., 3)`` of matrices whose angle stays clear of 180 degrees."""
     axis = np.empty(turn.shape[:-1])
-    for i, j, k in _CYCLES:
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
         np.subtract(turn[..., j, i], turn[..., i, j], out=axis[..., k])
     twice_sine = length(axis)
     trace = turn[..., 0, 0] + turn[..., 1, 1] + turn[..., 2, 2]
@@ -105,10 +87,3 @@ def to_vector(turn: np.ndarray) -> np.ndarray:
 def part_way(a: np.ndarray, b: np.ndarray, share: np.ndarray) -> np.ndarray:
     """Matrices ``(frames, 3, 3)`` on the shortest turn from ``a`` to ``b``, at shares ``(frames,)``."""
     return a @ from_vector(to_vector(np.swapaxes(a, -1, -2) @ b) * np.asarray(share)[..., None])
-
-
-def align(bone: np.ndarray, hinge: np.ndarray, to: np.ndarray, about_: np.ndarray) -> np.ndarray:
-    """Matrices taking the pair of orthogonal unit vectors (bone, hinge) to (to, about_) ``(frames, 3)``."""
-    before = np.stack([bone, hinge, cross(bone, hinge)], axis=-1)
-    after = np.stack([to, about_, cross(to, about_)], axis=-1)
-    return after @ before.T

@@ -1,25 +1,24 @@
 """A body as HuMoT sees it: positions of its joints, Z up, and the neutral pose that says what it is."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 
 import numpy as np
 
 from retarget_bench.api.comparison import body_joints, structure_joints
-from retarget_bench.motion import neutral, rotation
+from retarget_bench.errors import SkeletonError
+from retarget_bench.motion import aligned, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.motion.roles import SIDES, ancestors
 
-MAJOR = tuple(
-    f"{side}_{part}" for side in SIDES for part in ("foot", "up_leg", "leg", "arm", "forearm", "hand")
-)
-"""Ankles, hips, knees, shoulders, elbows and wrists: what every structure has (section 3.4.1)."""
-
 USUAL = 1.3
 """Metres: the stature of the bodies that the networks know, that of an adult."""
 HEIGHTS = {"foot": 0.0, "leg": 0.31, "hand": 0.57, "up_leg": 0.61, "forearm": 0.78, "arm": 1.0}
-"""How high a major joint is in the neutral pose, in parts of the stature: means over puppets."""
+MAJOR = {f"{side}_{part}": height for side in SIDES for part, height in HEIGHTS.items()}
+"""Ankles, hips, knees, shoulders, elbows and wrists, which every structure has (section 3.4.1). Numbers:
+how high they are in the neutral pose, in parts of the stature; means over puppets."""
 LOW = 0.1
 """A body whose major joints are this close to each other there has no stature."""
 
@@ -28,14 +27,13 @@ LOW = 0.1
 class Body:
     """joints: indices of those seen, the hips first. parents: ``(joints,)`` among them, -1 for the first.
 
-    template: ``(joints, 3)`` metres, Z up, the hips at the origin. major: ``(joints,)`` bool.
+    template: ``(joints, 3)`` metres, Z up, the hips at the origin.
     """
 
     character: Character
     joints: tuple[int, ...]
     parents: tuple[int, ...]
     template: np.ndarray
-    major: np.ndarray
 
     @cached_property
     def stature(self) -> float:
@@ -47,8 +45,12 @@ class Body:
     def heights(self) -> np.ndarray:
         """``(joints,)`` of ``HEIGHTS``, NaN for what is no major joint."""
         roles = [self.character.roles[joint] for joint in self.joints]
-        parts = [role.split("_", 1)[1] if role in MAJOR and role else "" for role in roles]
-        return np.array([HEIGHTS.get(part, np.nan) for part in parts])
+        return np.array([MAJOR.get(role or "", np.nan) for role in roles])
+
+    @cached_property
+    def major(self) -> np.ndarray:
+        """``(joints,)`` bool."""
+        return np.isfinite(self.heights)
 
     @cached_property
     def centring(self) -> np.ndarray:
@@ -74,7 +76,7 @@ class Body:
         pose; one above the hips keeps to the hips.
         """
         skeleton = self.character.skeleton
-        rest = neutral.template(self.character)
+        rest = aligned.template(self.character)
         found = np.zeros((len(positions), len(skeleton), 3))
         found[:, list(self.joints)] = upright(positions)
         hips, seen = self.joints[0], set(self.joints)
@@ -105,19 +107,20 @@ def body(character: Character) -> Body:
     Raises SkeletonError where a whole character has no hips or nothing below them."""
     hipless = character.whole is not None and "hips" not in character.joint_of
     joints = tuple(structure_joints(character).tolist()) if hipless else body_joints(character)
-    rank = {joint: number for number, joint in enumerate(joints)}
-    parents = [
-        next((rank[each] for each in ancestors(character.skeleton, joint) if each in rank), -1)
-        for joint in joints
-    ]
-    roles = [character.roles[joint] for joint in joints]
-    return Body(
-        character,
-        joints,
-        tuple(parents),
-        upright(neutral.template(character)[list(joints)]),
-        np.array([role in MAJOR for role in roles]),
-    )
+    template = upright(aligned.template(character)[list(joints)])
+    return Body(character, joints, parents_among(character.skeleton.parents.tolist(), joints), template)
+
+
+def parents_among(parents: Sequence[int], joints: Sequence[int]) -> tuple[int, ...]:
+    """Each joint's nearest ancestor among ``joints``, by its place there; -1 where none is."""
+    place = {joint: number for number, joint in enumerate(joints)}
+    found = []
+    for joint in joints:
+        above = parents[joint]
+        while above >= 0 and above not in place:
+            above = parents[above]
+        found.append(place.get(above, -1))
+    return tuple(found)
 
 
 def stature(template: np.ndarray, heights: np.ndarray) -> float:
@@ -142,15 +145,29 @@ def upright(positions: np.ndarray) -> np.ndarray:
 
 
 def unfit(character: Character, read: bool = False) -> str:
-    """What keeps a body from being trained on and written, or from being read; "" if nothing does.
-    Raises SkeletonError, see ``body``."""
+    """What keeps a body from being trained on and written, or from being read; "" if nothing does."""
     if character.four_legged:
         return f"{character.name} stands on four legs; HuMoT knows bodies on two"
     if not read and "hips" not in character.joint_of:
         return f"no joint of {character.name} is known as hips; name it in a roles file"
-    if not body(character.whole or character).major.any():
+    try:
+        major = body(character.whole or character).major
+    except SkeletonError as error:
+        return str(error)
+    if not major.any():
         return f"{character.name} has none of the joints that clips are centred on (ankles to wrists)"
     return ""
+
+
+def blank(joints: Sequence[int], frames: int) -> dict[str, np.ndarray]:
+    """Zeros for ``places`` ``(rows, frames, most, 3)`` and ``template`` ``(rows, most, 3)`` of bodies with
+    so many joints; ``joints`` ``(rows, most)`` bool, those that there are."""
+    rows, most = len(joints), max(joints)
+    return {
+        "places": np.zeros((rows, frames, most, 3), np.float32),
+        "template": np.zeros((rows, most, 3), np.float32),
+        "joints": np.arange(most) < np.array(joints)[:, None],
+    }
 
 
 def headings(

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Literal
 
 import numpy as np
 import torch
@@ -13,13 +12,13 @@ from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 
-from .features import Body, body, headings, rotated, size_factor
+from .features import Body, blank, body, headings, rotated, size_factor
 from .network import Autoencoder
+from .settings import Windows
 
 WINDOW, HOP = 30, 15
 TOKENS = 1 << 16
 """Joints times frames that go through the networks at once."""
-Windows = Literal["overlapping", "whole"]
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,7 +32,6 @@ class Question:
     """
 
     source: Motion | Positions
-    target: Character
     frames: int
     positions: np.ndarray
     actor: Body
@@ -51,7 +49,7 @@ class Question:
         actor_size, body_size = (size_factor(each.stature) if usual else 1.0 for each in (actor, asked))
         ratio = root_rules.ratio(rule, source.character, target)
         positions = np.pad(seen, wait, mode="edge")
-        return cls(source, target, len(seen), positions, actor, asked, actor_size, body_size, ratio)
+        return cls(source, len(seen), positions, actor, asked, actor_size, body_size, ratio)
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,31 +102,27 @@ def _groups(pieces: Sequence[Piece]) -> Iterator[list[Piece]]:
     """Of about one size, not too many at once."""
     waiting = sorted(pieces, key=lambda piece: (piece.stop - piece.start, len(piece.question.body.joints)))
     while waiting:
-        largest = waiting[-1]
-        joints = 1 + max(
-            max(len(piece.question.body.joints), len(piece.question.actor.joints)) for piece in waiting
-        )
-        count = max(TOKENS // (joints * (largest.stop - largest.start)), 1)
+        questions = [piece.question for piece in waiting]
+        joints = 1 + max(max(len(each.body.joints), len(each.actor.joints)) for each in questions)
+        count = max(TOKENS // (joints * (waiting[-1].stop - waiting[-1].start)), 1)
         yield waiting[-count:]
         del waiting[-count:]
 
 
-def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> list[np.ndarray]:
+def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> Iterator[np.ndarray]:
     """Each ``(frames, joints of the target, 3)`` metres, Z up, about the piece's centre: hips that go as
     far as the source's do, and around them a body as large as the target."""
-    frames = max(piece.stop - piece.start for piece in group)
-    mask = np.zeros((len(group), frames), bool)
-    given = _side([len(piece.question.actor.joints) for piece in group], frames)
-    asked = _side([len(piece.question.body.joints) for piece in group], frames)
+    lengths = np.array([piece.stop - piece.start for piece in group])
+    mask = np.arange(lengths.max()) < lengths[:, None]
+    given = blank([len(piece.question.actor.joints) for piece in group], mask.shape[1])
+    asked = blank([len(piece.question.body.joints) for piece in group], 0)
     for row, piece in enumerate(group):
-        question, length = piece.question, piece.stop - piece.start
-        mask[row, :length] = True
+        question = piece.question
+        actor, body = question.actor.template, question.body.template
         seen = question.positions[piece.start : piece.stop] - piece.centre
-        given["places"][row, :length, : seen.shape[1]] = question.actor_size * seen
-        given["template"][row, : len(question.actor.template)] = (
-            question.actor_size * question.actor.template
-        )
-        asked["template"][row, : len(question.body.template)] = question.body_size * question.body.template
+        given["places"][row, : len(seen), : len(actor)] = question.actor_size * seen
+        given["template"][row, : len(actor)] = question.actor_size * actor
+        asked["template"][row, : len(body)] = question.body_size * body
     angles = np.zeros(len(group))
     if facing:
         angles = headings(given["places"], given["template"], given["joints"], mask)
@@ -139,32 +133,16 @@ def _answered(network: Autoencoder, group: Sequence[Piece], facing: bool) -> lis
     ]
     with torch.inference_mode():
         answer = network(*sides, torch.from_numpy(mask).to(device)).cpu().double().numpy()
-    answer = rotated(answer, angles)
-    return [
-        _at_size(answer[row, : piece.stop - piece.start, : len(piece.question.body.joints)], piece.question)
-        for row, piece in enumerate(group)
-    ]
-
-
-def _at_size(answer: np.ndarray, question: Question) -> np.ndarray:
-    hips = answer[:, :1]
-    return hips / question.actor_size + (answer - hips) / question.body_size
-
-
-def _side(joints: Sequence[int], frames: int) -> dict[str, np.ndarray]:
-    rows, most = len(joints), max(joints)
-    return {
-        "places": np.zeros((rows, frames, most, 3), np.float32),
-        "template": np.zeros((rows, most, 3), np.float32),
-        "joints": np.arange(most) < np.array(joints)[:, None],
-    }
+    for piece, length, found in zip(group, lengths, rotated(answer, angles), strict=True):
+        question = piece.question
+        found = found[:length, : len(question.body.joints)]
+        yield found[:, :1] / question.actor_size + (found - found[:, :1]) / question.body_size
 
 
 def _joined(question: Question, answers: Sequence[tuple[Piece, np.ndarray]]) -> Positions:
     """The pieces faded into each other; then the path of the hips scaled (A.6)."""
-    joints = len(question.body.joints)
     frames = len(question.positions)
-    total, weight = np.zeros((frames, joints, 3)), np.zeros((frames, 1, 1))
+    total, weight = np.zeros((frames, len(question.body.joints), 3)), np.zeros((frames, 1, 1))
     for piece, answer in answers:
         share = _fade(piece.stop - piece.start)[:, None, None]
         total[piece.start : piece.stop] += share * (answer + piece.centre)

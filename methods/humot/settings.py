@@ -1,11 +1,78 @@
-"""HuMoT's parameters beside its variant and weights."""
+"""HuMoT's parameters beside its weights, the sizes of its networks, and its ablations.
+
+``PAPER_COUNT`` has as many parameters as Mourot et al., 2023, state: 2,475,511. Many other forms have as
+many, so that nothing says that it is theirs. ``TEXT`` is their appendix A.3 as written, around the block of
+XCiT (El-Nouby et al., 2021) as published, and has 2,562,629. ``SMALL`` is for processors.
+"""
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
 from typing import Annotated, Literal, TypedDict
 
 from retarget_bench.errors import BenchError
 from retarget_bench.motion import root_rules
+
+Variant = Literal["small", "text", "paper_count"]
+Norm = Literal["batch", "layer"]
+Windows = Literal["overlapping", "whole"]
+Split = Literal["clip", "chunk"]
+
+
+@dataclass(frozen=True)
+class Design:
+    """Sizes and forms of the networks.
+
+    width:     channels of a token. latent: numbers of the code, per frame. heads: of attention; they divide
+               the width.
+    blocks:    in the encoder and in the decoder.
+    template:  hidden widths of both MLPs on templates. motion: widths of the convolutions on positions;
+               the last one is also that of the linear layers behind them and of the encoder's template.
+    kernel:    taps of all convolutions in time, odd; the text does not say how many.
+    joined:    linear layers behind the convolutions on positions. written: those behind the decoder's.
+    expansion: hidden width of the feed-forward layers, in widths.
+    biased:    queries, keys and values have biases.
+    norm:      between the two convolutions of the local interaction: ``batch`` over all real tokens of a
+               batch, as XCiT does, or ``layer``, over a token's own channels: then training on a sequence
+               does not depend on its neighbours. affine: it has a scale and a shift.
+    scale:     what the blocks' layer scales start at.
+    anchored:  joints are known by anchors, too: in the decoder, and in the encoder, which tells a frame's
+               joints what they have in common (``FrameMean``). Ours; not in the paper.
+    time:      size of the code of time.
+    basis:     longest period of the code of time, in frames, over 2 pi; the text does not say.
+    """
+
+    width: int = 128
+    latent: int = 128
+    heads: int = 8
+    blocks: tuple[int, int] = (4, 4)
+    template: tuple[int, ...] = (16, 32)
+    motion: tuple[int, ...] = (3, 16, 32, 64)
+    kernel: int = 7
+    joined: int = 3
+    written: int = 3
+    expansion: int = 4
+    biased: bool = True
+    norm: Norm = "batch"
+    affine: bool = True
+    scale: float = 1.0
+    anchored: bool = False
+    time: float = 1.0
+    basis: float = 10_000.0
+
+
+TEXT = Design()
+PAPER_COUNT = replace(TEXT, kernel=9, joined=2, written=2, expansion=3, biased=False, affine=False)
+SMALL = replace(
+    PAPER_COUNT,
+    blocks=(1, 1),
+    norm="layer",
+    affine=True,
+    scale=0.02,
+    anchored=True,
+    time=0.25,
+)
+DESIGNS: Mapping[Variant, Design] = {"small": SMALL, "text": TEXT, "paper_count": PAPER_COUNT}
 
 
 class Overrides(TypedDict, total=False):
@@ -19,9 +86,9 @@ class Overrides(TypedDict, total=False):
     turned: Annotated[bool, False]
     mirrored: Annotated[bool, True]
     hop: Annotated[int, 6]
-    split: Annotated[Literal["clip", "chunk"], "clip"]
+    split: Annotated[Split, "clip"]
     root_rule: Annotated[root_rules.ScalingRule, "hip_height"]
-    windows: Annotated[Literal["overlapping", "whole"], "overlapping"]
+    windows: Annotated[Windows, "overlapping"]
 
 
 PARAMETERS = {
@@ -57,7 +124,7 @@ class Settings:
     turned: bool
     mirrored: bool
     hop: int
-    split: Literal["clip", "chunk"]
+    split: Split
 
     def __post_init__(self) -> None:
         if not 0.0 <= self.consistency < math.inf:

@@ -2,7 +2,6 @@
 
 import hashlib
 from collections.abc import Callable, Mapping, Sequence
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,26 +11,19 @@ from retarget_bench.api import Method
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.layers import exported
 
 from .augmentation import proportions, reproportion, rotate_limbs
-from .design import Design
-from .features import Body, headings, rotated, size_factor, stature
+from .features import Body, blank, headings, parents_among, rotated, size_factor, stature
 from .losses import losses
 from .network import Autoencoder
-from .settings import Settings
+from .settings import Design, Settings
 
 AUTOENCODER = "autoencoder"
 
 
 class Performance(NamedTuple):
     """positions: ``(frames, joints, 3)``. template: ``(joints, 3)``. Metres, Z up."""
-
-    positions: np.ndarray
-    template: np.ndarray
-
-
-class Turn(NamedTuple):
-    """``(3, 3)`` each: what rows of coordinates are multiplied by."""
 
     positions: np.ndarray
     template: np.ndarray
@@ -57,6 +49,9 @@ class HumotTraining:
         self._network = Autoencoder(design)
         self.modules = nn.ModuleDict({AUTOENCODER: self._network})
         self.phases: Sequence[Phase] = (Phase(AUTOENCODER, (AUTOENCODER,)),)
+        self._structures, clips = list(training_data.structures.values()), training_data.clips
+        frames = [sum(clip.frames for name in names for clip in clips[name]) for names in self._structures]
+        self._shares = np.sqrt(frames) / np.sqrt(frames).sum()
 
     # ---------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
@@ -66,7 +61,9 @@ class HumotTraining:
         places ``(rows, frames, joints, 3)`` and template ``(rows, joints, 3)``, metres; joints
         ``(rows, joints)`` bool; parents ``(rows, joints)`` among them, -1 where there is none.
         """
-        cast = self._cast(numbers, rows)
+        # A minute of one structure beside an hour of another is not half of all: shares are by the root.
+        chosen = numbers.choice(len(self._structures), size=rows, p=self._shares)
+        cast = [self._material.cast(numbers, 1, self._structures[k])[0] for k in chosen]
         left_out = held_out if self._settings.split == "chunk" else None
         windows = self._material.draw(numbers, cast, self._frames, self._settings.hop, left_out)
         bodies = [self._bodies[name] for name in cast]
@@ -81,23 +78,6 @@ class HumotTraining:
                 part["places"] = rotated(part["places"], -angles)
         return {"frames": windows.mask, "given": given, "asked": asked}
 
-    def _cast(self, numbers: np.random.Generator, rows: int) -> list[str]:
-        """Structures by the root of how much motion they have, and each of their characters alike."""
-        structures = list(self._material.structures.values())
-        chosen = numbers.choice(len(structures), size=rows, p=self._shares)
-        return [self._material.cast(numbers, 1, structures[k])[0] for k in chosen]
-
-    @cached_property
-    def _shares(self) -> np.ndarray:
-        """``(structures,)``: a minute of one structure beside an hour of another is not half of all."""
-        clips = self._material.clips
-        frames = [
-            sum(clip.frames for name in names for clip in clips[name])
-            for names in self._material.structures.values()
-        ]
-        roots = np.sqrt(frames)
-        return np.asarray(roots / roots.sum())
-
     def _performed(
         self, numbers: np.random.Generator, body: Body, positions: np.ndarray
     ) -> tuple[Performance, Performance]:
@@ -106,14 +86,13 @@ class HumotTraining:
         template = body.template
         if self._settings.varied:
             positions = rotate_limbs(numbers, positions, body)
-        turn = self._turn(numbers)
-        positions, template = positions @ turn.positions, template @ turn.template
+        turns = self._turn(numbers)
+        positions, template = positions @ turns[0], template @ turns[1]
         given, asked = (self._shaped(numbers, body, positions, template) for _ in range(2))
         centre = given.positions[:, body.major].mean((0, 1))
         path = given.positions[:, :1] - asked.positions[:, :1]
-        return Performance(given.positions - centre, given.template), Performance(
-            asked.positions + path - centre, asked.template
-        )
+        asked = Performance(asked.positions + path - centre, asked.template)
+        return Performance(given.positions - centre, given.template), asked
 
     def _shaped(
         self, numbers: np.random.Generator, body: Body, positions: np.ndarray, template: np.ndarray
@@ -125,8 +104,11 @@ class HumotTraining:
         size = size_factor(stature(template, body.heights)) if self._settings.sized else 1.0
         return Performance(size * positions, size * template)
 
-    def _turn(self, numbers: np.random.Generator) -> Turn:
-        """A mirrored body is one whose template is mirrored: what lies where says what is left."""
+    def _turn(self, numbers: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
+        """What rows of coordinates are multiplied by, ``(3, 3)`` for positions and for the template.
+
+        A mirrored body is one whose template is mirrored: what lies where says what is left.
+        """
         positions = template = np.eye(3)
         if self._settings.turned:
             angle = 2.0 * np.pi * numbers.random()
@@ -135,7 +117,7 @@ class HumotTraining:
         if self._settings.mirrored and numbers.random() < 0.5:
             mirror = np.diag([-1.0, 1.0, 1.0])
             positions, template = positions @ mirror, mirror
-        return Turn(positions, template)
+        return positions, template
 
     def _parts(
         self,
@@ -148,20 +130,13 @@ class HumotTraining:
             kept(numbers, body.major) if self._settings.subsampling else np.arange(len(body.joints))
             for body in bodies
         ]
-        rows, most = len(every), max(map(len, every))
-        found = {
-            "places": np.zeros((rows, self._frames, most, 3), np.float32),
-            "template": np.zeros((rows, most, 3), np.float32),
-            "joints": np.zeros((rows, most), bool),
-            "parents": np.full((rows, most), -1, np.int64),
-        }
-        for row, joints in enumerate(every):
+        found = blank([len(joints) for joints in every], self._frames)
+        found["parents"] = np.full(found["joints"].shape, -1, np.int64)
+        for row, (joints, mine) in enumerate(zip(every, performed, strict=True)):
             count = len(joints)
-            mine = performed[row]
             found["places"][row, : len(mine.positions), :count] = mine.positions[:, joints]
             found["template"][row, :count] = mine.template[joints]
-            found["joints"][row, :count] = True
-            found["parents"][row, :count] = parents_among(bodies[row].parents, joints)
+            found["parents"][row, :count] = parents_among(bodies[row].parents, joints.tolist())
         return found
 
     # ----------------------------------------------------------------------------------------- losses
@@ -174,7 +149,7 @@ class HumotTraining:
         return self._build(self.export())
 
     def export(self) -> Mapping[str, Tensor]:
-        return {name: each.detach().clone() for name, each in self._network.state_dict().items()}
+        return exported(self._network)
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         """Raises BenchError where they do not fit."""
@@ -195,18 +170,6 @@ def kept(numbers: np.random.Generator, major: np.ndarray) -> np.ndarray:
         found = np.flatnonzero(numbers.random(len(major)) >= drop)
         if len(found) >= min(FEWEST, len(major)):
             return found
-
-
-def parents_among(parents: Sequence[int], joints: np.ndarray) -> np.ndarray:
-    """``(kept,)`` each joint's nearest ancestor among those kept, by its place there; -1 where none is."""
-    place = {int(joint): number for number, joint in enumerate(joints)}
-    found = []
-    for joint in joints.tolist():
-        above = parents[joint]
-        while above >= 0 and above not in place:
-            above = parents[above]
-        found.append(place.get(above, -1))
-    return np.array(found, dtype=np.int64)
 
 
 def held_out(clip: ClipArrays, starts: Sequence[int]) -> frozenset[int]:

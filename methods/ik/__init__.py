@@ -5,17 +5,15 @@ import numpy as np
 from retarget_bench.api import Context, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import kinematics, root_rules, rotation, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.roles import SIDES
 
-from . import hands, pelvis
-from .feet import Exchange, Plan, plan
-from .rig import SIDES, rig_of
-from .two_bone import Limb, Pose, bend, ease_reach
+from . import feet, hands
+from .two_bone import Limb, Pose, bend, ease_reach, rig_of
 
 
 class InverseKinematics:
-    """Copied rotations with the contacts repaired: what an artist does after copying.
+    """Copied rotations with the contacts repaired, as an artist does after copying.
 
     1. Rotations are copied (see ``copy_rotations``) and the root path is scaled by ``root_rule``.
     2. Feet near the floor follow the source's own path, scaled like the root path, at the target's stance
@@ -63,8 +61,8 @@ class InverseKinematics:
         copied = transfer.carry(source, target, self.root_rule)
         pose = Pose(copied.rotations.copy(), copied.root, copied.positions, copied.global_rotations)
         ratio = root_rules.ratio(self.root_rule, source.character, target)
-        exchange = Exchange(source, rig_of(source.character), rig_of(target), pose, ratio)
-        four_legged = exchange.theirs.four_legged and exchange.ours.four_legged
+        exchange = feet.Exchange(source, rig_of(source.character), rig_of(target), pose, ratio)
+        four_legged = source.character.four_legged and target.four_legged
         if self.feet:
             _plant(exchange, ("leg", "arm") if four_legged else ("leg",))
         if self.hands and not four_legged:
@@ -72,7 +70,7 @@ class InverseKinematics:
         return target.motion(rotation.continuous(rotation.normalise(pose.rotations)), pose.root, source.fps)
 
 
-def _limbs(exchange: Exchange, kind: str) -> list[tuple[Limb, Limb]]:
+def _limbs(exchange: feet.Exchange, kind: str) -> list[tuple[Limb, Limb]]:
     """The left and right ``leg`` or ``arm`` on the source and on the target, where both have them."""
     theirs, ours = exchange.theirs.limbs, exchange.ours.limbs
     return [
@@ -80,20 +78,20 @@ def _limbs(exchange: Exchange, kind: str) -> list[tuple[Limb, Limb]]:
     ]
 
 
-def _plant(exchange: Exchange, kinds: tuple[str, ...]) -> None:
+def _plant(exchange: feet.Exchange, kinds: tuple[str, ...]) -> None:
     """Hold the feet, in place; the pose's places and orientations are up to date afterwards."""
     pose, body = exchange.pose, exchange.ours.character
     legs = [pair for kind in kinds for pair in _limbs(exchange, kind)]
-    plans: list[Plan] = [plan(exchange, theirs, ours) for theirs, ours in legs]
+    plans = [feet.plan(exchange, theirs, ours) for theirs, ours in legs]
     ours = [leg for _, leg in legs]
-    pose.shift(pelvis.settle(pose, ours, plans, exchange.source.fps))
-    pose.shift(pelvis.give(pose, ours, plans, exchange.source.fps))
+    pose.shift(feet.settle(pose, ours, plans, exchange.source.fps))
+    pose.shift(feet.give(pose, ours, plans, exchange.source.fps))
     for leg, each in zip(ours, plans, strict=True):
         bend(body, pose, leg, each.goal, each.orientation)
     pose.places, pose.turned = kinematics.forward(body.skeleton, pose.rotations, pose.root)
 
 
-def _touch(exchange: Exchange) -> None:
+def _touch(exchange: feet.Exchange) -> None:
     """Keep what the hands touch, in place."""
     pose, body = exchange.pose, exchange.ours.character
     arms = _limbs(exchange, "arm")

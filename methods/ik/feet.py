@@ -1,5 +1,6 @@
-"""Targets of planted feet: one position per stretch of time in which the source's foot is planted."""
+"""Planted feet: one position per stretch in which the source's foot is planted, hips in reach of all."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,19 +8,26 @@ import numpy as np
 from retarget_bench.motion import contact, rotation
 from retarget_bench.motion.motion import Motion
 
-from .ease import smoothstep, spread
-from .rig import Rig
-from .two_bone import Limb, Pose
+from .ease import smooth, smoothstep, spread
+from .two_bone import Limb, Pose, Rig, reach
 
 _GAP, _SHORTEST = 2 / 30, 2 / 30
 """Seconds: breaks in a contact that are closed, contacts that are too short to count."""
 _ON_FLOOR, _IN_AIR = 0.06, 0.15
 """Body heights above its rest height: up to where a joint belongs to the floor, from where to the body."""
 
+_STRAIGHT = 0.998
+"""Share of a leg's length that it may span; the rest is left to the knee, which would lock otherwise."""
+_SHARE = 0.5
+"""Of what the planted feet ask for together, how much the hips take; knees and hips share it equally."""
+_ROUNDS = 8
+_NEAR = 1e-4
+"""Metres: nearer than this to where every foot is in reach there is no need to go on."""
+
 
 @dataclass(frozen=True)
 class Exchange:
-    """A motion on its way from one body to another: what was done, and what was copied of it."""
+    """A motion on its way from one body to another: the source's, and its copy in progress."""
 
     source: Motion
     theirs: Rig
@@ -30,7 +38,7 @@ class Exchange:
 
 @dataclass(frozen=True)
 class Plan:
-    """What one limb shall do.
+    """The task of one limb.
 
     goal: ``(frames, 3)`` where its end goes. orientation: ``(frames, 4)`` of the end in the world.
     firm: ``(frames,)`` bool, the frames in which it is planted and has to be reached.
@@ -39,14 +47,6 @@ class Plan:
     goal: np.ndarray
     orientation: np.ndarray
     firm: np.ndarray
-
-
-@dataclass(frozen=True)
-class Point:
-    """One contact joint: its path ``(frames, 3)``, and when the source plants it ``(frames,)``."""
-
-    path: np.ndarray
-    planted: np.ndarray
 
 
 def plan(exchange: Exchange, theirs: Limb, ours: Limb) -> Plan:
@@ -61,19 +61,18 @@ def plan(exchange: Exchange, theirs: Limb, ours: Limb) -> Plan:
     orientation = exchange.pose.turned[:, ours.end]
     if ours.tip < 0 or theirs.tip < 0:
         path = walked(exchange, theirs.end, ours.end)
-        shift = spread(held(Point(path, still)) - path, still, fps)
+        shift = spread(held(path, still) - path, still, fps)
         return Plan(path + shift, orientation, still)
     sole = exchange.pose.places[:, ours.tip] - exchange.pose.places[:, ours.end]
     path = walked(exchange, theirs.end, ours.end)
     path[:, 1] = walked(exchange, theirs.tip, ours.tip)[:, 1] - sole[:, 1]
-    ankle = Point(path, still)
-    toe = Point(path + sole, planted(exchange.source, theirs.tip))
-    at_ankle, at_toe = _held_pair(ankle, toe)
-    both = ankle.planted & toe.planted
+    toe = planted(exchange.source, theirs.tip)
+    at_ankle, at_toe = _held_pair((path, path + sole), (still, toe))
+    both = still & toe
     turn = rotation.between(sole, np.where(both[:, None], at_toe - at_ankle, sole))
     turn = rotation.from_rotation_vector(spread(rotation.to_rotation_vector(turn), both, fps))
-    wanted = np.where(toe.planted[:, None], at_toe - rotation.rotate(turn, sole), at_ankle)
-    firm = ankle.planted | toe.planted
+    wanted = np.where(toe[:, None], at_toe - rotation.rotate(turn, sole), at_ankle)
+    firm = still | toe
     shift = spread(wanted - path, firm, fps)
     return Plan(path + shift, rotation.multiply(turn, orientation), firm)
 
@@ -101,27 +100,28 @@ def planted(source: Motion, joint: int) -> np.ndarray:
     return contact.tidy(labels, round(_GAP * source.fps), round(_SHORTEST * source.fps))
 
 
-def held(joint: Point) -> np.ndarray:
-    """``(frames, 3)`` one place for every stretch in which the joint is planted, zeros elsewhere."""
-    out = np.zeros_like(joint.path)
-    for first, last in contact.runs(joint.planted).tolist():
-        out[first:last] = joint.path[first:last].mean(axis=0)
+def held(path: np.ndarray, still: np.ndarray) -> np.ndarray:
+    """``(frames, 3)`` one place of a path for every stretch in which the joint is planted, else zeros."""
+    out = np.zeros_like(path)
+    for first, last in contact.runs(still).tolist():
+        out[first:last] = path[first:last].mean(axis=0)
     return out
 
 
-def _held_pair(ankle: Point, toe: Point) -> tuple[np.ndarray, np.ndarray]:
+Pair = tuple[np.ndarray, np.ndarray]
+
+
+def _held_pair(paths: Pair, planted: Pair) -> Pair:
     """``(frames, 3)`` each: where ankle and toe are held; meaningless where they are not planted.
 
     Stretches are settled from the longest to the shortest. One that overlaps a settled stretch of the
     other joint stands at the foot's mean direction from it; any other stands at its own mean place.
     """
-    sole = toe.path - ankle.path
+    sole = paths[1] - paths[0]
     length = np.linalg.norm(sole[0])
-    points, places = (ankle, toe), (np.zeros_like(sole), np.zeros_like(sole))
+    places = (np.zeros_like(sole), np.zeros_like(sole))
     settled = np.zeros((2, len(sole)), dtype=bool)
-    stretches = [
-        (first, last, k) for k in (0, 1) for first, last in contact.runs(points[k].planted).tolist()
-    ]
+    stretches = [(first, last, k) for k in (0, 1) for first, last in contact.runs(planted[k]).tolist()]
     for first, last, k in sorted(stretches, key=lambda each: each[0] - each[1]):
         other = places[1 - k]
         shared = first + np.flatnonzero(settled[1 - k, first:last])
@@ -131,7 +131,54 @@ def _held_pair(ankle: Point, toe: Point) -> tuple[np.ndarray, np.ndarray]:
             mean *= length / max(float(np.linalg.norm(mean)), 1e-9)
             place = other[shared[0]] + (mean if k == 1 else -mean)
         else:
-            place = points[k].path[first:last].mean(axis=0)
+            place = paths[k][first:last].mean(axis=0)
         places[k][first:last] = place
         settled[k, first:last] = True
     return places
+
+
+# -------------------------------------------------------------------------------------------- the hips
+def settle(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -> np.ndarray:
+    """``(frames, 3)`` metres to move the body by, up or down, so that copied legs stand on the floor.
+
+    Legs of other proportions, or bent at rest, stand higher or lower in the same pose. The hips take what
+    the planted feet have in common; the rest is left to the knees.
+    """
+    firm = np.stack([plan.firm for plan in plans], axis=1)
+    lift = np.stack(
+        [plan.goal[:, 1] - pose.places[:, limb.end, 1] for limb, plan in zip(limbs, plans, strict=True)],
+        axis=1,
+    )
+    count = firm.sum(axis=1)
+    mean = (lift * firm).sum(axis=1) / np.maximum(count, 1)
+    offset = np.zeros((len(mean), 3))
+    if count.any():
+        offset[:, 1:2] = _SHARE * smooth(spread(mean[:, None], count > 0, fps), fps)
+    return offset
+
+
+def give(pose: Pose, limbs: Sequence[Limb], plans: Sequence[Plan], fps: float) -> np.ndarray:
+    """``(frames, 3)`` metres to move the body by so that planted feet are in reach; zero where all are.
+
+    Each planted leg allows the hips a ball around its foot. The nearest point of all balls is sought by
+    projecting on one after the other; the way there is smoothed in time, and what that leaves is added,
+    a few times over.
+    """
+    offset = np.zeros((len(pose.root), 3))
+    legs = []
+    for limb, plan in zip(limbs, plans, strict=True):
+        hip = pose.places[:, limb.upper]
+        copied = np.linalg.norm(pose.places[:, limb.end] - hip, axis=1)  # may stay as straight
+        legs.append((plan.goal - hip, np.maximum(_STRAIGHT * reach(pose, limb), copied), plan.firm))
+    for _ in range(_ROUNDS):
+        wanted = offset
+        for to_goal, whole, firm in legs * 2:
+            left = to_goal - wanted
+            far = np.linalg.norm(left, axis=1)
+            short = np.where(firm, np.maximum(far - whole, 0.0), 0.0)
+            wanted = wanted + (short / np.maximum(far, 1e-9))[:, None] * left
+        step = wanted - offset
+        if np.abs(step).max() < _NEAR:
+            break
+        offset = offset + smooth(step, fps)
+    return offset

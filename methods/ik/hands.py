@@ -8,9 +8,8 @@ import numpy as np
 from retarget_bench.motion import rotation
 
 from .ease import smooth, smoothstep, spread
-from .feet import Exchange, Point, held, planted, walked
-from .rig import Rig
-from .two_bone import Limb
+from .feet import Exchange, held, planted, walked
+from .two_bone import Limb, Rig
 
 _TOUCH, _CLEAR = 0.06, 0.21
 """Arm lengths from palm to bone (2 and 7 % of a body height): a touch up to here, none from there."""
@@ -62,12 +61,10 @@ def touches(exchange: Exchange, arms: Sequence[tuple[Limb, Limb]]) -> list[np.nd
     source, arm = exchange.source, exchange.source.character.measures.arm_length
     scale = exchange.ours.character.measures.arm_length / arm
     bones = _shared_bones(exchange.theirs, exchange.ours)
-    before = _reach(
-        exchange.theirs, [a for a, _ in arms], bones[0], source.positions, source.global_rotations
-    )
-    after = _reach(
-        exchange.ours, [b for _, b in arms], bones[1], exchange.pose.places, exchange.pose.turned
-    )
+    theirs, ours = zip(*arms, strict=True)
+    pose = exchange.pose
+    before = _reach(exchange.theirs, theirs, bones[0], source.positions, source.global_rotations)
+    after = _reach(exchange.ours, ours, bones[1], pose.places, pose.turned)
     moves = np.stack([_to_body(before, after, hand, bones[2], arm, scale) for hand in (0, 1)], axis=1)
     apart = before.palms[:, 1] - before.palms[:, 0]
     moved = after.palms + moves
@@ -88,8 +85,7 @@ def lean(exchange: Exchange, theirs: Limb, ours: Limb, move: np.ndarray) -> np.n
     leaning = planted(source, theirs.end) & low
     if not leaning.any():
         return move
-    hand = Point(walked(exchange, theirs.end, ours.end), leaning)
-    shift = held(hand) - exchange.pose.places[:, ours.end]
+    shift = held(walked(exchange, theirs.end, ours.end), leaning) - exchange.pose.places[:, ours.end]
     eased = spread(np.hstack([shift, np.ones((len(low), 1))]), leaning, source.fps)
     return eased[:, :3] + (1.0 - np.minimum(eased[:, 3:], 1.0)) * move
 

@@ -1,12 +1,21 @@
-"""Reaching with a limb of two bones, in closed form over all frames at once."""
+"""The limbs of a body, and reaching with one of two bones, in closed form over all frames at once."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.hinges import HINGES
+from retarget_bench.motion.roles import SIDES, chain
 
+_PARTS = {"leg": ("up_leg", "leg", "foot", "toe"), "arm": ("arm", "forearm", "hand", "")}
+_THICKEST = 0.05
+"""Body heights: a rest pose higher above y = 0 than any sole is thick does not stand on it."""
+_BENT = 0.2
+"""Sine of the bend from which a four-legged body's own rest pose tells the hinge of a limb."""
 _SPAN, _EASY = (0.25, 0.98), (0.4, 0.9)
 """Shares of its length that a limb is made to span at least and at most, and between which it is free."""
 _LEAN = 0.1
@@ -28,6 +37,57 @@ class Limb:
     axis: np.ndarray
 
 
+@dataclass(frozen=True, eq=False)
+class Rig:
+    """A character with its reference pose laid out: soles on y = 0, hips above the origin.
+
+    rest: ``(joints, 3)`` metres. limbs: by side and ``leg`` or ``arm``, where it has two bones.
+    chest: the last joint of the spine, or -1.
+    """
+
+    character: Character
+    rest: np.ndarray
+    limbs: Mapping[tuple[str, str], Limb]
+    chest: int
+
+    def joint(self, role: str) -> int:
+        """The joint with this role (or ``chest``), or -1."""
+        return self.chest if role == "chest" else self.character.joint_of.get(role, -1)
+
+    def facing(self, motion: Motion) -> np.ndarray:
+        """``(frames, 4)`` how the hips are turned from the reference pose in a motion of this body."""
+        hips = self.character.joint_of["hips"]
+        return rotation.multiply(
+            motion.global_rotations[:, hips], rotation.conjugate(self.character.reference_globals[hips])
+        )
+
+
+@lru_cache(maxsize=256)
+def rig_of(character: Character) -> Rig:
+    """The rig of a character, made once."""
+    places, height = character.reference_places, character.measures.hip_height
+    sole = character.measures.root_offset - height  # where the file's rest pose stands on y = 0
+    if character.joint_of["hips"] != 0 or not 0.0 < sole < _THICKEST * character.height:
+        sole = 0.0
+    rest = places - places[character.joint_of["hips"]] + [0.0, height + sole, 0.0]
+    limbs = {}
+    for side in SIDES:
+        for kind, parts in _PARTS.items():
+            upper, lower, end, tip = (character.joint_of.get(f"{side}_{part}", -1) for part in parts)
+            if min(upper, lower, end) >= 0:
+                axis, first, second = (
+                    HINGES[f"{side}_{parts[0]}"],
+                    rest[lower] - rest[upper],
+                    rest[end] - rest[lower],
+                )
+                across, lengths = np.cross(first, second), np.linalg.norm(first) * np.linalg.norm(second)
+                if character.four_legged and np.linalg.norm(across) > _BENT * lengths:
+                    axis = across / np.linalg.norm(across)
+                limbs[side, kind] = Limb(upper, lower, end, tip, axis)
+    return Rig(character, rest, limbs, (chain(character.roles, "spine") or [-1])[-1])
+
+
+# ------------------------------------------------------------------------------------------ reaching
 @dataclass
 class Pose:
     """A motion being worked on: local rotations and root, with its places and orientations in the world."""

@@ -1,10 +1,9 @@
 """NKN: a recurrent network that sees the source's joints and turns the target's, trained without pairs."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Literal
+from typing import ClassVar
 
 from retarget_bench.api import MethodCard
 from retarget_bench.errors import SkeletonError
@@ -13,9 +12,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.structures import BODY22, reduce
 from retarget_bench.training.config import TrainingConfig
 
-from .features import Lengths
-from .inference import Retargeter, Yaw, common_reasons
-from .training import Losses
+from .inference import Retargeter, common_reasons
 
 PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 19, 20)
 """Of the 22 joints, as the published code has them."""
@@ -35,6 +32,7 @@ PARAMETERS = {
 }
 
 
+@dataclass(eq=False)
 class Nkn(Retargeter):
     """Neural kinematic networks for unsupervised motion retargetting (Villegas et al., CVPR 2018).
 
@@ -43,15 +41,12 @@ class Nkn(Retargeter):
     kinematics makes places of that. It learns from unpaired clips: there and back again must give the
     source, and a discriminator watches how the answer moves.
 
-    cell: the GRU. ``tf`` is that of the published code and its parameter counts. hidden: its width.
+    cell: ``tf`` is the GRU of the published code and its parameter counts.
     losses: ``adversarial`` is the paper's method, ``cycle`` and ``autoencoder`` its ablations.
-    same: share of training rows whose target is the source itself.
-    drift: weight of a term of our own, squared differences of movements summed up over time; the paper has
-    none (0), and its path drifts until training has been long.
-    facing: frames over which the direction that a body faces is averaged; an answer therefore depends on
-    three times as many frames to come.
+    drift: a term of our own, squared differences of movements summed up over time; the paper has none (0),
+    and its path drifts until training has been long.
+    facing: an answer depends on three times as many frames to come.
     yaw: ``predicted`` integrates the decoder's turns, as the paper does; ``source`` takes the source's own.
-    clean: movements take the source's sign, and nothing rises where the source does not.
     lengths: ``world`` counts in centimetres, as the paper; ``body`` in a unit that grows with the body, in
     which a movement that is copied is one that is scaled. In centimetres nothing but the discriminator says
     how far a smaller body should go, since a path that is copied as it is comes back as it was.
@@ -59,7 +54,7 @@ class Nkn(Retargeter):
     As published, with no weights shipped: ``nkn[drift=0,lengths=world]``, preset ``paper``.
     """
 
-    presets: Mapping[str, TrainingConfig] = {
+    presets: ClassVar[Mapping[str, TrainingConfig]] = {
         "paper": TrainingConfig(steps=50_000, batch=16, window=60, rate=1e-4),
         "default": TrainingConfig(
             steps=6_000, batch=16, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
@@ -67,40 +62,15 @@ class Nkn(Retargeter):
         "quick": TrainingConfig(steps=20, batch=4, window=12, rate=1e-3, validate=20, cases=2),
     }
 
-    def __init__(
-        self,
-        cell: Literal["tf", "torch"] = "tf",
-        hidden: int = 512,
-        losses: Losses = "adversarial",
-        same: float = 0.2,
-        drift: float = 0.05,
-        facing: float = 20.0,
-        yaw: Yaw = "predicted",
-        clean: bool = False,
-        lengths: Lengths = "body",
-        weights: str = "puppets",
-    ) -> None:
-        super().__init__(
-            weights,
-            cell=cell,
-            hidden=hidden,
-            losses=losses,
-            same=same,
-            drift=drift,
-            facing=facing,
-            yaw=yaw,
-            clean=clean,
-            lengths=lengths,
-        )
-        self.card = MethodCard(
-            name="nkn",
-            summary="Recurrent encoder and decoder on 22 joints, trained without pairs",
-            version="1",
-            paper="Villegas, Yang, Ceylan, Lee: Neural Kinematic Networks for Unsupervised Motion "
-            "Retargetting, CVPR 2018",
-            accepts=("motion", "positions"),
-            parameters=PARAMETERS,
-        )
+    card = MethodCard(
+        name="nkn",
+        summary="Recurrent encoder and decoder on 22 joints, trained without pairs",
+        version="1",
+        paper="Villegas, Yang, Ceylan, Lee: Neural Kinematic Networks for Unsupervised Motion "
+        "Retargetting, CVPR 2018",
+        accepts=("motion", "positions"),
+        parameters=PARAMETERS,
+    )
 
     def unfit(self, character: Character) -> str:
         return _unfit(character)
@@ -110,9 +80,6 @@ class Nkn(Retargeter):
 
     def structure(self, character: Character) -> str:
         return STRUCTURE
-
-    def another(self) -> Nkn:
-        return Nkn(**self.choices)
 
 
 @lru_cache(maxsize=1024)

@@ -13,7 +13,7 @@ import numpy as np
 from retarget_bench.api import Prediction
 from retarget_bench.motion import facing, rates, rotation
 from retarget_bench.motion.aligned import Aligned
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, interpolated
 from retarget_bench.motion.motion import Motion
 
 CENTIMETRE = 0.01
@@ -54,7 +54,7 @@ def see(source: Prediction, body: Aligned, smoothing: float, unit: float) -> Sig
     places = source.positions
     if len(places) > 1:
         frames = rates.covering(len(places), source.fps)
-        places = rates.straight(places, *rates.between(frames, rates.FPS, source.fps, len(places)))
+        places = interpolated(places, *rates.between(frames, rates.FPS, source.fps, len(places)))
     turn = facing.facing(places, source.character, smoothing)
     hips = places[:, body.joints[0]]
     local = facing.seen(places[:, list(body.joints)] - hips[:, None], turn[:, None])
@@ -72,11 +72,6 @@ def begin(poses: np.ndarray) -> np.ndarray:
     poses = np.array(poses)
     poses[..., 1] -= poses[:, :1, 1]
     return poses
-
-
-def bones(body: Aligned, unit: float) -> np.ndarray:
-    """``(joints, 3)`` in the unit, float32."""
-    return np.asarray(body.offsets / unit, dtype=np.float32)
 
 
 @dataclass
@@ -122,4 +117,4 @@ def answer(
     turns[:, 0] = rotation.multiply(facing.rotation(turn), turns[:, 0])
     turns = rotation.continuous(turns)
     moments = rates.between(frames, fps, rates.FPS, len(turns))
-    return body.motion(rates.turned(turns, *moments), rates.straight(hips, *moments), fps)
+    return body.motion(interpolated(turns, *moments, turning=True), interpolated(hips, *moments), fps)

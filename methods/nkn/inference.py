@@ -1,11 +1,10 @@
 """Retargeting by NKN and its cross-structural variant: any number of frames, chunk by chunk."""
 
-from __future__ import annotations
-
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property, lru_cache
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 import torch
@@ -21,7 +20,6 @@ from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
-from retarget_bench.training.layers import of_prefix
 from retarget_bench.training.learned_method import LearnedMethod
 
 from . import features
@@ -29,7 +27,7 @@ from .features import SIGNATURE
 from .network import Decoder, Encoder, Generator
 from .network.pose import MOVES, Bodies, Scale, quaternions
 from .network.rollout import Memory
-from .training import Choices, Losses, NknTraining
+from .training import Choices, NknTraining
 
 ROOT_RULE = "hip_height"
 """What the first place of the hips is scaled by."""
@@ -38,47 +36,69 @@ CHUNK = 256
 Yaw = Literal["predicted", "source"]
 
 
-class Retargeter(LearnedMethod):
-    """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
+class Stream:
+    """A batch of motions while they are retargeted: states, last answers, places and directions.
+
+    encoder, scale: of the sources. decoder, bodies: of the targets. path: where the targets begin.
+    """
 
     def __init__(
-        self,
-        weights: str,
-        *,
-        cell: Literal["tf", "torch"],
-        hidden: int,
-        losses: Losses,
-        same: float,
-        drift: float,
-        facing: float,
-        yaw: Yaw,
-        clean: bool,
-        lengths: features.Lengths,
+        self, encoder: Encoder, scale: Scale, decoder: Decoder, bodies: Bodies, path: features.Path
     ) -> None:
-        super().__init__(weights)
-        if hidden < 1 or not 0.0 <= same <= 1.0 or min(facing, drift) < 0.0:
+        self._encoder, self._scale, self._decoder, self._bodies = encoder, scale, decoder, bodies
+        self._path = path
+        self._states: Sequence[Tensor] = ()
+        self._memory: Memory | None = None
+
+    def held(self) -> list[Tensor]:
+        """All tensors that are carried on to the next frame."""
+        if self._memory is None:
+            return []
+        memory = self._memory
+        return [*self._states, memory.lower, memory.upper, memory.pose, memory.rise]
+
+    def advance(
+        self, poses: np.ndarray, turn: np.ndarray | None = None, clean: bool = False
+    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """The next frames: quaternions ``(frames, rows, joints, 4)`` seen from where the targets face,
+        these directions ``(frames, rows)`` and the hips ``(frames, rows, 3)`` in metres.
+
+        poses: ``(frames, rows, channels)`` of the sources (``features.see``), at least one frame.
+        turn:  ``(frames, rows)``, where the targets shall face; None: where the decoder turns them.
+        clean: the published clean-up of movements (``features.cleaned``).
+        """
+        with torch.no_grad():
+            lower, codes = self._encoder(
+                self._scale.poses(torch.from_numpy(poses).to(self._bodies.offsets.device)), self._states
+            )
+            self._states = (lower[-1].clone(), codes[-1].clone())
+            answers, raw, self._memory = self._decoder(codes, self._bodies, self._memory)
+            turns = quaternions(raw[..., :-MOVES]).cpu().numpy()
+            moves = self._bodies.scale.plain(answers)[..., -MOVES:].cpu().numpy().astype(np.float64)
+        if clean:
+            moves = features.cleaned(moves, poses[..., -MOVES:])
+        return turns, *self._path.follow(moves, turn)
+
+
+@dataclass(eq=False)
+class Retargeter(Choices, LearnedMethod):
+    """Retargets between bodies that ``structure`` knows, by the networks of their structures."""
+
+    facing: float = 20.0
+    yaw: Yaw = "predicted"
+    clean: bool = False
+    lengths: features.Lengths = "body"
+    weights: str = "puppets"
+
+    def __post_init__(self) -> None:
+        if self.hidden < 1 or not 0.0 <= self.same <= 1.0 or min(self.facing, self.drift) < 0.0:
             raise BenchError(
                 "hidden is at least 1, same between 0 and 1; facing and drift are not negative"
             )
-        self.cell, self.hidden, self.losses = cell, hidden, losses
-        self.same, self.drift = same, drift
-        self.facing, self.yaw, self.clean, self.lengths = facing, yaw, clean, lengths
 
     def facts(self) -> Mapping[str, Scalar]:
-        return {
-            "cell": self.cell,
-            "hidden": self.hidden,
-            "losses": self.losses,
-            "same": self.same,
-            "drift": self.drift,
-            "facing": self.facing,
-            "lengths": self.lengths,
-        }
-
-    @property
-    def choices(self) -> dict[str, Any]:
-        """All parameters but the weights."""
-        return dict(self.facts()) | {"yaw": self.yaw, "clean": self.clean}
+        names = (each.name for each in fields(self))
+        return {name: getattr(self, name) for name in names if name not in ("yaw", "clean", "weights")}
 
     # ---------------------------------------------------------------------------- bodies and networks
     @abstractmethod
@@ -96,24 +116,25 @@ class Retargeter(LearnedMethod):
     def networks(self, device: str = "cpu") -> Mapping[str, Generator]:
         """Structure -> ``Generator``, ready for inference. Raises BenchError where there are no weights."""
         if device not in self._networks:
-            self._networks[device] = self._built(device)
+            found: dict[str, Generator] = {}
+            for name in sorted({name.partition(".")[0] for name in self.tensors}):
+                head = f"{name}."
+                mine = {
+                    key.removeprefix(head): each.float()
+                    for key, each in self.tensors.items()
+                    if key.startswith(head) and key != name + SIGNATURE
+                }
+                channels = len(mine["encoder.lower.kernel"])
+                found[name] = Generator((channels - MOVES) // 3, self.hidden, self.cell).eval()
+                found[name].load_state_dict(mine)
+                found[name].to(device)
+            self._networks[device] = found
         return self._networks[device]
 
     @cached_property
     def _networks(self) -> dict[str, Mapping[str, Generator]]:
         """By device, those that were asked for."""
         return {}
-
-    def _built(self, device: str) -> Mapping[str, Generator]:
-        found: dict[str, Generator] = {}
-        for name in sorted({name.partition(".")[0] for name in self.tensors}):
-            mine = of_prefix(self.tensors, name)
-            mine = {key: each.float() for key, each in mine.items() if f".{key}" != SIGNATURE}
-            channels = len(mine["encoder.lower.kernel"])
-            found[name] = Generator((channels - MOVES) // 3, self.hidden, self.cell).eval()
-            found[name].load_state_dict(mine)
-            found[name].to(device)
-        return found
 
     def see(self, source: Prediction) -> features.Sight:
         character = source.character
@@ -122,8 +143,9 @@ class Retargeter(LearnedMethod):
         )
 
     def bones(self, character: Character) -> np.ndarray:
-        """``(joints, 3)`` as the networks are told."""
-        return features.bones(self.body(character), features.unit(character, self.lengths))
+        """``(joints, 3)`` float32 as the networks are told, in the unit."""
+        unit = features.unit(character, self.lengths)
+        return np.asarray(self.body(character).offsets / unit, dtype=np.float32)
 
     # ------------------------------------------------------------------------------------ retargeting
     def supports(self, source: Character, target: Character) -> str | None:
@@ -197,10 +219,6 @@ class Retargeter(LearnedMethod):
         """``poses`` ``(frames, channels)``: see ``pose.py``."""
         return {"poses": self.see(motion).poses}
 
-    @abstractmethod
-    def another(self) -> Retargeter:
-        """A copy of this method without weights."""
-
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NknTraining:
         casts: dict[str, list[str]] = {}
         for name in sorted(training_data.clips):
@@ -211,12 +229,9 @@ class Retargeter(LearnedMethod):
             name: self.body(training_data.characters[mine[0]]).skeleton for name, mine in casts.items()
         }
         bones = {name: self.bones(training_data.characters[name]) for name in sorted(training_data.clips)}
-        choices = Choices(self.cell, self.hidden, self.losses, self.same, self.drift)
-
-        def build(tensors: Mapping[str, Tensor]) -> Retargeter:
-            return self.another().using(tensors)
-
-        return NknTraining(training_data, casts, trees, bones, choices, config, build)
+        return NknTraining(
+            training_data, casts, trees, bones, self, config, lambda tensors: replace(self).using(tensors)
+        )
 
 
 @lru_cache(maxsize=1024)
@@ -237,47 +252,3 @@ def _padded(arrays: Sequence[np.ndarray]) -> np.ndarray:
     for row, each in enumerate(arrays):
         out[: len(each), row] = each
     return out
-
-
-class Stream:
-    """A batch of motions while they are retargeted: states, last answers, places and directions.
-
-    encoder, scale: of the sources. decoder, bodies: of the targets. path: where the targets begin.
-    """
-
-    def __init__(
-        self, encoder: Encoder, scale: Scale, decoder: Decoder, bodies: Bodies, path: features.Path
-    ) -> None:
-        self._encoder, self._scale, self._decoder, self._bodies = encoder, scale, decoder, bodies
-        self._path = path
-        self._states: Sequence[Tensor] = ()
-        self._memory: Memory | None = None
-
-    def held(self) -> list[Tensor]:
-        """All tensors that are carried on to the next frame."""
-        if self._memory is None:
-            return []
-        memory = self._memory
-        return [*self._states, memory.lower, memory.upper, memory.pose, memory.rise]
-
-    def advance(
-        self, poses: np.ndarray, turn: np.ndarray | None = None, clean: bool = False
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """The next frames: quaternions ``(frames, rows, joints, 4)`` seen from where the targets face,
-        these directions ``(frames, rows)`` and the hips ``(frames, rows, 3)`` in metres.
-
-        poses: ``(frames, rows, channels)`` of the sources (``features.see``), at least one frame.
-        turn:  ``(frames, rows)``, where the targets shall face; None: where the decoder turns them.
-        clean: the published clean-up of movements (``features.cleaned``).
-        """
-        with torch.no_grad():
-            lower, codes = self._encoder(
-                self._scale.poses(torch.from_numpy(poses).to(self._bodies.offsets.device)), self._states
-            )
-            self._states = (lower[-1].clone(), codes[-1].clone())
-            answers, raw, self._memory = self._decoder(codes, self._bodies, self._memory)
-            turns = quaternions(raw[..., :-MOVES]).cpu().numpy()
-            moves = self._bodies.scale.plain(answers)[..., -MOVES:].cpu().numpy().astype(np.float64)
-        if clean:
-            moves = features.cleaned(moves, poses[..., -MOVES:])
-        return turns, *self._path.follow(moves, turn)

@@ -12,9 +12,11 @@ from retarget_bench.api import Method
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData, WindowBatch
+from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
@@ -31,16 +33,16 @@ OWN = 0.5
 """Of several structures, how often a group's target is of the source's own, or more where ``same`` is."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Choices:
     """cell, hidden: of the networks. losses: which terms. same: how often the target is the source.
     drift: weight of ``losses.drift``."""
 
-    cell: Kind
-    hidden: int
-    losses: Losses
-    same: float
-    drift: float = 0.0
+    cell: Kind = "tf"
+    hidden: int = 512
+    losses: Losses = "adversarial"
+    same: float = 0.2
+    drift: float = 0.05
 
 
 @dataclass(eq=False)
@@ -78,12 +80,8 @@ class NknTraining:
         config: TrainingConfig,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:
-        self._material, self._choices, self._window, self._build = (
-            training_data,
-            choices,
-            config.window,
-            build,
-        )
+        self._material, self._choices = training_data, choices
+        self._window, self._build = config.window, build
         self._names = sorted(casts)
         self._casts = {name: sorted(casts[name]) for name in self._names}
         self._bones = bones
@@ -98,11 +96,11 @@ class NknTraining:
         self.signatures: Mapping[str, Signature] = {}
         self._rule = UpdateRule(len(self._names))
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
-        self.phases = _phases("generator")
         if choices.losses == "adversarial":
             self.modules["discriminator"] = nn.ModuleDict(self._discriminators)
             self.modules["scores"] = self._rule
-            self.phases = _phases("generator", "discriminator")
+        names = [name for name in ("generator", "discriminator") if name in self.modules]
+        self.phases = [Phase(name, (name,), betas=(0.5, 0.999), clip=25.0) for name in names]
 
     # ------------------------------------------------------------------------------------- batches
     def draw(self, numbers: np.random.Generator, rows: int) -> Batch:
@@ -114,17 +112,19 @@ class NknTraining:
 
     def _group(self, numbers: np.random.Generator, rows: int) -> dict[str, Any]:
         source = int(numbers.integers(len(self._names)))
-        others = [number for number in range(len(self._names)) if number != source]
+        beside = [number for number in range(len(self._names)) if number != source]
         alone = self._choices.losses == "autoencoder"
-        often = max(OWN, self._choices.same) if others else 1.0
-        own = not others or alone or numbers.random() < often
-        target = source if own else int(numbers.choice(others))
+        often = max(OWN, self._choices.same) if beside else 1.0
+        own = not beside or alone or numbers.random() < often
+        target = source if own else int(numbers.choice(beside))
         cast = self._material.cast(numbers, rows, self._casts[self._names[source]])
         same = (numbers.random(rows) < self._choices.same / often) & own | alone
-        names = [
-            name if itself else self._another(numbers, name, self._casts[self._names[target]])
-            for name, itself in zip(cast, same, strict=True)
-        ]
+        names = []
+        for name, itself in zip(cast, same, strict=True):
+            others = [other for other in self._casts[self._names[target]] if other != name]
+            if others and not itself:
+                name = others[int(numbers.integers(len(others)))]
+            names.append(name)
         windows = self._material.draw(numbers, cast, self._window)
         group = self._windows(windows) | {
             "structures": np.array([source, target]),
@@ -135,10 +135,6 @@ class NknTraining:
         if self._choices.losses == "adversarial":
             group["real"] = self._windows(self._material.draw(numbers, names, self._window))
         return group
-
-    def _another(self, numbers: np.random.Generator, name: str, cast: Sequence[str]) -> str:
-        others = [other for other in cast if other != name]
-        return others[int(numbers.integers(len(others)))] if others else name
 
     def _windows(self, windows: WindowBatch) -> dict[str, Any]:
         poses = begin(windows.arrays["poses"]) * windows.mask[..., None]
@@ -251,11 +247,10 @@ class NknTraining:
 
     # ----------------------------------------------------------------------------------- the outcome
     def method(self) -> Method:
-        return self._build({name: value.clone() for name, value in self.export().items()})
+        return self._build(self.export())
 
     def export(self) -> Mapping[str, Tensor]:
-        kept = {name: each.detach().cpu() for name, each in self.modules["generator"].state_dict().items()}
-        return kept | self._marks
+        return exported(self.modules["generator"]) | self._marks
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         marks = {name: each for name, each in tensors.items() if name.endswith(SIGNATURE)}
@@ -264,18 +259,11 @@ class NknTraining:
         ):
             raise BenchError("the weights know other structures, or other joints of them")
         raised = {name: each.float() for name, each in tensors.items() if name not in marks}
-        try:
-            self.modules["generator"].load_state_dict(raised)
-        except RuntimeError as error:
-            raise BenchError(f"the weights do not fit this network: {error}") from None
+        weights.fill(self.modules["generator"], raised)
 
     @property
     def _marks(self) -> dict[str, Tensor]:
         return {f"{name}{SIGNATURE}": torch.tensor(each) for name, each in self.signatures.items()}
-
-
-def _phases(*names: str) -> tuple[Phase, ...]:
-    return tuple(Phase(name, (name,), betas=(0.5, 0.999), clip=25.0) for name in names)
 
 
 def _through(source: Generator, target: Generator, poses: Tensor, bodies: Bodies) -> tuple[Tensor, Tensor]:

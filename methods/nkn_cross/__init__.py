@@ -1,10 +1,9 @@
 """NKN between any structures: an encoder and a decoder for each of them, around codes of one size."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from typing import Literal
+from typing import ClassVar
 from zlib import crc32
 
 from retarget_bench.api import MethodCard
@@ -12,18 +11,18 @@ from retarget_bench.api.comparison import body_joints
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
-from retarget_bench.plugins.spec import Scalar
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 
 from ..nkn import PARAMETERS, Nkn
-from ..nkn.features import SIGNATURE, Lengths, Signature
-from ..nkn.inference import Retargeter, Yaw, common_reasons
-from ..nkn.training import Losses, NknTraining
+from ..nkn.features import SIGNATURE, Signature
+from ..nkn.inference import Retargeter, common_reasons
+from ..nkn.training import NknTraining
 
 TWO_LEGGED, ALL = "two_legged", "all"
 
 
+@dataclass(eq=False)
 class NknCross(Retargeter):
     """NKN* of the PAN paper (Hu et al., TVCG 2023): NKN made to cross structures.
 
@@ -38,53 +37,25 @@ class NknCross(Retargeter):
     hidden: narrower than NKN's, since there are as many networks as structures.
     """
 
-    presets: Mapping[str, TrainingConfig] = {
+    presets: ClassVar[Mapping[str, TrainingConfig]] = {
         **Nkn.presets,
         "default": TrainingConfig(
             steps=6_000, batch=32, window=60, rate=5e-4, schedule="cosine", warm_up=200, validate=200
         ),
     }
 
-    def __init__(
-        self,
-        structures: str = TWO_LEGGED,
-        cell: Literal["tf", "torch"] = "tf",
-        hidden: int = 256,
-        losses: Losses = "adversarial",
-        same: float = 0.2,
-        drift: float = 0.05,
-        facing: float = 20.0,
-        yaw: Yaw = "predicted",
-        clean: bool = False,
-        lengths: Lengths = "body",
-        weights: str = "puppets",
-    ) -> None:
-        super().__init__(
-            weights,
-            cell=cell,
-            hidden=hidden,
-            losses=losses,
-            same=same,
-            drift=drift,
-            facing=facing,
-            yaw=yaw,
-            clean=clean,
-            lengths=lengths,
-        )
-        self.structures = structures
-        self.card = MethodCard(
-            name="nkn_cross",
-            summary="NKN with an encoder and a decoder for each structure",
-            version="1",
-            paper="Hu, Zhang, Zhong, Jiang, Wang, Zhang: Pose-Aware Attention Network for Flexible Motion "
-            "Retargeting by Body Part, TVCG 2023 (NKN*)",
-            accepts=("motion", "positions"),
-            default=False,
-            parameters={**PARAMETERS, "structures": "trained on: two_legged, all, or names joined by +"},
-        )
-
-    def facts(self) -> Mapping[str, Scalar]:
-        return {**super().facts(), "structures": self.structures}
+    hidden: int = 256
+    structures: str = TWO_LEGGED
+    card = MethodCard(
+        name="nkn_cross",
+        summary="NKN with an encoder and a decoder for each structure",
+        version="1",
+        paper="Hu, Zhang, Zhong, Jiang, Wang, Zhang: Pose-Aware Attention Network for Flexible Motion "
+        "Retargeting by Body Part, TVCG 2023 (NKN*)",
+        accepts=("motion", "positions"),
+        default=False,
+        parameters={**PARAMETERS, "structures": "trained on: two_legged, all, or names joined by +"},
+    )
 
     # ------------------------------------------------------------------------------------------ bodies
     def unfit(self, character: Character) -> str:
@@ -127,9 +98,6 @@ class NknCross(Retargeter):
         }
 
     # ---------------------------------------------------------------------------------------- training
-    def another(self) -> NknCross:
-        return NknCross(**self.choices)
-
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> NknTraining:
         """Raises NotSupported where bodies of one structure have different joints."""
         known: dict[str, tuple[str, Signature]] = {}

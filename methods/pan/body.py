@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Final
 import numpy as np
 
 from retarget_bench.api.comparison import body_joints
-from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import alignment, kinematics, rotation
+from retarget_bench.errors import NotSupported
+from retarget_bench.motion import kinematics, rotation, transfer
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -80,7 +80,7 @@ class Body:
     def see(self, motion: Motion, turn: np.ndarray | None) -> np.ndarray:
         """``(frames, edges, 4)`` rotations that edges carry, seen from ``turn`` ``(frames, 4)`` (a rotation
         about the vertical axis), signs continuous along time."""
-        known = alignment.relative(motion)
+        known = transfer.relative(motion)
         turned = np.empty((len(known), len(self.joints), 4))
         for rank, (joint, parent) in enumerate(zip(self.joints, self.layout.parents, strict=True)):
             turned[:, rank] = known[:, joint] if joint >= 0 else turned[:, parent]
@@ -134,7 +134,7 @@ class Body:
     def ends_of(self, motion: Motion) -> np.ndarray:
         """``(frames, joints, 4)`` local rotations of all joints of the layout, the identity where there is
         no such joint: what ``motion`` takes as ``ends``."""
-        known = alignment.relative(motion)
+        known = transfer.relative(motion)
         found = np.zeros((len(known), len(self.joints), 4))
         found[..., 0] = 1.0
         for rank, (joint, parent) in enumerate(zip(self.joints, self.layout.parents, strict=True)):
@@ -184,41 +184,22 @@ def _between(character: Character, layout: Layout, rank: int, found: list[int]) 
         found[free] = other
 
 
-def missing(body: Body) -> str:
-    """Why a layout does not fit a character: no joint of any of its parts; "" where it fits."""
-    if any(body.joints[edge + 1] >= 0 for part in body.layout.parts for edge in part):
-        return ""
-    names = ", ".join(name.replace("_", " ") for name in body.layout.names)
-    return f"{body.character.name} has no joint of any part that these weights know ({names})"
-
-
 FOUR: Final = "four_legged"
 """Suffix of the key of a structure on four legs."""
 
 
 @dataclass(frozen=True, eq=False)
 class Assignment:
-    """A skeleton assignment: a character in a trained structure.
-
-    structure: its key; "": there is none. body: the character in its layout; None: there is none.
-    refusal:   why the character cannot be seen there, as a sentence, or "".
-    """
+    """A skeleton assignment: the key of a trained structure, and a character in its layout."""
 
     structure: str
-    body: Body | None
-    refusal: str
-
-    @property
-    def taken(self) -> Body:
-        """The body, of an assignment without a refusal."""
-        assert self.body is not None
-        return self.body
+    body: Body
 
     @property
     def note(self) -> str:
         """A sentence on the trained structure that the body goes through; "" where it is its own."""
-        mine = self.taken.character
-        unseen, absent = _misfit(self.taken)
+        mine = self.body.character
+        unseen, absent = _misfit(self.body)
         if not absent and not unseen and structure_key(mine) == self.structure:
             return ""
         more = [f"{absent} joints there that it lacks are bones of no length"] if absent else []
@@ -231,21 +212,21 @@ class Assignment:
 def assign(character: Character, structures: Mapping[str, Structure]) -> Assignment:
     """Choose the structure on as many legs that has most of the character's joints.
 
-    Of several, the one of whose joints the character lacks fewest, then its own."""
-    try:
-        aligned(character)
-    except SkeletonError as error:
-        return Assignment("", None, str(error))
+    Of several, the one of whose joints the character lacks fewest, then its own. Raises SkeletonError and
+    NotSupported, with a sentence, where there is none, or none of the joints of its parts."""
+    aligned(character)
     fitting = [name for name in structures if name.endswith(FOUR) == character.four_legged]
     if not fitting:
         legs = "four legs" if character.four_legged else "two legs"
-        return Assignment(
-            "", None, f"{character.name} stands on {legs}, and these weights know no such body"
-        )
+        raise NotSupported(f"{character.name} stands on {legs}, and these weights know no such body")
     bodies = {name: in_layout(character, structures[name].layout) for name in fitting}
     mine = structure_key(character)
     best = min(fitting, key=lambda name: (*_misfit(bodies[name]), name != mine, name))
-    return Assignment(best, bodies[best], missing(bodies[best]))
+    body = bodies[best]
+    if not any(body.joints[edge + 1] >= 0 for part in body.layout.parts for edge in part):
+        names = ", ".join(name.replace("_", " ") for name in body.layout.names)
+        raise NotSupported(f"{character.name} has no joint of any part that these weights know ({names})")
+    return Assignment(best, body)
 
 
 def _misfit(body: Body) -> tuple[int, int]:

@@ -34,14 +34,14 @@ class Features:
     code): the hips in the world, and zero; rotations are not relative to where the body faces.
     lengths: the unit, centimetres (``world``), or such that the hips of every body are as high at rest
     (``body``): a movement that is copied then is one that is scaled.
-    smoothing: frames over which the direction that a body faces is averaged.
+    facing: frames over which the direction that a body faces is averaged.
     path: ``carried``: the root's channels of an answer are those of its source, in the target's unit, plus
     the decoder's output; ``decoded``: that output alone (as published).
     """
 
     root: Root
     lengths: Lengths
-    smoothing: float
+    facing: float
     path: Path = "decoded"
 
     @property
@@ -67,7 +67,7 @@ class Features:
         """
         hips = transfer.hips(motion) / self.unit(motion.character)
         if self.local:
-            turn = facing.facing(motion.positions, motion.character, self.smoothing)
+            turn = facing.facing(motion.positions, motion.character, self.facing)
             rotations = body.see(motion, facing.rotation(turn))
         else:
             turn = np.ones(motion.frames, dtype=complex)

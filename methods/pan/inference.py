@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -12,11 +13,11 @@ from torch import Tensor
 from retarget_bench.api import Context
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import rates
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, interpolated
 from retarget_bench.motion.motion import Motion
 
-from .body import Body
-from .network.groups import body_parts
+from .body import Assignment, Body
+from .network import body_parts
 from .structure import Structure, arranged
 from .training_data import statistics_of
 
@@ -35,87 +36,75 @@ LEAST = 16
 
 @dataclass(frozen=True, eq=False)
 class _Question:
-    """statistics: of source and target, each ``(2, edges + 1, 4)``: mean and deviation."""
+    """A case: what the features of the source's motion are, on which bodies, by whose statistics.
+
+    seen: see ``Features.see``. statistics: of source and target, each ``(2, edges + 1, 4)``: mean and
+    deviation.
+    """
 
     source: Motion
-    seen: dict[str, Any]
-    body: Body
+    seen: Mapping[str, np.ndarray]
     actor: Body
+    body: Body
+    tips: np.ndarray | None
     statistics: tuple[Tensor, Tensor]
 
 
-class Answers:
-    """Collects cases with ``ask``; ``given`` answers them in the same order.
+def retargeted(
+    method: Pan, sources: Sequence[Motion], targets: Sequence[Character], contexts: Sequence[Context]
+) -> list[Motion]:
+    """The motions of targets that the method supports.
 
     Cases of one length and one pair of structures go through the networks together.
     """
-
-    def __init__(self, method: Pan) -> None:
-        self._method = method
-        self._questions: list[_Question] = []
-        self._groups: dict[tuple[str, str, int, str], list[int]] = {}
-
-    def ask(self, source: Motion, target: Character, context: Context) -> None:
-        """Add a case that the method supports."""
-        here, there = self._method.assignment(source.character), self._method.assignment(target)
-        actor, body = here.taken, there.taken
+    features, structures = method.settings.features, method.structures
+    groups: dict[tuple[str, str, int, str], list[int]] = {}
+    questions = []
+    for number, (source, target, context) in enumerate(zip(sources, targets, contexts, strict=True)):
+        here, there = method.assignment(source.character), method.assignment(target)
         shown = rates.at_thirty(source)
         assert isinstance(shown, Motion)
-        seen = dict(self._method.settings.features.see(shown, actor))
-        if self._method.tips == "copied":
-            seen["tips"] = _tips(shown, actor, body)
+        tips = _tips(shown, here.body, there.body) if method.tips == "copied" else None
+        statistics = _statistics(method, here), _statistics(method, there, context)
+        seen = features.see(shown, here.body)
+        questions.append(_Question(source, seen, here.body, there.body, tips, statistics))
         key = (here.structure, there.structure, shown.frames, context.device)
-        self._groups.setdefault(key, []).append(len(self._questions))
-        statistics = (
-            self._statistics(here.structure, source.character),
-            self._target_statistics(there.structure, body, context),
+        groups.setdefault(key, []).append(number)
+    found: dict[int, Motion] = {}
+    for (first, second, _, device), rows in groups.items():
+        asked = [questions[row] for row in rows]
+        given, wanted = (torch.stack(each) for each in zip(*(q.statistics for q in asked), strict=True))
+        edges = answered(
+            structures[first].to(device),
+            structures[second].to(device),
+            np.stack([each.seen["edges"] for each in asked]),
+            np.stack([features.bones(each.body) for each in asked]),
+            (given, wanted),
+            features.path == "carried",
         )
-        self._questions.append(_Question(source, seen, body, actor, statistics))
+        for row, each, answer in zip(rows, asked, edges, strict=True):
+            ratio = features.ratio(each.actor.character, each.body.character)
+            motion = features.motion(each.body, answer, each.seen, ratio, method.settings.yaw, each.tips)
+            found[row] = rates.back(motion, each.source)
+    return [found[number] for number in range(len(questions))]
 
-    def given(self) -> list[Motion]:
-        found: dict[int, Motion] = {}
-        features, structures = self._method.settings.features, self._method.structures
-        for (here, there, _, device), rows in self._groups.items():
-            asked = [self._questions[row] for row in rows]
-            edges = answered(
-                structures[here].to(device),
-                structures[there].to(device),
-                np.stack([each.seen["edges"] for each in asked]),
-                np.stack([features.bones(each.body) for each in asked]),
-                (
-                    torch.stack([each.statistics[0] for each in asked]),
-                    torch.stack([each.statistics[1] for each in asked]),
-                ),
-                features.path == "carried",
-            )
-            for row, each, answer in zip(rows, asked, edges, strict=True):
-                found[row] = self._motion(each, answer)
-        return [found[number] for number in range(len(self._questions))]
 
-    def _motion(self, asked: _Question, edges: np.ndarray) -> Motion:
-        settings, actor, body = self._method.settings, asked.actor.character, asked.body
-        ratio = settings.features.ratio(actor, body.character)
-        tips = asked.seen.get("tips")
-        motion = settings.features.motion(body, edges, asked.seen, ratio, settings.yaw, tips)
-        return rates.back(motion, asked.source)
+def _statistics(method: Pan, assignment: Assignment, context: Context | None = None) -> Tensor:
+    """``(2, edges + 1, 4)``: of a character that was trained on, else of all of the structure.
 
-    def _statistics(self, name: str, character: Character) -> Tensor:
-        """``(2, edges + 1, 4)``: of a character that was trained on, else of all of the structure."""
-        structure = self._method.structures[name]
+    context: of a target. With ``target_stats=own`` they are those of its reference motions (the published
+    leak).
+    """
+    structure, character = method.structures[assignment.structure], assignment.body.character
+    if context is None or method.target_stats != "own":
         (row,) = structure.statistics_row([character.name])
         return torch.stack([structure.mean[row], structure.deviation[row]])
-
-    def _target_statistics(self, name: str, body: Body, context: Context) -> Tensor:
-        """Those of the target's reference motions with ``target_stats=own`` (the published leak)."""
-        method = self._method
-        if method.target_stats != "own":
-            return self._statistics(name, body.character)
-        features = method.settings.features
-        shown = map(rates.at_thirty, context.target_motions or ())
-        seen = [features.see(each, body)["edges"] for each in shown if isinstance(each, Motion)]
-        if not seen:
-            raise NotSupported(f"there is no motion of {body.character.name} to take statistics of")
-        return torch.stack(statistics_of(np.concatenate(seen), method.settings.least_deviation))
+    shown = map(rates.at_thirty, context.target_motions or ())
+    see = method.settings.features.see
+    seen = [see(each, assignment.body)["edges"] for each in shown if isinstance(each, Motion)]
+    if not seen:
+        raise NotSupported(f"there is no motion of {character.name} to take statistics of")
+    return torch.stack(statistics_of(np.concatenate(seen), method.settings.least_deviation))
 
 
 def answered(
@@ -182,7 +171,7 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
     Raises NotSupported where the networks have no attention.
     """
     assignment, settings = method.assignment(source.character), method.settings
-    structure, body = method.structures[assignment.structure], assignment.taken
+    structure, body = method.structures[assignment.structure], assignment.body
     if not settings.design.attention:
         raise NotSupported("pan[attention=false] has an MLP in the place of attention, and no weights")
     shown = rates.at_thirty(source)
@@ -200,7 +189,7 @@ def attended(method: Pan, source: Motion) -> dict[str, Any]:
     sees = np.array([[edge in part for edge in order] for part in parts])
     kept = sees.any(axis=0)
     low, share = rates.between(source.frames, source.fps, rates.FPS, shown.frames)
-    weights = rates.straight(np.concatenate(found)[:, :, order], low, share)
+    weights = interpolated(np.concatenate(found)[:, :, order], low, share)
     return {
         "parts": body.layout.names if settings.design.by_part else ("whole body",),
         "joints": np.array(joints)[kept],

@@ -1,9 +1,9 @@
 """PAN's losses: the terms of section 5.6, in the form that a variant gives them, and the discriminators."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
-from typing import Literal
+from typing import Literal, NamedTuple
 
+import numpy as np
 import torch
 from torch import Tensor, nn
 from torch.nn.functional import mse_loss
@@ -11,10 +11,9 @@ from torch.nn.functional import mse_loss
 from retarget_bench.training.contract import Terms
 from retarget_bench.training.layers.adversarial import ReplayBuffer, least_squares
 
-from .design import Design
 from .layout import Layout
 from .network import Discriminator
-from .settings import Settings, Weights
+from .settings import Design, Settings, Weights
 from .structure import arranged, shared
 
 NEAR = 0.008
@@ -63,8 +62,7 @@ def discriminator_loss(real: Tensor, answers: Tensor) -> Tensor:
     return 0.5 * (least_squares(real, True) + least_squares(answers, False))
 
 
-@dataclass
-class Answer:
+class Answer(NamedTuple):
     """A motion as the losses compare it.
 
     edges: normalised channels ``(rows, frames, edges + 1, 4)``. plain: with mean and deviation. local:
@@ -92,7 +90,10 @@ class Objective:
         self.weights, self.height = settings.weights, settings.features.root == "height"
         self._layouts, self._ranges = layouts, dict(ranges)
         self._ends = {name: ends_of(layout) for name, layout in layouts.items()}
-        self._counted = {name: _counted(layout) for name, layout in layouts.items()}
+        self._encoded = {
+            name: torch.tensor([*np.flatnonzero(each.encoded), each.edges])
+            for name, each in layouts.items()
+        }
         self._terms: dict[str, list[Tensor]] = {}
 
     def begin(self) -> None:
@@ -114,7 +115,7 @@ class Objective:
         self.add("slots", weights.edges, mse_loss(found[:, :, edges], wanted[:, :, edges]))
         self.add("moves", weights.moves, mse_loss(found[:, :, -1], wanted[:, :, -1]))
         positions, truth = self._positions(answer), self._positions(real)
-        self.add("places", weights.positions, mse_loss(positions[:, :, joints], truth[:, :, joints]))
+        self.add("places", weights.kinematic, mse_loss(positions[:, :, joints], truth[:, :, joints]))
         self.add("root", weights.root, mse_loss(positions[:, :, 0], truth[:, :, 0]))
 
     def cycle(self, name: str, answer: Answer, real: Answer, times: int) -> None:
@@ -134,7 +135,7 @@ class Objective:
         common = shared(here, there)
         carried = arranged(code, here, there)[:, :, common]
         distance = code_distance(carried, again[:, :, common], self.weights.measure)
-        self.add("latent", self.weights.latent, distance)
+        self.add("latent", self.weights.cycle, distance)
 
     def follow(self, pair: tuple[str, str], real: Answer, shown: Answer) -> None:
         """Movement of the end effectors that both structures have, and of the hips (eq. 20)."""
@@ -149,8 +150,8 @@ class Objective:
         if weights.velocity:
             source, answer = real.plain[:, :, -1], shown.plain[:, :, -1]
             level = [0, 2] if self.height else [0, 1, 2]
-            wanted = rescaled(source[..., level], self._range(here, source))
-            found = rescaled(answer[..., level], self._range(there, answer))
+            wanted = rescaled(source[..., level], self._ranges[here].to(source))
+            found = rescaled(answer[..., level], self._ranges[there].to(answer))
             wrong = mse_loss(found, wanted)
             if weights.turns:
                 wrong = wrong + mse_loss(answer[..., 3], source[..., 3])
@@ -163,23 +164,9 @@ class Objective:
         return torch.cat([answer.positions[:, :, :1], answer.local[:, :, 1:]], 2)
 
     def _compared(self, name: str, like: Tensor) -> tuple[Tensor, Tensor]:
-        edges, joints = self._counted[name]
-        if edges.device != like.device:
-            self._counted[name] = edges, joints = edges.to(like.device), joints.to(like.device)
-        return edges, joints
-
-    def _range(self, name: str, like: Tensor) -> Tensor:
-        self._ranges[name] = self._ranges[name].to(like)
-        return self._ranges[name]
-
-
-def _counted(layout: Layout) -> tuple[Tensor, Tensor]:
-    """The edges and joints that losses compare: those of parts (section 7.1), and the root."""
-    encoded = torch.from_numpy(layout.encoded).nonzero()[:, 0]
-    return (
-        torch.cat([encoded, torch.tensor([layout.edges])]),
-        torch.cat([torch.tensor([0]), encoded + 1]),
-    )
+        """The edges and joints that losses compare: those of parts (section 7.1), and the root."""
+        edges = self._encoded[name].to(like.device)
+        return edges, (edges + 1) % (edges[-1] + 1)
 
 
 def ends_of(layout: Layout) -> dict[int, int]:

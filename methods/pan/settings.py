@@ -1,18 +1,21 @@
-"""The variants of PAN beside their networks: features, losses, and the parameters that override them."""
+"""PAN's variants: networks, features, losses, and the parameters that override them.
 
-from __future__ import annotations
+``paper`` is Hu et al., TVCG 2023, as written; ``released`` is what their code does for people, and with
+three parts what it does between two legs and four.
+"""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Final, Literal, TypedDict
+from typing import Annotated, Any, Final, Literal, Self, TypedDict
 
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Scalar
 
-from .design import PAPER, RELEASED, RELEASED_THREE, ConvMask, DecoderKind, Design
 from .features import Features, Lengths, Path, Root, Yaw
 
+DecoderKind = Literal["full", "parts"]
+ConvMask = Literal["paper", "released"]
 Variant = Literal["own", "released", "paper"]
 Statistics = Literal["structure", "character"]
 UNSET: Final = ""
@@ -69,25 +72,82 @@ PARAMETERS = {
 }
 """A line on each parameter, for the method's card."""
 
-FIELDS: Mapping[str, tuple[str, str]] = {
-    "root": ("features", "root"),
-    "lengths": ("features", "lengths"),
-    "facing": ("features", "smoothing"),
-    "yaw": ("", "yaw"),
-    "path": ("features", "path"),
-    "statistics": ("", "statistics"),
-    "conv_mask": ("design", "conv_mask"),
-    "decoder": ("design", "decoder"),
-    "dropout": ("design", "dropout"),
-    "attention": ("design", "attention"),
-    "by_part": ("design", "by_part"),
-    "kinematic": ("weights", "positions"),
-    "cycle": ("weights", "latent"),
-    "ends": ("weights", "ends"),
-    "adversarial": ("weights", "adversarial"),
-    "velocity": ("weights", "velocity"),
+FIELDS: Mapping[str, tuple[str, ...]] = {
+    "features": ("root", "lengths", "facing", "path"),
+    "design": ("conv_mask", "decoder", "dropout", "attention", "by_part"),
+    "weights": ("kinematic", "cycle", "ends", "adversarial", "velocity"),
+    "": ("yaw", "statistics"),
 }
-"""Parameter -> the part of ``Settings`` that it overrides ("": none, the settings), and its field."""
+"""The parameters that are fields of each part of ``Settings`` ("": of the settings themselves)."""
+
+
+@dataclass(frozen=True)
+class Design:
+    """Sizes and features of the networks.
+
+    embedding:   hidden widths of the MLP on the four numbers of an edge (eq. 1).
+    scaled:      its result is multiplied by the root of ``width`` before the code of the edge's index
+                 (eq. 2, 3) is added.
+    width:       numbers of an edge, a part's token and a part's code.
+    layers:      layers of attention. heads: of each. feedforward: hidden width of the block behind each
+                 attention, with residuals and layer norms behind both (0: eq. 4 and 5 and nothing else).
+    dropout:     share, of embeddings, attention weights and both blocks.
+    mutual:      edges attend to the tokens of their parts too (the symmetric mask of eq. 5); else nobody
+                 attends to a token but itself.
+    interleaved: the second layer of attention follows the first convolution, which halves the frames; the
+                 edges are halved with it, two frames averaged. Else all layers come first.
+    leak:        slope of the rectifiers below zero.
+    raw:         the first convolution has a second one beside it, from the edges themselves.
+    kernel:      taps of all convolutions in time.
+    skeleton:    hidden width per part of the MLP on bones (eq. 7). skeleton_bent: its last layer is
+                 rectified too. skeleton_share: what its code is multiplied by before it is added.
+    decoder:     ``full`` reads all parts for every edge (eq. 8); ``parts``: those that the edge is of.
+    conv_mask:   ``released`` shifts the parts of all convolutions by one edge, as the code does by mistake.
+    attention:   False: an MLP in its place (Table 5). by_part: False: one token for the whole body, nothing
+                 masked, ordinary convolutions (Table 5).
+    judging:     width of the discriminator's first layer. squashed: it ends in a sigmoid (eq. 9).
+    """
+
+    embedding: tuple[int, ...] = (256, 256)
+    scaled: bool = False
+    width: int = 32
+    layers: int = 2
+    heads: int = 1
+    feedforward: int = 0
+    dropout: float = 0.0
+    mutual: bool = True
+    interleaved: bool = True
+    leak: float = 0.0
+    raw: bool = False
+    kernel: int = 15
+    skeleton: int = 64
+    skeleton_bent: bool = False
+    skeleton_share: float = 1.0
+    decoder: DecoderKind = "full"
+    conv_mask: ConvMask = "paper"
+    attention: bool = True
+    by_part: bool = True
+    judging: int = 256
+    squashed: bool = True
+
+
+PAPER = Design()
+RELEASED = Design(
+    embedding=(512,),
+    scaled=True,
+    heads=2,
+    feedforward=256,
+    dropout=0.2,
+    mutual=False,
+    interleaved=False,
+    leak=0.2,
+    raw=True,
+    skeleton=32,
+    skeleton_bent=True,
+    skeleton_share=0.01,
+    decoder="parts",
+)
+RELEASED_THREE = replace(RELEASED, layers=1, heads=1, dropout=0.0, squashed=False)
 
 
 @dataclass(frozen=True)
@@ -96,10 +156,10 @@ class Weights:
 
     edges:    squared error of the reconstruction in normalised edge channels (eq. 10). moves: once more of
               the root's.
-    positions: of the reconstruction's joints (eq. 13), in heights or in the unit of ``Features``
+    kinematic: of the reconstruction's joints (eq. 13), in heights or in the unit of ``Features``
               (``lengths``): in the world, or, where ``local``, relative to the hips, and the hips in the
               world. root: once more of the hips.
-    latent:   distance of the codes of source and answer (eq. 11), ``measure`` l1 or squared.
+    cycle:    distance of the codes of source and answer (eq. 11), ``measure`` l1 or squared.
     again:    squared error of the cycle in normalised edge channels (eq. 11). again_positions: of its
               joints (eq. 13).
     ends:     squared difference of how end effectors move in source and answer.
@@ -111,11 +171,11 @@ class Weights:
 
     edges: float = 1.0
     moves: float = 0.0
-    positions: float = 100.0
+    kinematic: float = 100.0
     lengths: Literal["heights", "units"] = "heights"
     local: bool = False
     root: float = 0.0
-    latent: float = 2.5
+    cycle: float = 2.5
     measure: Literal["l1", "l2"] = "l2"
     again: float = 2.5
     again_positions: float = 100.0
@@ -125,16 +185,6 @@ class Weights:
     replay: bool = False
     velocity: float = 0.0
     turns: bool = True
-
-    def kinematic(self, positions: float) -> Weights:
-        """With this weight of ``positions``, and the others of eq. 13 in proportion."""
-        share = positions / self.positions
-        return replace(
-            self,
-            positions=positions,
-            root=share * self.root,
-            again_positions=share * self.again_positions,
-        )
 
 
 @dataclass(frozen=True)
@@ -155,26 +205,25 @@ class Settings:
     reversed_: bool = False
     shared: bool = False
 
-    def overridden(self, given: Mapping[str, Any]) -> Settings:
+    def overridden(self, given: Mapping[str, Any]) -> Self:
         """With the parameters given; an empty word or a negative number leaves the variant's choice.
 
         Raises BenchError where a number is not finite, or fields do not go together.
         """
-        groups: dict[str, dict[str, Any]] = {"": {}, "features": {}, "design": {}, "weights": {}}
-        for name, (group, field) in FIELDS.items():
-            value = given[name]
-            if group in ("features", "weights") and isinstance(value, float) and not math.isfinite(value):
-                raise BenchError("weights and facing of pan are finite numbers")
-            if value != UNSET and not (isinstance(value, float | int) and value < 0.0):
-                groups[group][field] = value
-        positions = groups["weights"].pop("positions", None)
-        weights = self.weights if positions is None else self.weights.kinematic(positions)
+        if not all(math.isfinite(given[name]) for name in ("facing", *FIELDS["weights"])):
+            raise BenchError("weights and facing of pan are finite numbers")
+        chosen = {k: v for k, v in given.items() if v != UNSET and (isinstance(v, str) or not v < 0.0)}
+        parts = {part: {k: chosen[k] for k in names if k in chosen} for part, names in FIELDS.items()}
+        if "kinematic" in chosen:  # the other weights of eq. 13 stay in proportion
+            share = chosen["kinematic"] / self.weights.kinematic
+            again = share * self.weights.again_positions
+            parts["weights"] |= {"root": share * self.weights.root, "again_positions": again}
         found = replace(
             self,
-            features=replace(self.features, **groups["features"]),
-            design=replace(self.design, **groups["design"]),
-            weights=replace(weights, **groups["weights"]),
-            **groups[""],
+            features=replace(self.features, **parts["features"]),
+            design=replace(self.design, **parts["design"]),
+            weights=replace(self.weights, **parts["weights"]),
+            **parts[""],
         )
         if not found.design.dropout < 1.0:
             raise BenchError("dropout of pan is a share below 1")
@@ -188,16 +237,17 @@ class Settings:
     def values(self) -> dict[str, Scalar]:
         """The parameters that weights depend on, by their names."""
         return {
-            name: getattr(getattr(self, group) if group else self, field)
-            for name, (group, field) in FIELDS.items()
+            name: getattr(getattr(self, part) if part else self, name)
+            for part, names in FIELDS.items()
+            for name in names
         }
 
 
 RELEASED_WEIGHTS = Weights(
-    positions=100.0,
+    kinematic=100.0,
     local=True,
     root=100.0,
-    latent=2.5,
+    cycle=2.5,
     measure="l1",
     again=0.0,
     again_positions=2.5,
@@ -218,7 +268,7 @@ SETTINGS: Mapping[Variant, Settings] = {
     "own": Settings(
         replace(RELEASED, dropout=0.0),
         Features("height", "body", 0.0, "carried"),
-        replace(RELEASED_WEIGHTS, positions=1000.0, root=300.0, again_positions=100.0, adversarial=0.25),
+        replace(RELEASED_WEIGHTS, kinematic=1000.0, root=300.0, again_positions=100.0, adversarial=0.25),
         "structure",
         "source",
         least_deviation=0.02,
@@ -232,9 +282,9 @@ BETWEEN_LEGS: Mapping[Variant, Settings] = {
         Features("velocity", "world", 8.0),
         Weights(
             moves=100.0,
-            positions=0.01,
+            kinematic=0.01,
             lengths="units",
-            latent=1e-3,
+            cycle=1e-3,
             again=0.0,
             again_positions=1e-3,
             discriminator_input="positions",

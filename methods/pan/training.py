@@ -12,13 +12,13 @@ from retarget_bench.errors import NotSupported
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData
+from retarget_bench.training.layers import exported
 
 from .body import Body
-from .kinematics import Kinematics, world
 from .losses import Answer, Discriminators, Objective
 from .settings import Settings
-from .structure import Structure, arranged, by_structure, matching, share_initialisation
-from .training_data import Windows, fit_statistics
+from .structure import Kinematics, Structure, arranged, by_structure, matching, share_initialisation, world
+from .training_data import BODIES, Windows, fit_statistics
 
 Side = Mapping[str, Any]
 """One structure's part of a batch: see ``Windows.draw``."""
@@ -85,21 +85,26 @@ class PanTraining:
         real = [self._real(name, side) for name, side in zip(names, sides, strict=True)]
         codes = [part.encoder(truth.edges) for part, truth in zip(parts, real, strict=True)]
         objective.begin()
-        shown: list[dict[int, Answer]] = []
+        shown: list[list[Answer]] = []
         for there, side in enumerate(sides):
-            answers = self._answers(names, there, codes, side, real)
-            objective.reconstruction(names[there], answers.pop(-1), real[there])
-            shown.append(answers)
-        again = [
-            parts[there].encoder(torch.cat([shown[there][here].edges for here in count])) for there in count
+            *others, own = self._answers(names, there, codes, side, real)
+            objective.reconstruction(names[there], own, real[there])
+            shown.append(others)
+        returned = [
+            part.encoder(torch.cat([each.edges for each in answers])).chunk(len(sides))
+            for part, answers in zip(parts, shown, strict=True)
         ]
-        returned = [each.chunk(len(sides)) for each in again]
+        cycle = self._settings.weights.again or self._settings.weights.again_positions
         for here, side in enumerate(sides):
-            back = [
-                arranged(returned[there][here], parts[there].layout, parts[here].layout) for there in count
-            ]
-            roots = [shown[there][here].plain[:, :, -1] for there in count]
-            self._cycle(names[here], back, side, real[here], roots)
+            if cycle:
+                back = [
+                    arranged(returned[there][here], parts[there].layout, parts[here].layout)
+                    for there in count
+                ]
+                roots = [shown[there][here].plain[:, :, -1] for there in count]
+                bodies = {key: torch.cat([side[key]] * len(sides)) for key in BODIES}
+                answer = self._decoded(names[here], back, roots, bodies)
+                objective.cycle(names[here], answer, real[here], len(sides))
             for there in count:
                 pair = names[here], names[there]
                 objective.compare(pair, codes[here], returned[there][here])
@@ -115,70 +120,45 @@ class PanTraining:
         codes: Sequence[Tensor],
         side: Side,
         real: Sequence[Answer],
-    ) -> dict[int, Answer]:
-        """Of every side's motion on bodies of this one; -1: this side's own motion on its own bodies."""
-        structure = self._structures[names[there]]
+    ) -> list[Answer]:
+        """Of every side's motion on bodies of this one; last, this side's own motion on its own bodies."""
         layouts = [self._structures[name].layout for name in names]
-        coded = [arranged(code, layouts[here], structure.layout) for here, code in enumerate(codes)]
-        bones = [*(side["bones_of"][here] for here in range(len(codes))), side["bones"]]
-        statistics_row = [*(side["which_of"][here] for here in range(len(codes))), side["which"]]
-        units = [*(side["unit_of"][here] for here in range(len(codes))), side["unit"]]
-        turns = [*(side["turn_of"][here] for here in range(len(codes))), side["turn"]]
-        edges = structure.answer(torch.cat([*coded, coded[there]]), torch.cat(bones))
-        if self._settings.features.path == "carried":
-            roots = [each.plain[:, :, -1] for each in (*real, real[there])]
-            edges = structure.with_path(edges, torch.cat(roots), torch.cat(statistics_row))
-        found = self._answer(
-            names[there],
-            edges,
-            torch.cat(statistics_row),
-            torch.cat(bones),
-            torch.cat(units),
-            torch.cat(turns),
-        )
-        size = len(codes[0])
-        split = [Answer(*each) for each in zip(*(torch.split(part, size) for part in found), strict=True)]
-        return {**dict(enumerate(split[:-1])), -1: split[-1]}
+        order = [*range(len(names)), there]
+        coded = [arranged(codes[here], layouts[here], layouts[there]) for here in order]
+        roots = [real[here].plain[:, :, -1] for here in order]
+        found = self._decoded(names[there], coded, roots, side["asked"])
+        chunks = (each.chunk(len(order)) for each in found)
+        return [Answer(*each) for each in zip(*chunks, strict=True)]
 
-    def _answer(
-        self, name: str, edges: Tensor, statistics_row: Tensor, bones: Tensor, unit: Tensor, turn: Tensor
-    ) -> tuple[Tensor, Tensor, Tensor, Tensor]:
-        """The fields of an ``Answer``; unit: ``(rows,)`` the unit in heights."""
-        plain = self._structures[name].plain(edges, statistics_row)
-        local = self._kinematics[name](plain, bones)
+    def _decoded(self, name: str, codes: Sequence[Tensor], roots: Sequence[Tensor], bodies: Side) -> Answer:
+        """Codes on bodies of a structure; roots: plain root channels of their sources."""
+        structure = self._structures[name]
+        edges = structure.answer(torch.cat(list(codes)), bodies["bones"])
+        if self._settings.features.path == "carried":
+            edges = structure.with_path(edges, torch.cat(list(roots)), bodies["which"])
+        return self._answer(name, edges, bodies)
+
+    def _answer(self, name: str, edges: Tensor, bodies: Side) -> Answer:
+        """bodies: ``which``, ``bones``, ``unit`` and ``turn`` of each row, see ``Windows.draw``."""
+        plain = self._structures[name].plain(edges, bodies["which"])
+        local = self._kinematics[name](plain, bodies["bones"])
         features, given = self._settings.features, self._settings.yaw == "source"
-        facing = torch.complex(turn[..., 0], turn[..., 1]) if given and features.local else None
-        positions = world(local, plain[..., -1, :], features.root, facing)
+        turn = torch.view_as_complex(bodies["turn"]) if given and features.local else None
+        positions = world(local, plain[..., -1, :], features.root, turn)
         if self._settings.weights.lengths == "units":
-            return edges, plain, local, positions
-        scale = unit[:, None, None, None]
-        return edges, plain, local * scale, positions * scale
+            return Answer(edges, plain, local, positions)
+        scale = bodies["unit"][:, None, None, None]
+        return Answer(edges, plain, local * scale, positions * scale)
 
     def _real(self, name: str, side: Side) -> Answer:
         edges = self._structures[name].normalised(side["edges"], side["which"])
-        found = self._answer(name, edges, side["which"], side["bones"], side["unit"], side["turn"])
-        return Answer(*found)
-
-    def _cycle(
-        self, name: str, codes: Sequence[Tensor], side: Side, real: Answer, roots: Sequence[Tensor]
-    ) -> None:
-        """Decode what came back to its own bodies from each side; roots: its plain root channels."""
-        weights, times = self._settings.weights, len(codes)
-        if not weights.again and not weights.again_positions:
-            return
-        bones, statistics_row = side["bones"].repeat(times, 1, 1), side["which"].repeat(times)
-        answer = self._structures[name].answer(torch.cat(list(codes)), bones)
-        if self._settings.features.path == "carried":
-            answer = self._structures[name].with_path(answer, torch.cat(list(roots)), statistics_row)
-        unit, turn = side["unit"].repeat(times), side["turn"].repeat(times, 1, 1)
-        found = Answer(*self._answer(name, answer, statistics_row, bones, unit, turn))
-        self._objective.cycle(name, found, real, times)
+        return self._answer(name, edges, side)
 
     def _discriminate(
         self,
         names: Sequence[str],
         real: Sequence[Answer],
-        shown: Sequence[Mapping[int, Answer]],
+        shown: Sequence[Sequence[Answer]],
         memory: dict[str, Any],
     ) -> None:
         """Adversarial loss of answers on the other structure, or on the only one."""
@@ -208,8 +188,8 @@ class PanTraining:
     def export(self) -> Mapping[str, Tensor]:
         found: dict[str, Tensor] = {}
         for name, structure in self._structures.items():
-            state = {**structure.state_dict(), **structure.marks()}
-            found |= {f"{name}.{key}": each.detach().cpu().clone() for key, each in state.items()}
+            state = exported(structure) | structure.marks()
+            found |= {f"{name}.{key}": each for key, each in state.items()}
         return found
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:

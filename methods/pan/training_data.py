@@ -16,6 +16,8 @@ from .structure import Structure
 
 CONSTANT = 1e-5
 """A channel with a smaller deviation is taken for constant and not scaled (released code)."""
+BODIES = ("which", "bones", "unit", "turn")
+"""What a batch has of the bodies of its rows, see ``Windows.draw``."""
 
 
 class Windows:
@@ -36,25 +38,8 @@ class Windows:
     ) -> None:
         self._material, self._frames, self._features = training_data, frames, features
         self._backwards, self._by_character = backwards, by_character
-        self._names = sorted(bodies)
+        self._names, self._bodies = sorted(bodies), bodies
         self._casts = {name: sorted(bodies[name]) for name in self._names}
-        self._ranks = {
-            name: {one: rank for rank, one in enumerate(self._casts[name])} for name in self._names
-        }
-        self._bones = {
-            name: np.stack([features.bones(bodies[name][one]) for one in cast])
-            for name, cast in self._casts.items()
-        }
-        self._units = {
-            name: np.array(
-                [
-                    features.unit(bodies[name][one].character) / bodies[name][one].character.height
-                    for one in cast
-                ],
-                dtype=np.float32,
-            )
-            for name, cast in self._casts.items()
-        }
 
     def draw(self, numbers: np.random.Generator, rows: int) -> dict[str, Any]:
         """``sides``, each with
@@ -62,7 +47,7 @@ class Windows:
         structure: its number. edges ``(rows, frames, edges + 1, 4)``; turn ``(rows, frames, 2)`` where the
         body faces, from the window's first frame on; which ``(rows,)`` the row of its statistics; bones
         ``(rows, edges + 1, 3)``; unit ``(rows,)`` in heights.
-        which_of, bones_of, unit_of, turn_of: by source side, of the bodies here that take its motion.
+        asked: which, bones, unit and turn of the bodies here that take each side's motion, then of its own.
         """
         count = min(2, len(self._names))
         chosen = sorted(numbers.choice(len(self._names), count, replace=False).tolist())
@@ -77,9 +62,8 @@ class Windows:
             taken = [
                 self._of(name, self._material.cast(numbers, size, self._casts[name])) for _ in range(count)
             ]
-            for key in ("which", "bones", "unit"):
-                side[f"{key}_of"] = [each[key] for each in taken]
-            side["turn_of"] = [other["turn"] for other in sides]
+            asked = [{**each, "turn": other["turn"]} for each, other in zip(taken, sides, strict=True)]
+            side["asked"] = {key: np.concatenate([each[key] for each in (*asked, side)]) for key in BODIES}
         return {"sides": sides}
 
     def speeds(self, name: str) -> Tensor:
@@ -91,12 +75,13 @@ class Windows:
         return torch.tensor([speed.min(), speed.max()])
 
     def _of(self, name: str, cast: Sequence[str]) -> dict[str, np.ndarray]:
-        ranks = [self._ranks[name][one] for one in cast]
-        statistics_row = np.array(ranks) + 1 if self._by_character else np.zeros(len(ranks), dtype=np.int64)
+        bodies, features = [self._bodies[name][one] for one in cast], self._features
+        rows = [1 + self._casts[name].index(one) if self._by_character else 0 for one in cast]
+        units = [features.unit(each.character) / each.character.height for each in bodies]
         return {
-            "which": statistics_row,
-            "bones": self._bones[name][ranks],
-            "unit": self._units[name][ranks],
+            "which": np.array(rows),
+            "bones": np.stack([features.bones(each) for each in bodies]),
+            "unit": np.array(units, dtype=np.float32),
         }
 
     def _window(self, numbers: np.random.Generator, cast: Sequence[str]) -> dict[str, np.ndarray]:

@@ -1,19 +1,17 @@
 """Fits rotations to answers that are known by joint positions; bones get the body's lengths."""
 
 from retarget_bench.api import Context, Prediction
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.fitting import fit
-from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.post_processors import PostCard
 
 
 class Fit:
     """The motion of the body that comes nearest to the positions of an answer, all joints together.
 
-    So a method that gives positions can be scored by metrics of rotations, with bones that do not stretch,
-    and be followed by what needs rotations. The fit is the one with which ``bench retarget`` writes files:
-    twists that no position shows come from the hinges of knees and elbows and from the reference pose, and
-    are smooth. They are the fit's, not the method's, and rows with ``+fit`` are read so. An answer that
+    A method that gives positions can so be scored by metrics of rotations, with bones that do not stretch.
+    The fit is that of ``bench retarget``: twists that no position shows come from the hinges of knees and
+    elbows and from the reference pose, and are smooth. They are the fit's, not the method's. An answer that
     has rotations is left as it is.
     """
 

@@ -4,9 +4,8 @@ import numpy as np
 
 from retarget_bench.api import Context, Prediction
 from retarget_bench.errors import BenchError
-from retarget_bench.motion.character import Character
+from retarget_bench.motion.character import Character, Motion, Positions
 from retarget_bench.motion.contact import CONTACT_ROLES, CONTACT_SPEED, planted, runs
-from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.motion.roles import HANDS
 from retarget_bench.plugins.post_processors import PostCard
 
@@ -25,12 +24,10 @@ class FootFix:
     rotations and the root's path towards where all joints are in those places, each frame on its own.
     Frames that no contact reaches stay as they are to the last bit.
 
-    Ours: frames are counted at 30 per second whatever the rate; the root is solved for in heights, so that
-    one rate of learning means the same on every body; squared distances are summed over a frame and not
-    averaged over the clip, so that a frame's answer does not depend on the clip's length; and of all its
-    iterates every frame gets the best, so that none is farther from those places than it was. An answer
-    that is known by positions has no rotations to solve for: it gets the blended places, and bones of feet
-    may then stretch.
+    Ours: frames count at 30 per second whatever the rate; the root is solved for in heights, so that one
+    learning rate fits every body; squared distances are summed over a frame, not averaged over the clip,
+    so that a frame's answer does not depend on the clip's length; and every frame gets the best of its
+    iterates. An answer known by positions gets the blended places, and bones of feet may then stretch.
     """
 
     card = PostCard(
@@ -69,17 +66,13 @@ class FootFix:
             return prediction
         if isinstance(prediction, Positions):
             return body.positions(wanted, prediction.fps)
-        return self._solved(prediction, wanted, touched, context.device)
-
-    def _solved(self, motion: Motion, wanted: np.ndarray, frames: np.ndarray, device: str) -> Motion:
-        """The motion with these frames brought near the places ``(frames, joints, 3)``."""
-        rotations, root = motion.rotations.copy(), motion.root.copy()
-        for first in range(0, len(frames), CHUNK):
-            some = frames[first : first + CHUNK]
-            rotations[some], root[some] = solve(
-                motion.at(some), wanted[some], self.steps, self.rate, device
+        moved = prediction.copy()
+        for first in range(0, len(touched), CHUNK):
+            some = touched[first : first + CHUNK]
+            moved.rotations[some], moved.root[some] = solve(
+                prediction.at(some), wanted[some], self.steps, self.rate, context.device
             )
-        return motion.character.motion(rotations, root, motion.fps)
+        return moved
 
 
 def _feet(source: Character, target: Character) -> list[tuple[int, int]]:

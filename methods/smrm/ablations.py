@@ -19,9 +19,9 @@ _NOTES = (
 )
 
 
-def _row(label: str, parameters: dict[str, float | int], *printed: str) -> AblationRow:
+def _row(label: str, parameters: dict[str, float | int], printed: str) -> AblationRow:
     names = (column.label for column in _COLUMNS)
-    return AblationRow(label, parameters, dict(zip(names, printed, strict=True)))
+    return AblationRow(label, parameters, dict(zip(names, printed.split(), strict=True)))
 
 
 ABLATIONS = {
@@ -30,12 +30,8 @@ ABLATIONS = {
         paper="Correspondence-free online human motion retargeting (HAL v1), Table 2",
         columns=_COLUMNS,
         rows=(
-            _row("With L_rot", {}, "0.180", "0.055", "0.016", "0.008", "0.147", "0.054", "0.001"),
-            _row(
-                "Without L_rot",
-                {"rotation_cycle": 0.0},
-                *("0.192", "0.074", "0.020", "0.009", "0.160", "0.077", "0.002"),
-            ),
+            _row("With L_rot", {}, "0.180 0.055 0.016 0.008 0.147 0.054 0.001"),
+            _row("Without L_rot", {"rotation_cycle": 0.0}, "0.192 0.074 0.020 0.009 0.160 0.077 0.002"),
         ),
         notes=_NOTES,
     ),
@@ -44,37 +40,11 @@ ABLATIONS = {
         paper="Correspondence-free online human motion retargeting (HAL v1), Table 3",
         columns=_COLUMNS,
         rows=(
-            _row(
-                "0.16s (5 frames)",
-                {"context": 5},
-                *("0.195", "0.081", "0.014", "0.009", "0.161", "0.074", "0.001"),
-            ),
-            _row(
-                "0.33s (10 frames)",
-                {"context": 10},
-                *("0.176", "0.062", "0.014", "0.008", "0.149", "0.061", "0.001"),
-            ),
-            _row(
-                "0.5s (15 frames)",
-                {"context": 15},
-                *("0.174", "0.059", "0.016", "0.009", "0.143", "0.058", "0.001"),
-            ),
-            _row(
-                "1s (30 frames)",
-                {"context": 30},
-                "0.178",
-                "0.056",
-                "0.016",
-                "0.008",
-                "0.145",
-                "0.058",
-                "0.001",
-            ),
-            _row(
-                "2s (60 frames)",
-                {"context": 60},
-                *("0.194", "0.061", "0.016", "0.008", "0.160", "0.059", "0.001"),
-            ),
+            _row("0.16s (5 frames)", {"context": 5}, "0.195 0.081 0.014 0.009 0.161 0.074 0.001"),
+            _row("0.33s (10 frames)", {"context": 10}, "0.176 0.062 0.014 0.008 0.149 0.061 0.001"),
+            _row("0.5s (15 frames)", {"context": 15}, "0.174 0.059 0.016 0.009 0.143 0.058 0.001"),
+            _row("1s (30 frames)", {"context": 30}, "0.178 0.056 0.016 0.008 0.145 0.058 0.001"),
+            _row("2s (60 frames)", {"context": 60}, "0.194 0.061 0.016 0.008 0.160 0.059 0.001"),
         ),
         notes=(
             *_NOTES,

@@ -1,9 +1,8 @@
 """Retargeting by SMRM: chunk after chunk with the GRUs' states carried on, many motions at a time."""
 
-from __future__ import annotations
-
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 import torch
@@ -15,7 +14,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
 from .features import JOINTS, Body, Features
-from .network import MOVES, Answer, Generator
+from .network import MOVES, Generator
 
 CHUNK = 256
 """Frames that go through the networks at once: memory does not grow with a clip's length."""
@@ -23,9 +22,8 @@ CHUNK = 256
 
 @dataclass(frozen=True, eq=False)
 class _Row:
-    """One motion to be carried to one body."""
+    """One motion to be carried to one body. rotations, moved: the answer, filled chunk by chunk."""
 
-    source: Prediction
     seen: Mapping[str, np.ndarray]
     moves: np.ndarray
     body: Body
@@ -34,12 +32,11 @@ class _Row:
     moved: np.ndarray
 
     @classmethod
-    def of(cls, features: Features, source: Prediction, target: Character) -> _Row:
+    def of(cls, features: Features, source: Prediction, target: Character) -> Self:
         shown = rates.at_thirty(source)
         seen = features.see(shown)
         ratio = root_rules.ratio("hip_height", source.character, target)
         return cls(
-            source=source,
             seen=seen,
             moves=features.moves(seen["hips"], seen["before"], seen["turn"]),
             body=features.body(target),
@@ -47,10 +44,6 @@ class _Row:
             rotations=np.empty((shown.frames, JOINTS, 4), np.float32),
             moved=np.empty((shown.frames, MOVES), np.float32),
         )
-
-    @property
-    def frames(self) -> int:
-        return len(self.rotations)
 
 
 def retargeted(
@@ -60,67 +53,47 @@ def retargeted(
     targets: Sequence[Character],
     chunk: int = CHUNK,
 ) -> list[Motion]:
-    """Every source on its target. Neither ``chunk`` nor what stands beside a row changes the result."""
+    """Every source on its target, at its own rate, by a generator in evaluation mode.
+
+    Neither ``chunk`` nor what stands beside a row changes the result.
+    """
     rows = [_Row.of(features, source, target) for source, target in zip(sources, targets, strict=True)]
-    longest_first = sorted(rows, key=lambda row: -row.frames)
-    first = 0
-    for answer in stream(generator, longest_first, chunk):
-        _keep(longest_first, answer, first)
-        first += chunk
-    return [_answered(features, row) for row in rows]
-
-
-def stream(generator: Generator, rows: Sequence[_Row], chunk: int) -> Iterator[Answer]:
-    """The answers for every ``chunk`` frames, of the rows (longest first) that are not at their end."""
+    longest_first = sorted(rows, key=lambda row: -len(row.moved))
     device = generator.turns.weight.device
-    bodies = [
-        torch.from_numpy(np.stack([getattr(row.body, key) for row in rows]))
+    offsets, resting = (
+        torch.from_numpy(np.stack([getattr(row.body, key) for row in longest_first])).to(device)
         for key in ("offsets", "resting")
-    ]
-    offsets, resting = (each.to(device) for each in bodies)
+    )
     encoding: Tensor | None = None
     decoding: Tensor | None = None
-    was = generator.training
-    generator.eval()
-    try:
-        for first in range(0, rows[0].frames, chunk):
-            going = sum(row.frames > first for row in rows)
-            positions, moves = _block(rows[:going], first, chunk, device)
-            with torch.inference_mode():
-                codes, encoding = generator.encode(positions, moves, _of(encoding, going))
-                answer, decoding = generator.decode(
-                    codes, offsets[:going], resting[:going], _of(decoding, going)
-                )
-            yield answer
-    finally:
-        generator.train(was)
+    for first in range(0, len(longest_first[0].moved), chunk):
+        going = [row for row in longest_first if len(row.moved) > first]
+        part, count = slice(first, first + chunk), len(going)
+        positions = _block([row.seen["positions"][part] for row in going]).to(device)
+        moves = _block([row.moves[part] for row in going]).to(device)
+        with torch.inference_mode():
+            codes, encoding = generator.encode(positions, moves, _of(encoding, count))
+            answer, decoding = generator.decode(
+                codes, offsets[:count], resting[:count], _of(decoding, count)
+            )
+        answers = answer.rotations.cpu().numpy(), answer.moves.cpu().numpy()
+        for row, turned, moved in zip(going, *answers, strict=True):
+            left = len(row.moved[part])
+            row.rotations[part], row.moved[part] = turned[:left], moved[:left]
+    return [
+        rates.back(features.motion(row.body, row.rotations, row.moved, row.seen, row.start), source)
+        for row, source in zip(rows, sources, strict=True)
+    ]
 
 
-def _block(rows: Sequence[_Row], first: int, chunk: int, device: torch.device) -> tuple[Tensor, Tensor]:
-    """What ``chunk`` frames of the rows look like, zeros behind the last one of each."""
-    size = min(chunk, rows[0].frames - first)
-    positions = np.zeros((len(rows), size, JOINTS, 3), np.float32)
-    moves = np.zeros((len(rows), size, MOVES), np.float32)
-    for number, row in enumerate(rows):
-        part = row.moves[first : first + size]
-        positions[number, : len(part)] = row.seen["positions"][first : first + size]
-        moves[number, : len(part)] = part
-    return torch.from_numpy(positions).to(device), torch.from_numpy(moves).to(device)
+def _block(parts: Sequence[np.ndarray]) -> Tensor:
+    """``(rows, frames, ...)`` float32 from rows ``(frames', ...)``, the longest first, zeros behind the
+    others."""
+    block = np.zeros((len(parts), *parts[0].shape), np.float32)
+    for row, part in zip(block, parts, strict=True):
+        row[: len(part)] = part
+    return torch.from_numpy(block)
 
 
 def _of(state: Tensor | None, rows: int) -> Tensor | None:
     return None if state is None else state[:, :rows].contiguous()
-
-
-def _keep(rows: Sequence[_Row], answer: Answer, first: int) -> None:
-    rotations, moves = answer.rotations.cpu().numpy(), answer.moves.cpu().numpy()
-    for row, turned, moved in zip(rows, rotations, moves, strict=False):
-        left = min(row.frames - first, len(moved))
-        row.rotations[first : first + left] = turned[:left]
-        row.moved[first : first + left] = moved[:left]
-
-
-def _answered(features: Features, row: _Row) -> Motion:
-    """The answer as a motion at the source's rate, with its number of frames."""
-    motion = features.motion(row.body, row.rotations, row.moved, row.seen, row.start)
-    return rates.back(motion, row.source)

@@ -1,13 +1,11 @@
 """SMRM's networks: two recurrent ones and forward kinematics, as Table 6 of the paper lists them."""
 
-from collections.abc import Mapping
 from typing import NamedTuple
 
 import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.training.layers.normaliser import Normaliser
@@ -69,16 +67,6 @@ class Generator(nn.Module):
         tree = self._tree(rotations.device)
         positions, _ = kinematics(tree, offsets, rotations, torch.zeros_like(moves))
         return Answer(positions, rotations, moves), after
-
-    def take(self, tensors: Mapping[str, Tensor]) -> None:
-        """Take over exported tensors. Raises BenchError where they are another network's."""
-        own = {name: tensor.shape for name, tensor in self.state_dict().items()}
-        if own != {name: tensor.shape for name, tensor in tensors.items()}:
-            raise BenchError(
-                f"these weights are not of an smrm with {self.turns.in_features} hidden numbers; train it "
-                "anew, or give the parameters that they were trained with"
-            )
-        self.load_state_dict(dict(tensors))
 
     def _tree(self, device: torch.device) -> Tree:
         if self.tree.mask.device != device:

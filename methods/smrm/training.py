@@ -11,6 +11,7 @@ from torch import Tensor, nn
 from retarget_bench.api import Method
 from retarget_bench.errors import NotSupported
 from retarget_bench.motion import facing, rotation
+from retarget_bench.training import weights
 from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData, WindowBatch
@@ -28,15 +29,15 @@ LEAST = 1e-2
 """Units: what varies less between frames or bodies is not blown up; of the hips a tenth."""
 
 
-@dataclass(frozen=True)
+@dataclass(eq=False)
 class Weighting:
     """What is weighed how; see ``SMRM``. same: the share of rows whose target is their own character."""
 
-    adversarial: float
-    rotation_cycle: float
-    smooth: float
-    reference: Reference
-    same: float
+    adversarial: float = 0.0001
+    rotation_cycle: float = 0.01
+    smooth: float = 0.001
+    reference_rotation: Reference = "truth"
+    same: float = 0.2
 
 
 class SmrmTraining:
@@ -54,12 +55,8 @@ class SmrmTraining:
         """trained: makes the method from exported tensors. Raises NotSupported with one character only."""
         if len(training_data.clips) < 2:
             raise NotSupported("smrm learns from at least two characters, and there is one")
-        self.training_data, self.features, self.weighting, self._trained = (
-            training_data,
-            features,
-            weighting,
-            trained,
-        )
+        self.training_data, self.features = training_data, features
+        self.weighting, self._trained = weighting, trained
         self._window = config.window
         self._names = sorted(training_data.clips)
         bodies = [features.body(training_data.characters[name]) for name in self._names]
@@ -133,14 +130,14 @@ class SmrmTraining:
     def losses(self, phase: str, batch: Batch, memory: dict[str, Any]) -> Terms:
         if phase == "discriminator":
             return self._discriminate(batch, memory)
-        source, weights = batch["source"], self.weighting
+        source, weighting = batch["source"], self.weighting
         codes, _ = self.generator.encode(source["positions"], source["moves"])
         there = self._decoded(codes, batch["target"])
         again, _ = self.generator.encode(there.positions, there.moves)
         back = self._decoded(again, batch["body"])
         real = frame_mask(source["lengths"], codes.shape[1])
         reference = source["rotations"]
-        if weights.reference == "self":
+        if weighting.reference_rotation == "self":
             reference = self._decoded(codes, batch["body"]).rotations.detach()
         same = real & batch["same"].unsqueeze(1)
         turning = losses.rotations(back.rotations, reference, real)
@@ -150,11 +147,11 @@ class SmrmTraining:
             "hips": self._astray(back, source, real),
             "self_joints": losses.squares(there.positions, source["positions"], same),
             "self_hips": self._astray(there, source, same),
-            "rotations": weights.rotation_cycle * turning,
-            "smooth": weights.smooth * losses.acceleration(path, real),
+            "rotations": weighting.rotation_cycle * turning,
+            "smooth": weighting.smooth * losses.acceleration(path, real),
         }
         if self._adversarial:
-            terms["adversarial"] = weights.adversarial * self._fooling(there, batch, memory)
+            terms["adversarial"] = weighting.adversarial * self._fooling(there, batch, memory)
         return terms
 
     def _decoded(self, codes: Tensor, body: Mapping[str, Tensor]) -> Answer:
@@ -198,7 +195,7 @@ class SmrmTraining:
         return exported(self.generator)
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
-        self.generator.take(tensors)
+        weights.fill(self.generator, tensors)
 
 
 def _turned(arrays: Mapping[str, np.ndarray], about: np.ndarray) -> dict[str, np.ndarray]:

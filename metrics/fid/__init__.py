@@ -13,8 +13,7 @@ from retarget_bench.training.features import network, windows
 from retarget_bench.training.features.network import Network
 
 from .frechet import Frechet
-from .kernel import Kid
-from .neighbours import NEIGHBOURS, Fits
+from .pairs import NEIGHBOURS, Fits, Kid
 
 SHIPPED = Path(__file__).with_name("networks")
 PER_DIMENSION = 4
@@ -150,5 +149,3 @@ class Fid:
 
 
 plugin = Fid
-
-__all__ = ["Fid", "plugin"]

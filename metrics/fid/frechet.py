@@ -76,11 +76,6 @@ def factor(sample: np.ndarray) -> np.ndarray:
     return triangle / np.sqrt(len(sample) - 1)
 
 
-def trace(sample: np.ndarray) -> float:
-    """The trace of the covariance: the scale on which a distance is large or small."""
-    return float(sample.var(axis=0, ddof=1).sum())
-
-
 def _frechet(apart: np.ndarray, a: np.ndarray, b: np.ndarray) -> float:
     common = np.linalg.svd(a @ b.T, compute_uv=False).sum()
     return max(float(apart @ apart + (a * a).sum() + (b * b).sum() - 2.0 * common), 0.0)

@@ -1,7 +1,7 @@
 """Breakdowns of results: by pair, clip, kind, structure, level, joint, training or time."""
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, Literal
 
@@ -13,6 +13,7 @@ from retarget_bench.evaluation.tasks import definitions
 from retarget_bench.motion.roles import BODY_PARTS
 from retarget_bench.results import case_metadata, compatibility, store
 from retarget_bench.results.columns import Key
+from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.result_matrix import MethodRow, ResultMatrix
 from retarget_bench.results.store import ResultPaths
 
@@ -80,33 +81,39 @@ def _levels(matrix: ResultMatrix) -> dict[str, str]:
 
 # ---------------------------------------------------------------------------------------------- joints
 def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
-    values = {key: value for key, value in matrix.values.items() if value.index == "joint"}
-    if not values:
-        raise BenchError(
-            f"{matrix.dataset}, {matrix.split}: there is no value per joint; bench score computes them"
-        )
+    values = _indexed(matrix, "joint", "value per joint")
     newest = compatibility.newest(row.header for row in matrix.rows)
     draws: list[list[dict[str, dict[Key, np.ndarray]]]] = []
     for row in matrix.rows:
         fresh = {key for key in values if not newest.stale_value(row.header, key)}
         fresh = set() if newest.stale_data(row.header) else fresh
-        name_of = _part_of(row) if by == "part" else _own_name
+        name_of: NameOf = _part_of(row) if by == "part" else lambda _, joint: joint
         draws.append([_joint_means(matrix, place, fresh, name_of) for place in row.all_paths])
     groups = {group for row in draws for draw in row for group in draw}
     order = {part: rank for rank, part in enumerate(BODY_PARTS)}
-    plain = {key: replace(value, index="") for key, value in values.items()}
     return [
-        replace(
-            matrix,
-            values=plain,
-            part=group,
-            rows=tuple(
-                replace(row, runs=tuple(draw.get(group, {}) for draw in each))
-                for row, each in zip(matrix.rows, draws, strict=True)
-            ),
-        )
+        _with_runs(matrix, values, group, [[draw.get(group, {}) for draw in row] for row in draws])
         for group in sorted(groups, key=lambda name: (order.get(name, len(order)), name))
     ]
+
+
+def _indexed(matrix: ResultMatrix, index: str, what: str) -> dict[str, DeclaredValue]:
+    """The values of this index, declared as values without one. Raises BenchError where there is none."""
+    found = {key: replace(each, index="") for key, each in matrix.values.items() if each.index == index}
+    if not found:
+        raise BenchError(f"{matrix.dataset}, {matrix.split}: there is no {what}; bench score computes them")
+    return found
+
+
+def _with_runs(
+    matrix: ResultMatrix,
+    values: Mapping[str, DeclaredValue],
+    part: str,
+    runs: Sequence[Sequence[Mapping[Key, np.ndarray]]],
+) -> ResultMatrix:
+    """A part of a matrix: these values and these numbers of the runs of every row."""
+    rows = (replace(row, runs=tuple(each)) for row, each in zip(matrix.rows, runs, strict=True))
+    return replace(matrix, values=values, part=part, rows=tuple(rows))
 
 
 def _part_of(row: MethodRow) -> NameOf:
@@ -117,11 +124,6 @@ def _part_of(row: MethodRow) -> NameOf:
             "always, writes them"
         )
     return lambda target, joint: parts.get((target, joint), UNKNOWN)
-
-
-def _own_name(target: str, joint: str) -> str:
-    del target
-    return joint
 
 
 def _joint_means(
@@ -157,21 +159,17 @@ def _joint_means(
 
 # -------------------------------------------------------------------------------------------- curves
 def _by_point(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
-    values = {key: replace(value, index="") for key, value in matrix.values.items() if value.index == by}
-    if not values:
-        raise BenchError(
-            f"{matrix.dataset}, {matrix.split}: there is no curve over {by}; bench score computes them"
-        )
+    values = _indexed(matrix, by, f"curve over {by}")
     points = {index for value, index in matrix.keys if value in values}
     return [
-        replace(
+        _with_runs(
             matrix,
-            values=values,
-            part=point,
-            rows=tuple(
-                replace(row, runs=tuple(_at_point(draw, values, point) for draw in row.runs))
+            values,
+            point,
+            [
+                [{(v, ""): draw[v, point] for v in values if (v, point) in draw} for draw in row.runs]
                 for row in matrix.rows
-            ),
+            ],
         )
         for point in sorted(points, key=_number)
     ]
@@ -183,10 +181,6 @@ def _number(point: str) -> tuple[float, str]:
         return float(point), ""
     except ValueError:
         return math.inf, point
-
-
-def _at_point(draw: Mapping[Key, np.ndarray], values: Collection[str], point: str) -> dict[Key, np.ndarray]:
-    return {(value, ""): draw[value, point] for value in values if (value, point) in draw}
 
 
 def lasting(matrix: ResultMatrix, seconds: int) -> ResultMatrix:

@@ -1,7 +1,7 @@
 """Pairwise comparison of two methods: paired difference of every value, with interval and p-value."""
 
 import difflib
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -72,28 +72,26 @@ class PairwiseComparison:
 def find(matrix: ResultMatrix, name: str) -> MethodRow | None:
     """The row of a method by its label, or by an equivalent spec; None where it has no results here."""
     rows = {row.label: row for row in matrix.rows}
-    label = label_of(name, rows)
-    return None if label is None else rows[label]
+    return rows.get(label_of(name, rows) or "")
 
 
 def label_of(name: str, labels: Collection[str]) -> str | None:
     """The label among these that a spec stands for, however it is written; None where there is none."""
-    return next((each for each in (name, _canonical(name)) if each in labels), None)
+    if name in labels:
+        return name
+    try:
+        label = str(registry.canonical("methods", Spec.parse(name)))
+    except BenchError:
+        return None
+    return label if label in labels else None
 
 
-def unknown(matrices: Sequence[ResultMatrix], name: str) -> BenchError:
+def unknown(having: Iterable[str], name: str) -> BenchError:
     """The error for a method that has no results at all: it lists those that have, close names first."""
-    labels = sorted({row.label for matrix in matrices for row in matrix.rows})
+    labels = sorted(set(having))
     if close := difflib.get_close_matches(name, labels, 3, 0.5):
         return BenchError(f"no results of {name!r} here; did you mean {' or '.join(close)}?")
     return BenchError(f"no results of {name!r} here; there are those of {', '.join(labels)}")
-
-
-def _canonical(name: str) -> str:
-    try:
-        return str(registry.canonical("methods", Spec.parse(name)))
-    except BenchError:
-        return name
 
 
 def compare(
@@ -126,10 +124,10 @@ def compare(
 
 
 def _difference(matrix: ResultMatrix, first: MethodRow, second: MethodRow, value: str) -> Difference | None:
-    numbers = [row.number((value, "")) for row in (first, second)]
-    if numbers[0] is None or numbers[1] is None:
+    one, two = (row.number((value, "")) for row in (first, second))
+    if one is None or two is None:
         return None
-    both = np.array(numbers)
+    both = np.array([one, two])
     there = ~np.isnan(both).any(axis=0)
     if not there.any():
         return None

@@ -27,16 +27,13 @@ NOTHING = 1e-9
 class ProtocolReading:
     """One protocol's number for a method on a split.
 
-    value: mean over clips of the mean per clip. cases: ``(id, number)`` of every case that has it.
-    facts: the declared facts of the protocol, and its unit.
+    value: mean over clips of the mean per clip. cases: id -> number of every case that has it.
+    facts: the declared facts of the protocol, and its ``unit``.
     """
 
     id: str
-    label: str
-    unit: str
     value: float
     cases: Mapping[str, float]
-    clips: int
     facts: Mapping[str, str]
 
 
@@ -47,7 +44,7 @@ class Factor:
     means:   factor of the two means over the same cases, or where only the self pairs are more. None where
              one of them is 0.
     usual:   median over cases. low, high: of nine cases in ten. n: cases in which both are above 0.
-    reasons: the differences between the protocols, as sentences.
+    reasons: the differences between the protocols: ``error: distance against squared distance`` and so on.
     """
 
     first: str
@@ -61,7 +58,7 @@ class Factor:
 
     @property
     def constant(self) -> bool:
-        """Whether the factor is the same in every case."""
+        """The factor is the same in every case."""
         return self.usual is not None and self.high - self.low <= CONSTANT * abs(self.usual)
 
 
@@ -82,32 +79,31 @@ def explain(results: Results, selves: Results | None = None) -> Explanation:
     selves: the same method on the split self, which legacy protocols pool into intra.
     Raises BenchError where the results declare no protocol or have no number of any.
     """
-    declared: Mapping[str, DeclaredValue] = results.header.values
-    label = results.header.method.label
-    known = {id_: value for id_, value in declared.items() if value.protocol}
+    header, split = results.header, results.paths.split
+    label = header.method.label
+    known = {id_: value for id_, value in header.values.items() if value.protocol}
     if not known:
         raise BenchError(
             f"the results of {label} declare no position protocols (they are old, or have no position "
             "metrics); score them again: bench score"
         )
-    found = (_reading(id_, value, results, selves) for id_, value in known.items())
-    readings = tuple(sorted(filter(None, found), key=lambda reading: reading.id != FIRST))
+    readings = []
+    for id_, value in known.items():
+        pooled = [results, selves] if value.with_self and split == "intra" and selves else [results]
+        if reading := _reading(id_, value, pooled):
+            readings.append(reading)
     if not readings:
-        raise BenchError(f"{label} has no position error on {results.paths.split}: no case has a reference")
-    factors = tuple(_factor(a, b) for a, b in combinations(readings, 2))
-    header = results.header
+        raise BenchError(f"{label} has no position error on {split}: no case has a reference")
+    readings.sort(key=lambda reading: reading.id != FIRST)
     if header.method.stochastic and (seeds := header.seeds):
         label += f", seed {seeds[0]}"
-    return Explanation(header.dataset.label, results.paths.split, label, readings, factors)
+    factors = tuple(_factor(a, b) for a, b in combinations(readings, 2))
+    return Explanation(header.dataset.label, split, label, tuple(readings), factors)
 
 
-def _reading(
-    id_: str, value: DeclaredValue, results: Results, selves: Results | None
-) -> ProtocolReading | None:
-    pooled = [results]
-    if value.with_self and results.paths.split == "intra" and selves is not None:
-        pooled.append(selves)
-    cases, by_clip = {}, {}  # type: dict[str, float], dict[str, list[float]]
+def _reading(id_: str, value: DeclaredValue, pooled: Sequence[Results]) -> ProtocolReading | None:
+    cases: dict[str, float] = {}
+    by_clip: dict[str, list[float]] = {}
     for each in pooled:
         for entry in each.entries:
             number = entry.values.get(id_)
@@ -117,8 +113,7 @@ def _reading(
     if not cases:
         return None
     mean = float(np.mean([np.mean(numbers) for numbers in by_clip.values()]))
-    facts = {**value.protocol, "unit": value.unit}
-    return ProtocolReading(id_, value.label, value.unit, mean, cases, len(by_clip), facts)
+    return ProtocolReading(id_, mean, cases, {**value.protocol, "unit": value.unit})
 
 
 def _factor(first: ProtocolReading, second: ProtocolReading) -> Factor:
@@ -140,35 +135,25 @@ def _factor(first: ProtocolReading, second: ProtocolReading) -> Factor:
         low=float(low),
         high=float(high),
         n=len(ratios),
-        reasons=reasons(first.facts, second.facts),
-    )
-
-
-def reasons(first: Mapping[str, str], second: Mapping[str, str]) -> tuple[str, ...]:
-    """Differences of two protocols: ``error: distance against squared distance`` and so on."""
-    return tuple(
-        f"{key}: {first.get(key, 'not said')} against {second.get(key, 'not said')}"
-        for key in (*PROTOCOL, "unit")
-        if first.get(key) != second.get(key)
+        reasons=tuple(
+            f"{key}: {first.facts.get(key, 'not said')} against {second.facts.get(key, 'not said')}"
+            for key in (*PROTOCOL, "unit")
+            if first.facts.get(key) != second.facts.get(key)
+        ),
     )
 
 
 # ------------------------------------------------------------------------------------- as text
-def shown(number: float) -> str:
-    """Four significant digits, without an exponent where that stays short."""
-    return f"{number:.4g}"
-
-
 def factor_text(factor: Factor) -> str:
     """``x 3 in every case``, ``x 0.41 (0.38 to 0.55 in nine cases of ten)``, or why there is none."""
     if factor.usual is None:
         return "no factor: one of the two is 0 in every case"
     if factor.constant:
-        text = f"x {shown(factor.usual)} in every case"
+        text = f"x {factor.usual:.4g} in every case"
     else:
-        text = f"x {shown(factor.usual)} ({shown(factor.low)} to {shown(factor.high)} in nine cases of ten)"
+        text = f"x {factor.usual:.4g} ({factor.low:.4g} to {factor.high:.4g} in nine cases of ten)"
     if factor.means is not None and not np.isclose(factor.means, factor.usual, rtol=0.01):
-        text += f"; of the means x {shown(factor.means)}"
+        text += f"; of the means x {factor.means:.4g}"
     return text
 
 
@@ -176,7 +161,7 @@ def text(found: Explanation, factors: Sequence[Factor]) -> str:
     """For a terminal: every protocol's number with what fixes it, then the factors asked for."""
     out = [f"{found.method} on {found.dataset}, {found.split}", ""]
     ids = max(len(reading.id) for reading in found.readings)
-    numbers = [f"{shown(reading.value)} {reading.unit}" for reading in found.readings]
+    numbers = [f"{reading.value:.4g} {reading.facts['unit']}" for reading in found.readings]
     width = max(map(len, numbers))
     for reading, number in zip(found.readings, numbers, strict=True):
         fixed = "; ".join(reading.facts[key] for key in PROTOCOL if key in reading.facts)
@@ -194,10 +179,9 @@ def markdown(found: Explanation, factors: Sequence[Factor]) -> str:
     out += ["| protocol | value | unit | n | " + " | ".join(PROTOCOL) + " |"]
     out.append("|---|---:|---|---:|" + "---|" * len(PROTOCOL))
     for reading in found.readings:
+        number = f"{reading.value:.4g} | {reading.facts['unit']} | {len(reading.cases)}"
         fixed = " | ".join(reading.facts.get(key, "") for key in PROTOCOL)
-        out.append(
-            f"| `{reading.id}` | {shown(reading.value)} | {reading.unit} | {len(reading.cases)} | {fixed} |"
-        )
+        out.append(f"| `{reading.id}` | {number} | {fixed} |")
     out += ["", "| from | to | factor | because |", "|---|---|---|---|"]
     for factor in factors:
         because = "; ".join(factor.reasons)
@@ -214,8 +198,7 @@ def chosen(found: Explanation, between: Sequence[str], *, every: bool) -> list[F
     if unknown := [id_ for id_ in between if id_ not in known]:
         raise BenchError(f"{found.method} has no protocol {unknown[0]!r} here; it has {', '.join(known)}")
     if between:
-        wanted = set(between)
-        if len(wanted) == 1:
+        if len(set(between)) == 1:
             raise BenchError(f"a factor is between two protocols; name another beside {between[0]}")
-        return [f for f in found.factors if {f.first, f.second} <= wanted and f.first != f.second]
+        return [f for f in found.factors if {f.first, f.second} <= set(between)]
     return [f for f in found.factors if every or f.first == known[0]]

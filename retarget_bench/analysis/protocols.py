@@ -46,7 +46,9 @@ def render(cards: Iterable[MetricCard] | None = None) -> str:
 
     Raises BenchError where a metric cannot be imported.
     """
-    shown = sorted(installed() if cards is None else cards, key=lambda card: card.name)
+    if cards is None:
+        cards = [registry.create("metrics", entry.name).card for entry in registry.names("metrics")]
+    shown = sorted(cards, key=lambda card: card.name)
     parts = [TITLE, INTRODUCTION.rstrip(), _overview(shown)]
     for card in shown:
         parts.append(f"## {card.name}\n\n{_sentence(card.summary)} Version {card.version}.")
@@ -54,19 +56,13 @@ def render(cards: Iterable[MetricCard] | None = None) -> str:
     return "\n\n".join(parts) + "\n"
 
 
-def installed() -> list[MetricCard]:
-    """The cards of all metrics that can be found, by name."""
-    return [registry.create("metrics", entry.name).card for entry in registry.names("metrics")]
-
-
 def _overview(cards: Iterable[MetricCard]) -> str:
     lines = ["| id | meaning | unit | best |", "|---|---|---|---|"]
-    for card in cards:
-        lines += [
-            f"| [`{value.id}`](#{_anchor(value.id)}) "
-            f"| {_cell(value.meaning)} | {_cell(value.unit)} | {_best(value)} |"
-            for value in card.values
-        ]
+    for value in (value for card in cards for value in card.values):
+        # viewers give a heading an anchor in lower case, without full stops
+        anchor = value.id.lower().replace(".", "")
+        meaning, unit = (text.replace("|", "\\|") for text in (value.meaning, value.unit))
+        lines.append(f"| [`{value.id}`](#{anchor}) | {meaning} | {unit} | {_best(value)} |")
     return "\n".join(lines)
 
 
@@ -101,12 +97,3 @@ def _formula(formula: str) -> list[str]:
     """A formula as a list: what is computed, then what its words mean, signs as they read."""
     first, *notes = _MARKUP.sub(r"\\\g<0>", formula).split("; ")
     return [f"- Formula: {first}", *(f"  - {note}" for note in notes)]
-
-
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
-
-
-def _anchor(title: str) -> str:
-    """The anchor that Markdown viewers give a heading: lower case, without full stops."""
-    return title.lower().replace(".", "")

@@ -65,7 +65,11 @@ def mean_intervals(means: np.ndarray) -> list[Interval | None]:
     with np.errstate(divide="ignore", invalid="ignore"):
         skewness = (offsets**3).sum(axis=1) / np.maximum(n, 1) / spread**3
     a = np.nan_to_num(skewness) / np.sqrt(np.maximum(n, 1))
-    return _pairs(n, centre - _hall(quantile, a) * error, centre - _hall(-quantile, a) * error)
+    low, high = centre - _hall(quantile, a) * error, centre - _hall(-quantile, a) * error
+    return [
+        Interval(*ends) if k >= ENOUGH_CLIPS else None
+        for k, *ends in zip(n, low.tolist(), high.tolist(), strict=True)
+    ]
 
 
 def _student(means: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -86,13 +90,6 @@ def _hall(q: np.ndarray, a: np.ndarray) -> np.ndarray:
     flat = np.abs(a) < 1e-6
     b = np.where(flat, 1.0, a)
     return np.where(flat, q, 3 / b * (np.cbrt(1 + b * (q - b / 6)) - 1))
-
-
-def _pairs(n: np.ndarray, low: np.ndarray, high: np.ndarray) -> list[Interval | None]:
-    return [
-        Interval(float(a), float(b)) if k >= ENOUGH_CLIPS else None
-        for k, a, b in zip(n, low, high, strict=True)
-    ]
 
 
 # ----------------------------------------------------------------------------------------------- pairs

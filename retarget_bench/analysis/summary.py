@@ -1,4 +1,4 @@
-"""Means and rankings: values averaged per source clip, then over clips, for every method and split."""
+"""Means, rankings and ties: values averaged per source clip, then over clips, by method and split."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -9,9 +9,7 @@ from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import By, breakdown, lasting
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import set_metrics as sets
-from retarget_bench.evaluation import timing
-from retarget_bench.evaluation.set_metrics import SetValue
+from retarget_bench.evaluation import set_metrics, timing
 from retarget_bench.results.header import DeclaredValue, MethodInfo, ResultHeader
 from retarget_bench.results.result_matrix import ResultMatrix, result_matrices
 from retarget_bench.results.store import ResultPaths
@@ -75,7 +73,7 @@ class MethodSummary:
     curves: dict[str, dict[str, Mean]]
     fps: float | None
     spread: dict[str, float] = field(default_factory=dict)
-    sets: list[SetValue] = field(default_factory=list)
+    sets: list[set_metrics.SetValue] = field(default_factory=list)
 
     @property
     def asked(self) -> int:
@@ -87,7 +85,7 @@ class MethodSummary:
 
     @property
     def unranked(self) -> str:
-        """Why the method is not ranked; "" where it is."""
+        """The reason why the method is not ranked; "" where it is."""
         return unranked(self.header)
 
 
@@ -112,13 +110,13 @@ class SplitSummary:
 
 
 def never_ranked(method: MethodInfo) -> str:
-    """Why a method is never ranked: it is a control, or has privileged inputs; "" where it may be."""
+    """The reason why a method is never ranked (a control, privileged inputs); "" where it may be."""
     seen = ", ".join(name.replace("_", " ") for name in method.privileged)
     return "control" if method.control else f"sees {seen}" if seen else ""
 
 
 def unranked(header: ResultHeader) -> str:
-    """Why a method with this header is not ranked; "" where it is."""
+    """The reason why a method with this header is not ranked; "" where it is."""
     if why := never_ranked(header.method):
         return why
     counts = header.counts
@@ -153,12 +151,9 @@ def split_summaries(
 def split_summary(matrix: ResultMatrix) -> SplitSummary:
     """Means, curves and rankings of all methods of a matrix."""
     own = [info for info, own in zip(matrix.cases, matrix.own, strict=True) if own]
-    scores = [
-        MethodSummary(
-            row.label, row.header, {}, {}, _fps(row.paths), sets=[] if matrix.part else sets.read(row.paths)
-        )
-        for row in matrix.rows
-    ]
+    scores = [MethodSummary(row.label, row.header, {}, {}, _fps(row.paths)) for row in matrix.rows]
+    for score, row in zip(scores, matrix.rows, strict=True):
+        score.sets = [] if matrix.part else set_metrics.read(row.paths)
     made = SplitSummary(
         dataset=matrix.dataset,
         split=matrix.split,
@@ -174,8 +169,7 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     for key in matrix.keys:
         value, index = key
         numbers = matrix.numbers(key)
-        common, left_out = common_cases(numbers, ranked)
-        among = ranked & ~np.isin(np.arange(len(scores)), list(left_out)) & common.any()
+        common, among, left_out = common_cases(numbers, ranked)
         numbers[among] = np.where(common, numbers[among], np.nan)
         for score, mean in zip(scores, means_over_clips(numbers, matrix.clips), strict=True):
             if mean is not None and index:
@@ -190,8 +184,9 @@ def split_summary(matrix: ResultMatrix) -> SplitSummary:
     return made
 
 
-def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, dict[int, str]]:
-    """``(cases,)`` bool: cases that all ranked methods have a number for; and why methods are left out.
+def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, np.ndarray, dict[int, str]]:
+    """``(cases,)`` bool: cases that all ranked methods have a number for; ``(methods,)`` bool: those whose
+    means are over these; and why ranked methods are left out.
 
     numbers: ``(methods, cases)``; ranked: ``(methods,)`` bool. A method that has a number for less than
     ``COVERAGE`` of the cases that any ranked method has one for is left out, lest it shrink the set.
@@ -201,7 +196,8 @@ def common_cases(numbers: np.ndarray, ranked: np.ndarray) -> tuple[np.ndarray, d
     counts = there.sum(axis=1)
     few = ranked & (counts < COVERAGE * any_of.sum())
     left_out = {int(i): f"has it for {counts[i]} of {any_of.sum()} cases" for i in np.flatnonzero(few)}
-    return any_of & there[ranked & ~few].all(axis=0), left_out
+    common = any_of & there[ranked & ~few].all(axis=0)
+    return common, ranked & ~few & common.any(), left_out
 
 
 def means_over_clips(numbers: np.ndarray, clips: np.ndarray) -> list[Mean | None]:
@@ -222,21 +218,26 @@ def _ranking(
     labels = [row.label for row in matrix.rows]
     # by name, so that equals stand in one order however the results were listed
     at = np.array(sorted(np.flatnonzero(among), key=lambda row: labels[row]))
-    declared = matrix.values[value]
-    worse = statistics.losses(numbers[at], declared.better, declared.goal)
-    there = ~np.isnan(worse).any(axis=0)
-    per_clip = statistics.per_clip(worse[:, there], matrix.clips[there])
+    cases, per_clip = _losses(matrix, value, numbers[at])
     order = np.argsort(per_clip.mean(axis=1), kind="stable")
-    best, p = statistics.against_best(per_clip, declared.tolerance)
+    best, p = statistics.against_best(per_clip, matrix.values[value].tolerance)
     adjusted = {labels[at[i]]: float(p[i]) for i in order if i != best}
     return Ranking(
         order=tuple(labels[at[i]] for i in order),
         tied=frozenset(label for label, each in adjusted.items() if each >= statistics.ALPHA),
-        cases=int(there.sum()),
+        cases=cases,
         clips=per_clip.shape[1],
         p=adjusted,
         left_out={labels[i]: why for i, why in left_out.items()},
     )
+
+
+def _losses(matrix: ResultMatrix, value: str, numbers: np.ndarray) -> tuple[int, np.ndarray]:
+    """Number of cases that all rows of ``(methods, cases)`` have; ``(methods, clips)`` means of losses."""
+    declared = matrix.values[value]
+    worse = statistics.losses(numbers, declared.better, declared.goal)
+    there = ~np.isnan(worse).any(axis=0)
+    return int(there.sum()), statistics.per_clip(worse[:, there], matrix.clips[there])
 
 
 def _add_spreads(
@@ -255,3 +256,42 @@ def _fps(place: ResultPaths) -> float | None:
     times = timing.read(place)
     seconds = sum(second for _, second in times)
     return sum(frames for frames, _ in times) / seconds if seconds > 0 else None
+
+
+# groups of ties
+def separated(matrix: ResultMatrix, ranking: Ranking, value: str) -> np.ndarray:
+    """``(methods, methods)`` bool, symmetric, in the order of the ranking: significant differences.
+
+    Every method is compared with those below it as the best is in the table: sign flips over the same
+    clips, adjusted by Holm with all pairs of methods as the family. That rejects no more than Holm over all
+    pairs at once, and its first row is the table's.
+    """
+    labels = [row.label for row in matrix.rows]
+    numbers = matrix.numbers((value, ""))[[labels.index(label) for label in ranking.order]]
+    _, means = _losses(matrix, value, numbers)
+    count = len(means)
+    apart = np.zeros((count, count), dtype=bool)
+    for row in range(count - 1):
+        differences = statistics.differences(means[row + 1 :], means[row], matrix.values[value].tolerance)
+        p = statistics.holm(statistics.sign_flip(differences), count * (count - 1) // 2)
+        apart[row, row + 1 :] = p < statistics.ALPHA
+    found: np.ndarray = apart | apart.T
+    return found
+
+
+def tie_groups(apart: np.ndarray) -> list[tuple[int, ...]]:
+    """All maximal groups without a significant difference inside; groups of one are left out.
+
+    apart: ``(n, n)`` bool, symmetric. Piepho's (2004) insert and absorb: begin with one group of all, and
+    split every group that holds a significantly different pair.
+    """
+    groups = [frozenset(range(len(apart)))]
+    for first, second in np.argwhere(np.triu(apart)).tolist():
+        split = [
+            part
+            for group in groups
+            for part in ((group - {first}, group - {second}) if {first, second} <= group else (group,))
+        ]
+        unique = list(dict.fromkeys(split))
+        groups = [group for group in unique if not any(group < other for other in unique)]
+    return sorted(tuple(sorted(group)) for group in groups if len(group) > 1)

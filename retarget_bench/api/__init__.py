@@ -10,7 +10,7 @@ a Metric compares that prediction with the case and returns named numbers.
 
 Imports motion.
 Offers ``cases``, ``datasets``, ``methods``, ``metrics``, what metrics see (``comparison``) and what
-plug-ins may offer beyond their contract (``offers``).
+plug-ins may offer beyond their contract (``optional``).
 """
 
 from retarget_bench.api.cases import SPLITS as SPLITS
@@ -40,6 +40,7 @@ from retarget_bench.api.metrics import MetricCard as MetricCard
 from retarget_bench.api.metrics import Sample as Sample
 from retarget_bench.api.metrics import SetMetric as SetMetric
 from retarget_bench.api.metrics import Value as Value
+from retarget_bench.api.metrics import protocol as protocol
 from retarget_bench.motion.ground import Ground as Ground
 from retarget_bench.motion.motion import Motion as Motion
 from retarget_bench.motion.motion import Prediction as Prediction

@@ -42,7 +42,7 @@ class Touch:
     rests:   ``(frames,)`` bool: the point should be on the place, in full, not on its way.
 
     A joint's frame is at the joint, turned by its orientation relative to the common reference pose
-    (``relative`` in ``motion/alignment.py``): along the world's axes while the body is in that pose.
+    (``relative`` in ``motion/transfer.py``): along the world's axes while the body is in that pose.
     """
 
     end: str

@@ -60,18 +60,14 @@ class Comparison:
             raise BenchError(
                 f"{where}: {self.target.name} has no height to divide errors by; check its roles"
             )
-        sides = {"source": self.case.source, "reference": self.case.reference}
-        for name, motion in sides.items():
+        for name, motion in (("source", self.case.source), ("reference", self.case.reference)):
             if motion is not None and motion.frames != self.frames:
-                raise BenchError(
-                    f"{where}: the prediction has {self.frames} frames, the {name} {motion.frames}"
-                )
+                ours = f"{self.frames} frames"
+                raise BenchError(f"{where}: the prediction has {ours}, the {name} {motion.frames}")
             if motion is not None and abs(motion.fps - self.fps) > 1e-3 * self.fps:
-                raise BenchError(
-                    f"{where}: the prediction has {self.fps:g} frames per second, the {name} {motion.fps:g}"
-                )
-        bodies = {"prediction": self.prediction, "reference": self.case.reference}
-        for name, motion in bodies.items():
+                ours = f"{self.fps:g} frames per second"
+                raise BenchError(f"{where}: the prediction has {ours}, the {name} {motion.fps:g}")
+        for name, motion in (("prediction", self.prediction), ("reference", self.case.reference)):
             if motion is not None and motion.skeleton.names != self.target.skeleton.names:
                 raise BenchError(f"{where}: the {name} is not a motion of {self.target.name}'s skeleton")
 
@@ -149,7 +145,8 @@ class Comparison:
         if self.expected is None or not self.contact_roles:
             return None
         joints = self.target.joints(self.contact_roles)
-        return self._schedule(joints, planted(self.expected[:, joints], self.height, self.fps))
+        labels = planted(self.expected[:, joints], self.height, self.fps)
+        return self._schedule(joints, labels, np.zeros_like(labels))
 
     @cached_property
     def source_schedule(self) -> ContactLabels | None:
@@ -158,7 +155,8 @@ class Comparison:
         height = float(self.case.source.character.height)
         if not joints or not height > 0:
             return None
-        return self._schedule(joints, planted(self.case.source.positions[:, at_source], height, self.fps))
+        labels = planted(self.case.source.positions[:, at_source], height, self.fps)
+        return self._schedule(joints, labels, np.zeros_like(labels))
 
     def _labelled(self) -> ContactLabels | None:
         contacts = self.case.contacts
@@ -177,13 +175,9 @@ class Comparison:
         joints = self.target.joints([contacts.roles[k] for k in known])
         return self._schedule(joints, labels[:, known], pivots[:, known])
 
-    def _schedule(
-        self, joints: Sequence[int], labels: np.ndarray, pivots: np.ndarray | None = None
-    ) -> ContactLabels:
+    def _schedule(self, joints: Sequence[int], labels: np.ndarray, pivots: np.ndarray) -> ContactLabels:
         found = planted(self.predicted[:, joints], self.height, self.fps)
-        return ContactLabels(
-            np.asarray(joints), labels, found, np.zeros_like(labels) if pivots is None else pivots
-        )
+        return ContactLabels(np.asarray(joints), labels, found, pivots)
 
     @cached_property
     def touches(self) -> tuple[Touch, ...]:
@@ -204,10 +198,8 @@ class Comparison:
     @property
     def motions(self) -> tuple[Motion, Motion] | None:
         """Prediction and reference where both are known by rotations."""
-        both = self.prediction, self.case.reference
-        if isinstance(both[0], Motion) and isinstance(both[1], Motion):
-            return both[0], both[1]
-        return None
+        one, other = self.prediction, self.case.reference
+        return (one, other) if isinstance(one, Motion) and isinstance(other, Motion) else None
 
 
 def squared_length(vectors: np.ndarray) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from retarget_bench.api.cases import SPLITS, Case, CaseInfo
 from retarget_bench.motion.character import Character
@@ -51,8 +51,9 @@ class Dataset(Protocol):
     def load(self, info: CaseInfo) -> Case: ...
 
 
-class RealDataset(Dataset, Protocol):
-    """A data set that has cases without references, and real motion to hold answers to them against."""
+@runtime_checkable
+class RealDataset(Protocol):
+    """A data set that has cases without references, and real motion to compare their answers with."""
 
     def real(self, task: str, structure: str) -> Sequence[CaseInfo]:
         """Cases, for ``load``, whose references are the tested part's real motion of bodies of a structure:
@@ -68,17 +69,32 @@ class TrainingClips(Protocol):
     def __getitem__(self, index: int, /) -> Motion: ...
 
 
-class TrainingDataset(Dataset, Protocol):
-    """A data set that can be trained on. Optional: without these methods it is for tests alone."""
+Cast = Mapping[str, Mapping[str, TrainingClips]]
+"""Structure -> character -> its clips."""
+Manifest = Mapping[str, Sequence[str]]
+"""``characters``, ``structures``, and ``kinds`` or ``clips``: what training had."""
 
-    def training(self) -> Mapping[str, Mapping[str, TrainingClips]]:
-        """Structure -> character -> its clips, whichever part the cases are of; none of them is in a case
-        of the test or of ``validation()``. Empty where there is nothing to train on."""
 
-    def validation(self) -> Dataset:
+@runtime_checkable
+class OffersTraining(Protocol):
+    def training(self) -> Cast:
+        """All clips to train on, whichever part the cases are of; none of them is in a case of the test or
+        of ``validation()``. Empty where there is nothing to train on."""
+
+
+@runtime_checkable
+class OffersValidation(Protocol):
+    def validation(self) -> Dataset | None:
         """The validation part: cases that share no clip with the test and none with
         ``training()``, best with characters that ``training()`` does not have."""
 
-    def training_manifest(self) -> Mapping[str, Sequence[str]]:
-        """``characters``, ``structures``, and ``kinds`` or ``clips``: all that training and its validation
-        have. Weights carry it, so that tables can part what is new to them from what is not."""
+
+@runtime_checkable
+class OffersTrainingManifest(Protocol):
+    def training_manifest(self) -> Manifest:
+        """All that training and its validation have. Weights carry it, so that tables can part what is new
+        to them from what is not."""
+
+
+class TrainingDataset(Dataset, OffersTraining, OffersValidation, OffersTrainingManifest, Protocol):
+    """A data set that can be trained on. Optional: without these methods it is for tests alone."""

@@ -49,6 +49,21 @@ class Value:
     protocol: Mapping[str, str] = field(default_factory=dict)
 
 
+def protocol(
+    error: str = "distance",
+    divided_by: str = "h",
+    joints: str = "native",
+    placed: str = "world",
+    frames: str = "all",
+    self_pairs: str = "apart",
+) -> dict[str, str]:
+    """The ``Value.protocol`` of a position error; without arguments that of ``mpjpe_h.world``."""
+    facts = (error, divided_by, joints, placed, frames, self_pairs)
+    return dict(
+        zip(("error", "divided by", "joints", "placed", "frames", "self pairs"), facts, strict=True)
+    )
+
+
 @dataclass(frozen=True)
 class MetricCard:
     """A family of values that are computed together; ``version`` moves when any number does.

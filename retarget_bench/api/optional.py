@@ -12,36 +12,20 @@ from typing import Any, Protocol, TypeGuard, runtime_checkable
 import numpy as np
 
 from retarget_bench.api.cases import CaseInfo, TrainingPair
-from retarget_bench.api.datasets import Dataset, TrainingClips
+from retarget_bench.api.datasets import (
+    Cast,
+    Dataset,
+    Manifest,
+    OffersTraining,
+    OffersTrainingManifest,
+    OffersValidation,
+)
 from retarget_bench.api.methods import BatchMethod, Method, MethodCard
 from retarget_bench.api.metrics import Metric, MetricCard, SetMetric
 from retarget_bench.motion.motion import Motion
 
-Cast = Mapping[str, Mapping[str, TrainingClips]]
-"""Structure -> character -> its clips."""
-Manifest = Mapping[str, Sequence[str]]
-"""``characters``, ``structures``, and ``kinds`` or ``clips``: what training had."""
-
 
 # ------------------------------------------------------------------------------------------ data sets
-@runtime_checkable
-class OffersTraining(Protocol):
-    def training(self) -> Cast:
-        """See ``TrainingDataset``."""
-
-
-@runtime_checkable
-class OffersValidation(Protocol):
-    def validation(self) -> Dataset | None:
-        """See ``TrainingDataset``."""
-
-
-@runtime_checkable
-class OffersTrainingManifest(Protocol):
-    def training_manifest(self) -> Manifest:
-        """See ``TrainingDataset``."""
-
-
 @runtime_checkable
 class OffersTrainingNotes(Protocol):
     @property
@@ -64,14 +48,9 @@ class TrainingPairs(Protocol):
 
 @runtime_checkable
 class OffersTrainingPairs(Protocol):
-    def training_pairs(self) -> TrainingPairs:
-        """The same performances by any two training bodies; none is in a case of any part."""
-
-
-@runtime_checkable
-class OffersReal(Protocol):
-    def real(self, task: str, structure: str) -> Sequence[CaseInfo]:
-        """See ``RealDataset``."""
+    def training_pairs(self) -> TrainingPairs | None:
+        """The same performances by any two training bodies; none is in a case of any part. None: there are
+        none with these parameters."""
 
 
 @runtime_checkable
@@ -130,11 +109,6 @@ def training_notes(data: object) -> tuple[str, ...]:
 def training_pairs(data: object) -> TrainingPairs | None:
     """The pairs to train on; None where a data set offers none."""
     return data.training_pairs() if isinstance(data, OffersTrainingPairs) else None
-
-
-def offers_real(data: object) -> TypeGuard[OffersReal]:
-    """Whether a data set has real motion to compare answers with where cases have no references."""
-    return isinstance(data, OffersReal)
 
 
 def parts(data: Dataset) -> Mapping[str, Dataset]:

@@ -5,16 +5,16 @@ from pathlib import Path
 
 import click
 
+from retarget_bench import defaults
 from retarget_bench.commands import options
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.plugins.spec import Spec
 
 
 @click.command("check")
 @click.option(
     "--baseline",
     metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=options.FOLDER,
     help="The folder of golden rows. [default: those that came with this package]",
 )
 @click.option(
@@ -37,10 +37,7 @@ from retarget_bench.plugins.spec import Spec
     help="With --accept: drop the golden rows of this method, which is no more.",
 )
 @click.option(
-    "--summary",
-    metavar="FILE",
-    type=click.Path(dir_okay=False, path_type=Path),
-    help="Also append the report to this file, as Markdown.",
+    "--summary", metavar="FILE", type=options.FILE, help="Also append the report to this file, as Markdown."
 )
 @click.option("--all", "everything", is_flag=True, help="Write out every row that moved.")
 def command(
@@ -66,7 +63,9 @@ def command(
     if forget and not accept:
         raise BenchError("--forget goes with --accept")
     folder = baseline or golden.built_in()
-    spec = _dataset(folder, dataset, root)
+    if root is not None and dataset is None:
+        dataset = golden.read(folder).dataset["spec"] if golden.exists(folder) else defaults.DATASET
+    spec = None if dataset is None else options.dataset_spec(dataset, root)
     try:
         with options.progress_bar("bench check", "it") as progress:
             found = run.check(folder, methods, spec, progress, accept=accept, forget=forget)
@@ -78,30 +77,14 @@ def command(
         return 2
     click.echo(report.text(found.lines, found.verdict, everything))
     if summary is not None:
-        _append(summary, report.markdown(found.lines, found.verdict))
+        try:
+            with summary.open("a", encoding="utf-8") as file:
+                file.write(report.markdown(found.lines, found.verdict))
+        except OSError as error:
+            raise FileError(summary, f"cannot be written ({error.strerror})") from error
     if accept:
-        if run.nothing_moved(found):
+        if found.verdict == 0:
             click.echo("Nothing to accept: the golden rows are as they were.")
         else:
             click.echo(f"Accepted, and logged in {run.accept(folder, found, because or '')}.")
     return found.verdict
-
-
-def _dataset(folder: Path, dataset: str | None, root: str | None) -> Spec | None:
-    """The data set that is asked for, or None for that of the golden rows."""
-    from retarget_bench import defaults
-    from retarget_bench.verification.gate import golden
-
-    if dataset is None and root is None:
-        return None
-    if dataset is None:
-        dataset = golden.read(folder).dataset["spec"] if golden.exists(folder) else defaults.DATASET
-    return options.dataset_spec(dataset, root)
-
-
-def _append(path: Path, text: str) -> None:
-    try:
-        with path.open("a", encoding="utf-8") as file:
-            file.write(text)
-    except OSError as error:
-        raise FileError(path, f"cannot be written ({error.strerror})") from error

@@ -14,7 +14,6 @@ from retarget_bench.errors import BenchError
 if TYPE_CHECKING:
     from retarget_bench.analysis.pairwise import PairwiseComparison
     from retarget_bench.results.result_matrix import ResultMatrix
-    from retarget_bench.results.store import ResultPaths
 
 FORMATS = ("text", "md", "csv")
 
@@ -27,14 +26,14 @@ FORMATS = ("text", "md", "csv")
     "roots",
     multiple=True,
     metavar="DIR",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=options.FOLDER,
     help="A folder written by `bench run`; may be repeated. [default: runs]",
 )
 @options.only_dataset_option
 @options.split_option
 @click.option("--columns", metavar="ID,ID", help="Values to compare. [default: those of bench table]")
 @click.option("--all", "everything", is_flag=True, help="Compare every value.")
-@click.option("-f", "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
+@options.format_option(*FORMATS)
 @options.output_option
 def command(
     first: str,
@@ -52,44 +51,47 @@ def command(
     FIRST and SECOND are methods as tables call them, or two folders of results: then every method that
     is in both is compared with itself, as after a change.
     """
+    from retarget_bench.analysis import pairwise
+    from retarget_bench.results import store
     from retarget_bench.tables.rendering.pairwise_text import RENDERERS
 
     folders = [Path(name) for name in (first, second)]
-    wanted = None if columns is None else [each.strip() for each in columns.split(",") if each.strip()]
-    by_folder = all(folder.is_dir() and _places([folder], dataset, splits) for folder in folders)
+    wanted = None if columns is None else options.ids(columns)
+    by_folder = all(folder.is_dir() and store.find_results(folder) for folder in folders)
     names = () if by_folder else (first, second)
-    matrices = _panels(folders if by_folder else roots or (Path("runs"),), dataset, splits, names)
+    matrices = _matrices(folders if by_folder else roots or (Path("runs"),), dataset, splits, names)
     asked = _checked(matrices, wanted)
-    values = [_values(matrix, asked, everything) for matrix in matrices]
-    if by_folder:
-        found = _of_folders(matrices, folders, values)
-    else:
-        found = _of_labels(matrices, first, second, values)
+    found: list[PairwiseComparison] = []
+    for name in names:
+        if not any(pairwise.find(matrix, name) for matrix in matrices):
+            raise pairwise.unknown([row.label for matrix in matrices for row in matrix.rows], name)
+    for matrix in matrices:
+        values = _values(matrix, asked, everything)
+        pairs = [(pairwise.find(matrix, first), pairwise.find(matrix, second))]
+        if by_folder:
+            one, two = (
+                {row.header.method.label: row for row in matrix.rows if row.paths.root == folder}
+                for folder in folders
+            )
+            pairs = [(row, two.get(label)) for label, row in one.items()]
+        found += [pairwise.compare(matrix, a, b, values) for a, b in pairs if a and b]
+    if not (found := [each for each in found if each.differences]):
+        raise BenchError(f"{first} and {second} have no case in common that both have a number for")
     options.write_out(RENDERERS[form](found), output)
 
 
-def _places(roots: Sequence[Path], dataset: str | None, splits: Sequence[str]) -> list[ResultPaths]:
-    """Results under the roots, self pairs always among them: some values of other splits pool them."""
-    from retarget_bench.results import store
-
-    places = [place for root in roots for place in store.find_results(root)]
-    return [p for p in places if dataset in (None, p.dataset) and p.split in (*splits, "self")]
-
-
-def _panels(
+def _matrices(
     roots: Sequence[Path], dataset: str | None, splits: Sequence[str], names: Sequence[str]
 ) -> list[ResultMatrix]:
-    """The results under the roots; only those of the named methods are read, where each has some."""
+    """The results under the roots; only those of the named methods are read, where each has some.
+
+    Self pairs are read whatever the splits: some values of other splits pool them.
+    """
     from retarget_bench.analysis import pairwise
     from retarget_bench.results import result_matrix as matrix
     from retarget_bench.results import store
 
-    if empty := [root for root in roots if not store.find_results(root)]:
-        raise BenchError(f"no results in {empty[0]}; bench run makes some")
-    places = _places(roots, dataset, splits)
-    if not places:
-        where = f" of {dataset}" if dataset else ""
-        raise BenchError(f"no results{where} in {', '.join(map(str, roots))}; bench run makes some")
+    places = [p for p in options.results(roots, dataset) if p.split in (*splits, "self")]
     labels = [store.read_header(place.header).method.label for place in places]
     wanted = {pairwise.label_of(name, labels) for name in names}
     if wanted and None not in wanted:
@@ -115,46 +117,9 @@ def _values(matrix: ResultMatrix, wanted: list[str] | None, everything: bool) ->
     from retarget_bench.tables.builder import DEFAULT_COLUMNS, stand_in
 
     there = list(dict.fromkeys(value for value, index in matrix.keys if not index))
-    if everything or wanted is not None:
-        return there if everything else list(wanted or ())
+    if everything:
+        return there
+    if wanted is not None:
+        return wanted
     shown = (stand_in(key, there) for key in DEFAULT_COLUMNS)
     return [key for key in shown if key in there]
-
-
-def _of_labels(
-    matrices: Sequence[ResultMatrix], first: str, second: str, values: Sequence[Sequence[str]]
-) -> list[PairwiseComparison]:
-    from retarget_bench.analysis import pairwise
-
-    for name in (first, second):
-        if not any(pairwise.find(matrix, name) for matrix in matrices):
-            raise pairwise.unknown(matrices, name)
-    found = []
-    for matrix, asked in zip(matrices, values, strict=True):
-        one, two = pairwise.find(matrix, first), pairwise.find(matrix, second)
-        if one and two:
-            found.append(pairwise.compare(matrix, one, two, asked))
-    return _filled(found, f"{first} and {second}")
-
-
-def _of_folders(
-    matrices: Sequence[ResultMatrix], folders: Sequence[Path], values: Sequence[Sequence[str]]
-) -> list[PairwiseComparison]:
-    from retarget_bench.analysis import pairwise
-
-    found = []
-    for matrix, asked in zip(matrices, values, strict=True):
-        one, two = (
-            {row.header.method.label: row for row in matrix.rows if row.paths.root == folder}
-            for folder in folders
-        )
-        found += [pairwise.compare(matrix, one[label], two[label], asked) for label in one if label in two]
-    return _filled(found, " and ".join(map(str, folders)))
-
-
-def _filled(found: Sequence[PairwiseComparison], names: str) -> list[PairwiseComparison]:
-    """Those with any difference to show."""
-    filled = [each for each in found if each.differences]
-    if not filled:
-        raise BenchError(f"{names} have no case in common that both have a number for")
-    return filled

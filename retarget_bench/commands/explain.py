@@ -9,15 +9,13 @@ from retarget_bench.errors import BenchError
 
 
 @click.command("explain")
-@click.argument("root", metavar="[RESULTS]", default="runs", type=click.Path(path_type=Path))
+@click.argument("root", metavar="[RESULTS]", default="runs", type=options.PATH)
 @click.option("-m", "--method", help="Only this method (its name in the table). [default: every one]")
 @click.option("-s", "--split", help="Only this split. [default: every one]")
 @options.only_dataset_option
 @click.option("--between", metavar="ID,ID", default="", help="Only the factors between these protocols.")
 @click.option("--all", "every", is_flag=True, help="The factor between each pair, not from the first only.")
-@click.option(
-    "-f", "--format", "form", type=click.Choice(["text", "md"]), default="text", show_default=True
-)
+@options.format_option("text", "md")
 def command(
     root: Path,
     method: str | None,
@@ -37,9 +35,7 @@ def command(
     from retarget_bench.analysis import protocol_factors
     from retarget_bench.results import store
 
-    places = [p for p in store.find_results(root) if dataset in (None, p.dataset)]
-    if not places:
-        raise BenchError(f"no results in {root}; bench run makes some")
+    places = options.results([root], dataset)
     found = {place: store.read_results(place) for place in places}
     labels = {place: each.header.method.label for place, each in found.items()}
     wanted = [p for p in places if method in (None, labels[p]) and split in (None, p.split)]
@@ -47,7 +43,7 @@ def command(
         there = sorted({f"{labels[place]} on {place.split}" for place in places})
         raise BenchError(f"no such result in {root}; there are {', '.join(there)}")
     selves = {(place.dataset, place.method): each for place, each in found.items() if place.split == "self"}
-    asked = [name.strip() for name in between.split(",") if name.strip()]
+    asked = options.ids(between)
     write = protocol_factors.markdown if form == "md" else protocol_factors.text
     pages, refused = [], []
     for place in wanted:

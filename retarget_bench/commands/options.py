@@ -1,23 +1,43 @@
 """Options and helpers that several commands share, and shell completion."""
 
+from __future__ import annotations
+
 import os
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 from click.shell_completion import CompletionItem
 
 from retarget_bench import defaults, files
+from retarget_bench.errors import BenchError
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
-F = TypeVar("F", bound=Callable[..., Any])
+if TYPE_CHECKING:
+    from retarget_bench.motion.importer import Imported
+    from retarget_bench.results.store import ResultPaths
 
+Decorator = Callable[[Any], Any]
+FILE = click.Path(dir_okay=False, path_type=Path)
+FOLDER = click.Path(file_okay=False, path_type=Path)
+PATH = click.Path(path_type=Path)
 SPLITS = ("self", "intra", "cross")
 MOST_JOBS = 8
 """Default limit of processes, since each one takes memory."""
+
+
+def together(*options: Decorator) -> Decorator:
+    """Several options as one decorator, shown in this order."""
+
+    def add(command: Any) -> Any:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return add
 
 
 def plugin_names(
@@ -38,7 +58,6 @@ def plugin_names(
 
 SEED = click.IntRange(0, 2**63 - 1)
 """The range of seeds that torch accepts."""
-
 
 TASKS = {
     "retarget": "retarget",
@@ -134,12 +153,7 @@ split_option = click.option(
     help="self, intra (same structure) or cross (another structure); may be repeated. [default: all]",
 )
 out_option = click.option(
-    "--out",
-    metavar="DIR",
-    default="runs",
-    show_default=True,
-    type=click.Path(file_okay=False, path_type=Path),
-    help="The folder of results.",
+    "--out", metavar="DIR", default="runs", show_default=True, type=FOLDER, help="The folder of results."
 )
 jobs_option = click.option(
     "-j",
@@ -165,6 +179,7 @@ seeds_option = click.option(
     metavar="N",
     help="Run stochastic methods with this many seeds; tables show the mean and the standard deviation.",
 )
+roots_argument = click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=PATH)
 only_dataset_option = click.option(
     "-d", "--dataset", help="Only results of this data set (a folder name in that of results)."
 )
@@ -173,9 +188,19 @@ results_option = click.option(
     "--results",
     multiple=True,
     metavar="RESULTS",
-    type=click.Path(path_type=Path),
+    type=PATH,
     help="Folders written by bench run; may be repeated. [default: runs]",
 )
+methods_option = click.option(
+    "-m",
+    "--method",
+    "methods",
+    multiple=True,
+    metavar="METHOD",
+    shell_complete=plugin_names("methods"),
+    help="Only these methods, in this order; may be repeated. [default: all that there are]",
+)
+task_option = click.option("--task", default="retarget", show_default=True, help="Results of this task.")
 device_option = click.option(
     "--device",
     type=click.Choice(("cpu", "cuda", "auto")),
@@ -183,43 +208,73 @@ device_option = click.option(
     show_default=True,
     help="Device.",
 )
-output_option = click.option(
-    "-o", "--output", type=click.Path(dir_okay=False, path_type=Path), help="Write to this file."
-)
+output_option = click.option("-o", "--output", type=FILE, help="Write to this file.")
 
 
-def reading_options(side: str = "") -> Callable[[F], F]:
-    """How a motion file is read: ``--unit``, ``--up``, ``--root-place`` and ``--roles``; with a side
+def methods_argument(metavar: str, *, required: bool = False) -> Decorator:
+    """METHODs, with completion by name."""
+    return click.argument(
+        "methods", nargs=-1, required=required, metavar=metavar, shell_complete=plugin_names("methods")
+    )
+
+
+def format_option(*forms: str) -> Decorator:
+    return click.option(
+        "-f", "--format", "form", type=click.Choice(forms), default=forms[0], show_default=True
+    )
+
+
+def reading_options(side: str = "") -> Decorator:
+    """Reading of a motion file: ``--unit``, ``--up``, ``--root-place`` and ``--roles``; with a side
     ``--target-unit`` and so on."""
     prefix, of = (f"--{side}-", f" of the {side}") if side else ("--", "")
+    unit = f"Unit{of}: m, cm, mm, inch, cmu, or metres per unit."
+    root = f"Whether places of the root{of} add to its OFFSET."
+    roles = f'A TOML file of "joint" = "role"{of}, over what is found.'
+    places = click.Choice(["auto", "absolute", "relative"])
+    return together(
+        click.option(f"{prefix}unit", default="auto", metavar="UNIT", help=unit),
+        click.option(f"{prefix}up", default="auto", metavar="AXIS", help=f"Up axis{of}: y, z, x, -y, ..."),
+        click.option(f"{prefix}root-place", type=places, default="auto", help=root),
+        click.option(f"{prefix}roles", metavar="FILE", help=roles),
+    )
 
-    def add(command: F) -> F:
-        for option in (
-            click.option(
-                f"{prefix}roles",
-                metavar="FILE",
-                help=f'A TOML file of "joint" = "role"{of}, over what is found.',
-            ),
-            click.option(
-                f"{prefix}root-place",
-                type=click.Choice(["auto", "absolute", "relative"]),
-                default="auto",
-                help=f"Whether places of the root{of} add to its OFFSET.",
-            ),
-            click.option(
-                f"{prefix}up", default="auto", metavar="AXIS", help=f"Up axis{of}: y, z, x, -y, ..."
-            ),
-            click.option(
-                f"{prefix}unit",
-                default="auto",
-                metavar="UNIT",
-                help=f"Unit{of}: m, cm, mm, inch, cmu, or metres per unit.",
-            ),
-        ):
-            command = option(command)
-        return command
 
-    return add
+def imported(path: Path, reading: Mapping[str, Any], side: str = "", fps: float | None = None) -> Imported:
+    """A motion file, read as the ``reading_options`` of a side say; warnings are printed."""
+    from retarget_bench.motion import importer
+
+    prefix, option = (f"{side}_", f"--{side}-") if side else ("", "--")
+    unit, up, root, roles = (reading[f"{prefix}{name}"] for name in ("unit", "up", "root_place", "roles"))
+    found = importer.load(path, unit=unit, up=up, root=root, roles=roles, fps=fps)
+    for warning in found.findings.warnings:
+        click.echo(f"{path}: {warning.replace('--', option)}", err=True)
+    return found
+
+
+def ids(text: str) -> list[str]:
+    """``ID,ID`` as a list."""
+    return [each.strip() for each in text.split(",") if each.strip()]
+
+
+def results(
+    roots: Sequence[Path],
+    dataset: str | None = None,
+    task: str = "retarget",
+    maker: str = "bench run",
+    what: str = "results",
+) -> list[ResultPaths]:
+    """Results in these folders. Raises BenchError where one has none, or none are of the data set."""
+    from retarget_bench.results import store
+
+    places = []
+    for root in roots:
+        if not (found := store.find_results(root, task)):
+            raise BenchError(f"no {what} in {root}; {maker} makes some")
+        places += [place for place in found if dataset in (None, place.dataset)]
+    if not places:
+        raise BenchError(f"no {what} of {dataset} in {', '.join(map(str, roots))}; {maker} makes some")
+    return places
 
 
 @contextmanager

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from retarget_bench.commands import options, plot_attention, plot_options
+from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
     from retarget_bench.figures.data.model import Figure
     from retarget_bench.motion.character import Character
+    from retarget_bench.motion.motion import Motion
+    from retarget_bench.plugins.spec import Spec
     from retarget_bench.results.store import ResultPaths
 
 ERROR = "mpjpe_h.world"
@@ -22,12 +26,33 @@ Make = Callable[[Sequence["ResultPaths"], Sequence[str], dict[str, Any]], "Figur
 """From the results that are drawn, the order of all methods and the options of a kind to its charts."""
 
 
+RESULTS_OPTIONS = (
+    options.roots_argument,
+    click.option(
+        "-o", "--output", required=True, type=options.FILE, help="The picture: .pdf, .png or .svg."
+    ),
+    click.option(
+        "--width",
+        type=click.Choice(("column", "page")),
+        default="page",
+        show_default=True,
+        help="How wide, in a two-column paper: one column (3.25 inches) or the page (6.75).",
+    ),
+    click.option("--no-title", is_flag=True, help="Leave the title to the paper's caption."),
+    click.option("-m", "--method", "methods", multiple=True, metavar="METHOD", help="Only these methods."),
+    options.only_dataset_option,
+)
+
+
 def _command(
     name: str, told: str, make: Make, *more: Any, task: str = "", splits: bool = True
 ) -> click.Command:
     """``bench plot NAME``: the results asked for as one figure. more: options of this kind alone. task:
     whose results these are, of retargeting unasked."""
 
+    @options.together(
+        *RESULTS_OPTIONS, *([options.split_option] if splits and not task else []), *more[::-1]
+    )
     def drawing(
         roots: tuple[Path, ...],
         output: Path,
@@ -37,30 +62,86 @@ def _command(
         no_title: bool,
         **asked: Any,
     ) -> None:
+        from retarget_bench.figures import method_order
         from retarget_bench.figures.plotting import canvas
         from retarget_bench.figures.plotting.drawing import draw
 
         canvas.ending(output)
+        folders = roots or (Path("runs"),)
         if task:
-            places = plot_options.task_places(roots, dataset, methods, task)
+            places = _task_places(folders, dataset, methods, task)
         else:
-            which = asked.pop("splits") if splits else (asked["split"],)
-            places = plot_options.places(roots, dataset, methods, which)
-        page = plot_options.page(width, no_title, roots)
-        draw(output, make(places, list(page.ranked), asked), page)
+            places = _places(folders, dataset, asked.pop("splits") if splits else (asked["split"],))
+            places = _of_methods(places, methods)
+        # colours are by rank among all results, so that they are the same in every picture
+        ranked = method_order.ranked(method_order.everything(folders))
+        page = canvas.Page(canvas.WIDTHS[width], not no_title, ranked)
+        draw(output, make(places, list(ranked), asked), page)
         click.echo(f"wrote {output}")
 
-    wrapped: Any = drawing
-    for option in (
-        *more,
-        *([options.split_option] if splits and not task else []),
-        plot_options.results_options,
-    ):
-        wrapped = option(wrapped)
     results = RESULTS.replace("bench run", f"bench task {task}") if task else RESULTS
-    return click.command(name, help=told + results)(wrapped)
+    return click.command(name, help=told + results)(drawing)
 
 
+def _places(
+    roots: Sequence[Path], dataset: str | None, splits: Sequence[str], task: str = "retarget"
+) -> list[ResultPaths]:
+    """The results asked for, of one data set. Raises BenchError where there are none, or of several."""
+    from retarget_bench.results import store
+
+    found = [place for root in roots for place in store.find_results(root, task)]
+    asked = [place for place in found if dataset in (None, place.dataset) and place.split in splits]
+    datasets = sorted({place.dataset for place in asked})
+    if not asked:
+        there = sorted({f"{place.dataset} ({place.split})" for place in found})
+        hint = f"there are those of {', '.join(there)}: choose by -d and -s"
+        if not there:
+            hint = f"{'bench run' if task == 'retarget' else f'bench task {task}'} makes some"
+        where = ", ".join(map(str, roots))
+        raise BenchError(f"no results of {dataset or ', '.join(splits)} in {where}; {hint}")
+    if len(datasets) > 1:
+        raise BenchError(
+            f"these are results of several data sets: choose one by -d out of {', '.join(datasets)}"
+        )
+    return asked
+
+
+def _task_places(
+    roots: Sequence[Path], dataset: str | None, methods: Sequence[str], task: str
+) -> list[ResultPaths]:
+    """The results of a task, of one data set and with the same levels. Raises BenchError otherwise."""
+    found = _places(roots, dataset, ("self",), task)
+    if len(folders := sorted({place.task for place in found})) > 1:
+        usual = [place for place in found if place.task == task]
+        if not usual:
+            raise BenchError(
+                f"these are results of {task} with several sets of levels or motions "
+                f"({', '.join(folders)}): run the one to draw with an --out of its own, and give that"
+            )
+        found = usual
+    return _of_methods(found, methods)
+
+
+def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
+    """The results of these methods, in the order of the names; without names all of them.
+
+    Raises BenchError for an unknown one."""
+    if not names:
+        return list(places)
+    from retarget_bench.analysis import pairwise
+    from retarget_bench.results import store
+
+    label_of = {place: store.read_header(place.header).method.label for place in places}
+    chosen: list[ResultPaths] = []
+    for name in names:
+        label = pairwise.label_of(name, set(label_of.values()))
+        if label is None:
+            raise pairwise.unknown(label_of.values(), name)
+        chosen += [place for place in places if label_of[place] == label and place not in chosen]
+    return chosen
+
+
+# kinds of charts
 def _value(default: str) -> Any:
     return click.option("--value", default=default, show_default=True, metavar="ID", help="What to draw.")
 
@@ -110,7 +191,6 @@ def _joints(places: Sequence[ResultPaths], order: Sequence[str], asked: dict[str
 def _bodies(place: ResultPaths, root: str | None) -> dict[str, Character]:
     """The characters of the data set that results are of. Raises BenchError where it is not here."""
     from retarget_bench.evaluation import plan
-    from retarget_bench.plugins import registry
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.results import store
 
@@ -213,10 +293,92 @@ COMMANDS = (
 )  # fmt: skip
 
 
+@click.command("attention")
+@click.argument("method", metavar="METHOD", shell_complete=options.plugin_names("methods"))
+@click.option("-o", "--output", required=True, type=options.FILE)
+@click.option("--case", "case_id", metavar="ID", help="The source of this case of DATASET.")
+@click.option("--source", metavar="FILE", type=options.PATH, help="Or this BVH file.")
+@options.dataset_option
+@options.root_option
+@click.option("--at", metavar="SECONDS,...", help="When to show the body. [default: five times]")
+@options.reading_options()
+@options.plugin_option
+def attention(
+    method: str,
+    output: Path,
+    case_id: str | None,
+    source: Path | None,
+    dataset: str,
+    root: str | None,
+    at: str | None,
+    **reading: Any,
+) -> None:
+    """Draw what a learned method attends to in a motion: a heat map on the body, and over time (PAN's
+    Figure 8).
+
+    The output's ending chooses: .png, .pdf or .svg, or .csv for the numbers, of all frames or of those
+    nearest to --at. --unit, --up, --roles and --root-place are for FILE.
+    """
+    numbers = output.suffix.lower() == ".csv"
+    if not numbers and output.suffix.lower() not in (".png", ".pdf", ".svg"):
+        raise BenchError(f"{output}: attention is written as .png, .pdf, .svg or .csv; end the name in one")
+    if (case_id is None) == (source is None):
+        raise BenchError("say whose motion: the source of --case ID, or --source FILE, and not both")
+    times = _times(at)
+    from retarget_bench.evaluation import attention as asking
+    from retarget_bench.figures.plotting import attention as picture
+    from retarget_bench.plugins.spec import Spec
+
+    spec = Spec.parse(method).alone
+    looked = registry.create("methods", spec)
+    if source is not None:
+        motion, title = options.imported(source, reading).motion, source.name
+    else:
+        motion, title = _of_case(options.dataset_spec(dataset, root), str(case_id)), str(case_id)
+    found = asking.ask(looked, motion, spec.name)
+    frames = asking.frames_at(times, motion)
+    if numbers:
+        asking.write(output, found, motion, frames or range(motion.frames))
+    else:
+        picture.draw(
+            output, found, motion, frames or picture.spread(motion.frames), f"{spec.name}: {title}"
+        )
+    click.echo(f"wrote {output}" + (f"; {found.note}" if found.note else ""))
+
+
+def _times(text: str | None) -> list[float]:
+    """Seconds, from ``0.5,1,2``. Raises BenchError."""
+    try:
+        return [float(each) for each in (text or "").split(",") if each.strip()]
+    except ValueError:
+        raise BenchError(
+            f"--at takes seconds with commas between them, such as 0.5,1,2; got {text}"
+        ) from None
+
+
+def _of_case(spec: Spec, case_id: str) -> Motion:
+    """The source of a case. Raises BenchError where there is no such case, or it has no rotations."""
+    from retarget_bench.evaluation import plan
+    from retarget_bench.motion.motion import Motion
+
+    data = plan.dataset(registry.canonical("datasets", spec))
+    infos = {info.id: info for split in data.card.splits for info in data.cases("retarget", split)}
+    if case_id not in infos:
+        near = difflib.get_close_matches(case_id, infos, 3, 0.5) or list(infos)[:3]
+        hint = f"near it: {', '.join(near)}" if near else "it has no case at all"
+        raise BenchError(f"{data.label} has no case {case_id!r}; {hint}")
+    source = data.load(infos[case_id]).source
+    if not isinstance(source, Motion):
+        raise BenchError(
+            f"the source of {case_id} is known by positions only, and has no rotations to attend to"
+        )
+    return source
+
+
 @click.group("plot")
 def command() -> None:
     """Draw charts of results, as .png, .pdf or .svg."""
 
 
-for _each in (*COMMANDS, plot_attention.attention):
+for _each in (*COMMANDS, attention):
     command.add_command(_each)

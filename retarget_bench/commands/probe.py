@@ -17,20 +17,15 @@ if TYPE_CHECKING:
     from retarget_bench.api import CaseInfo, Dataset
     from retarget_bench.results.store import ResultPaths
     from retarget_bench.verification.probe.asking import Reply, Subject
-    from retarget_bench.verification.probe.probes import Probe
 
 
 @click.command("probe")
-@click.argument(
-    "methods", nargs=-1, required=True, metavar="METHOD...", shell_complete=options.plugin_names("methods")
-)
+@options.methods_argument("METHOD...", required=True)
 @options.dataset_option
 @options.root_option
 @options.split_option
-@click.option(
-    "--source", type=click.Path(path_type=Path), metavar="FILE", help="A BVH file instead of a data set."
-)
-@click.option("--target", type=click.Path(path_type=Path), metavar="FILE", help="BVH file of the target.")
+@click.option("--source", type=options.PATH, metavar="FILE", help="A BVH file instead of a data set.")
+@click.option("--target", type=options.PATH, metavar="FILE", help="BVH file of the target.")
 @click.option("--cases", type=click.IntRange(1), default=24, show_default=True, help="Number of cases.")
 @click.option("--only", metavar="ID,ID", default="", help="Only these probes.")
 @click.option("--strict", is_flag=True, help="Exit 1 if a probe fails.")
@@ -54,29 +49,31 @@ def command(
     image, time and frame rate are changed one by one; the answer must stay the same, or change with them.
     It also measures whether answers depend on the source. Exits 0 with findings, or 1 with --strict.
     """
-    if (source is None) != (target is None):
-        raise BenchError("give both --source and --target, or neither of them")
-    probes = _probes(only)
-    specs = [registry.canonical("methods", Spec.parse(name)) for name in methods]
-    data = None if source else registry.canonical("datasets", options.dataset_spec(dataset, root))
-    if source is not None and target is not None:
-        subjects, groups = _of_files(source, target)
-    else:
-        assert data is not None
-        subjects, groups = _of_dataset(data, splits, cases)
-    answers = _answers(specs, subjects, groups, probes)
-    off = _report(answers, data, out)
-    return int(strict and off)
-
-
-def _probes(only: str) -> list[Probe]:
     from retarget_bench.verification.probe.probes import PROBES
 
     known = {probe.id: probe for probe in PROBES}
-    asked = [name.strip() for name in only.split(",") if name.strip()]
-    if unknown := [name for name in asked if name not in known]:
+    if unknown := [name for name in options.ids(only) if name not in known]:
         raise BenchError(f"no probe is called {unknown[0]!r}; there are {', '.join(known)}")
-    return [known[name] for name in asked] or list(PROBES)
+    probes = [known[name] for name in options.ids(only)] or list(PROBES)
+    specs = [registry.canonical("methods", Spec.parse(name)) for name in methods]
+    data = None
+    if source and target:
+        subjects, groups = _of_files(source, target)
+    elif source or target:
+        raise BenchError("give both --source and --target, or neither of them")
+    else:
+        data = registry.canonical("datasets", options.dataset_spec(dataset, root))
+        subjects, groups = _of_dataset(data, splits, cases)
+    from tqdm import tqdm
+
+    from retarget_bench.evaluation.plan import method
+    from retarget_bench.verification.probe.asking import ask
+
+    with tqdm(total=len(specs) * len(subjects), desc="bench probe", unit="case", leave=False) as bar:
+        answers = {
+            spec: ask(method(spec), str(spec), subjects, groups, probes, bar.update) for spec in specs
+        }
+    return int(_report(answers, data, out) and strict)
 
 
 Questions = tuple[list["Subject"], list[list["Subject"]]]
@@ -101,10 +98,8 @@ def _of_dataset(spec: Spec, splits: Sequence[str], cases: int) -> Questions:
 def _loaded(data: Dataset, infos: Sequence[CaseInfo]) -> list[Subject]:
     from retarget_bench.verification.probe.asking import Subject, subject
 
-    found = []
-    for info in infos:
-        case = data.load(info)
-        found.append(subject(info, case.source, case.target))
+    loaded = ((info, data.load(info)) for info in infos)
+    found = [subject(info, case.source, case.target) for info, case in loaded]
     if reasons := [each for each in found if isinstance(each, str)]:
         click.echo(f"{len(reasons)} of {len(found)} cases cannot be asked: {reasons[0]}", err=True)
     return [each for each in found if isinstance(each, Subject)]
@@ -120,35 +115,16 @@ def _of_files(source: Path, target: Path) -> Questions:
         for warning in side.findings.warnings:
             click.echo(f"{side.findings.path}: {warning}", err=True)
     names = (performer.motion.character.name, body.motion.character.name)
-    info = CaseInfo(
-        f"files/{names[0]}>{names[1]}/{source.stem}", "probe", "cross", *names, clip=source.stem
-    )
+    case = f"files/{names[0]}>{names[1]}/{source.stem}"
+    info = CaseInfo(case, "probe", "cross", *names, clip=source.stem)
     found = subject(info, performer.motion, body.motion.character)
     assert isinstance(found, Subject)
     parts = pieces(found)
     return [found], [parts] if parts else []
 
 
-def _answers(
-    specs: Sequence[Spec],
-    subjects: Sequence[Subject],
-    groups: Sequence[Sequence[Subject]],
-    probes: Sequence[Probe],
-) -> dict[Spec, list[Reply]]:
-    from tqdm import tqdm
-
-    from retarget_bench.evaluation.plan import method
-    from retarget_bench.verification.probe.asking import ask
-
-    answers = {}
-    with tqdm(total=len(specs) * len(subjects), desc="bench probe", unit="case", leave=False) as bar:
-        for spec in specs:
-            answers[spec] = ask(method(spec), str(spec), subjects, groups, probes, bar.update)
-    return answers
-
-
 def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> bool:
-    """Print the table, what is off, and where the rows lie. Whether something is off."""
+    """Print the table, what is off, and where the rows lie. True where something is off."""
     from retarget_bench.analysis import summary
     from retarget_bench.tables import builder
     from retarget_bench.tables.rendering import RENDERERS
@@ -163,10 +139,9 @@ def _report(answers: dict[Spec, list[Reply]], data: Spec | None, out: Path) -> b
             places += report.store(spec, data, replies, out)
         found = summary.split_summaries(places)
         click.echo(RENDERERS["text"](builder.tables(found, builder.all_columns(found)[:-1])))
-    off = [
-        sentence for spec, replies in answers.items() for sentence in report.findings(str(spec), replies)
-    ]
+    off = []
     for spec, replies in answers.items():
+        off += report.findings(str(spec), replies)
         for sentence in report.refusals(str(spec), replies):
             click.echo(sentence)
     click.echo("\n".join(off) if off else "All probes passed.")

@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from retarget_bench.commands.scene_options import scene_of, source_options
+from retarget_bench import defaults
+from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
 
 if TYPE_CHECKING:
     from PIL.Image import Image
@@ -33,6 +36,32 @@ def _size(ctx: click.Context, param: click.Parameter, text: str | None) -> tuple
     return int(width), int(height)
 
 
+SOURCE_OPTIONS = options.together(
+    options.results_option,
+    options.methods_option,
+    click.option(
+        "-d",
+        "--dataset",
+        metavar="DATASET",
+        help="Only results of this data set (a folder name under RESULTS); with --ask, the data set.",
+    ),
+    click.option("--root", metavar="DIR", type=click.Path(), help="Where the data lie, if not as usual."),
+    click.option(
+        "--ask", is_flag=True, help="Ask the methods now, for a case of DATASET, and store nothing."
+    ),
+    options.task_option,
+    click.option(
+        "--hide",
+        "hidden",
+        multiple=True,
+        type=click.Choice(["source", "reference"]),
+        help="Leave the source or the reference out.",
+    ),
+    options.plugin_option,
+)
+"""Options that choose results and methods: the arguments of ``scene_of``."""
+
+
 @click.command("render")
 @click.argument("names", nargs=-1, required=True, metavar="CASE|FILE...")
 @click.option(
@@ -40,10 +69,10 @@ def _size(ctx: click.Context, param: click.Parameter, text: str | None) -> tuple
     "--output",
     required=True,
     metavar="FILE",
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=options.FILE,
     help=".mp4, .gif or .webp for a clip, .png for a still or a sheet.",
 )
-@source_options
+@SOURCE_OPTIONS
 @click.option("--overlay", is_flag=True, help="All figures in one picture, not side by side.")
 @click.option("--sheet", is_flag=True, help="A sheet (.png): a row per figure, a column per moment.")
 @click.option("--columns", type=click.IntRange(1, 24), default=8, show_default=True, help="Of a sheet.")
@@ -110,7 +139,7 @@ def command(
     if sheet:
         written = _sheet(output, scene, look, frames, columns, size)
     elif kind == clips.STILL:
-        written = _still(output, scene, look, _one(scene, frames, frame))
+        written = _still(output, scene, look, frames, frame)
     else:
         rate = fps or (scene.fps / every if every else min(scene.fps, FASTEST))
         written = _clip(output, scene, look, frames, rate)
@@ -136,19 +165,16 @@ def chosen(
     return [first + round(number * step) for number in range(max(count, 1))]
 
 
-def _one(scene: Scene, frames: Sequence[int], frame: int | None) -> int:
-    """The frame of a still. Raises BenchError for one that there is not."""
-    if frame is None:
-        return frames[len(frames) // 2]
-    if frame > scene.frames:
-        raise BenchError(f"{scene.title} has no frame {frame}; its last is {scene.frames}")
-    return frame - 1
-
-
-def _still(output: Path, scene: Scene, look: DrawingStyle, frame: int) -> str:
+def _still(
+    output: Path, scene: Scene, look: DrawingStyle, frames: Sequence[int], number: int | None
+) -> str:
+    """number: of the frame, from 1; the middle one where it is not given. Raises BenchError for none."""
     from retarget_bench.viewer import clips
     from retarget_bench.viewer.drawing import Drawing
 
+    frame = frames[len(frames) // 2] if number is None else number - 1
+    if frame >= scene.frames:
+        raise BenchError(f"{scene.title} has no frame {number}; its last is {scene.frames}")
     clips.write_still(output, Drawing(scene, look, [frame]).at(frame))
     return f"frame {frame + 1}, {look.size[0]} x {look.size[1]} pixels"
 
@@ -161,8 +187,6 @@ def _sheet(
     columns: int,
     size: tuple[int, int] | None,
 ) -> str:
-    from dataclasses import replace
-
     from retarget_bench.viewer import clips, sheet
 
     shown = sheet.moments(frames, columns)
@@ -190,3 +214,73 @@ def _clip(output: Path, scene: Scene, look: DrawingStyle, frames: Sequence[int],
         f"{len(frames)} pictures of {look.size[0]} x {look.size[1]} pixels, {rate:g} per second, "
         f"{len(frames) / rate:.1f} s"
     )
+
+
+# what is shown
+def scene_of(
+    names: Sequence[str],
+    *,
+    results: Sequence[Path] = (),
+    methods: Sequence[str] = (),
+    dataset: str | None = None,
+    root: str | None = None,
+    task: str = "retarget",
+    ask: bool = False,
+    hidden: Sequence[str] = (),
+) -> Scene:
+    """The scene of a case, or of files, that a command's words describe. Raises BenchError."""
+    from retarget_bench.viewer import results_library, scene_builder
+
+    if results_library.are_files(names):
+        found = _of_files(names, root)
+    elif len(names) != 1:
+        raise BenchError("one case is shown at a time; give one, or motion files")
+    elif ask:
+        found = _asked(names[0], methods, dataset, root)
+    else:
+        roots = results or (Path("runs"),)
+        places = results_library.results(roots, task, dataset, methods)
+        having, case_id = results_library.case(places, names[0])
+        found = scene_builder.of_case(having, case_id, dataset=_moved(having, root))
+        found = replace(found, colours=results_library.colours(roots))
+    shown = [figure for figure in found.figures if figure.part not in hidden]
+    return replace(found, figures=tuple(shown))
+
+
+def _of_files(names: Sequence[str], root: str | None) -> Scene:
+    """A stored prediction is shown with its case; other files as they are."""
+    from retarget_bench.viewer import results_library, scene_builder
+
+    paths = [Path(name) for name in names]
+    stored = [each for path in paths if (each := results_library.place_of(path)) is not None]
+    places = [place for place, _ in stored]
+    if len(places) == len(paths) and len({case for _, case in stored}) == 1:
+        found = scene_builder.of_case(places, stored[0][1], dataset=_moved(places, root))
+        return replace(found, colours=results_library.colours({place.root for place in places}))
+    return scene_builder.of_files(paths)
+
+
+def _asked(name: str, methods: Sequence[str], dataset: str | None, root: str | None) -> Scene:
+    """A case of a data set with what methods answer now."""
+    from retarget_bench.api import TASKS
+    from retarget_bench.evaluation import plan
+    from retarget_bench.plugins.spec import Spec
+    from retarget_bench.viewer import results_library, scene_builder
+
+    if not methods:
+        raise BenchError("say which methods to ask: --ask -m METHOD")
+    spec = options.dataset_spec(dataset or defaults.DATASET, root)
+    data = plan.dataset(registry.canonical("datasets", spec))
+    ids = [info.id for split in data.card.splits for info in data.cases(TASKS[0], split)]
+    return scene_builder.of_case_asked(
+        spec, None, results_library.matching(ids, name), [Spec.parse(m) for m in methods]
+    )
+
+
+def _moved(places: Sequence[Any], root: str | None) -> Any:
+    """The data set of results, at the place where its data lie now; None where that was not said."""
+    from retarget_bench.viewer import results_library
+
+    if root is None:
+        return None
+    return results_library.read_stored(places[0]).dataset.with_parameters(root=root)

@@ -9,13 +9,13 @@ from retarget_bench.errors import BenchError
 
 
 @click.command("report")
-@click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=click.Path(path_type=Path))
+@options.roots_argument
 @click.option(
     "-o",
     "--output",
     default="report.html",
     show_default=True,
-    type=click.Path(dir_okay=False, path_type=Path),
+    type=options.FILE,
     help="Write to this file.",
 )
 @click.option("--title", help="The heading of the page.")
@@ -66,7 +66,7 @@ def command(
     if output.suffix.lower() not in (".html", ".htm"):
         raise BenchError(f"{output}: a report is a page; end its name in .html")
     roots = roots or (Path("runs"),)
-    asked = [each.strip() for each in (columns or "").split(",") if each.strip()]
+    asked = options.ids(columns or "")
     found = chapters.chapters(roots, task, dataset, methods, root, asked)
     chosen = [] if no_player else choosing.chosen(found, clips, cases)
     shown = motions.motions(found, chosen, skins=skins)

@@ -1,34 +1,346 @@
-"""``bench run``: predict and score what is missing, then the table."""
+"""``bench run``, its two stages alone (``bench predict``, ``bench score``), ``bench task``; their plans."""
 
+import json
+from collections.abc import Sequence
+from copy import copy
+from pathlib import Path
 from typing import Any
 
 import click
 
-from retarget_bench.commands import options, planning
+from retarget_bench import defaults, files
+from retarget_bench.commands import options
+from retarget_bench.errors import BenchError, FileError
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+
+MANIFEST = "manifest.json"
+OVERWRITE = ("never", "missing", "failed", "always")
+_SUITE_NAMES = {"split": "splits", "plugin": "plugins", "metrics": "metric", "overwrite": "redo"}
+
+
+def _read_suite(ctx: click.Context, param: click.Parameter, path: Path | None) -> None:
+    """Use a suite file as the defaults of the other options, so that flags win."""
+    del param
+    if path is not None:
+        from retarget_bench.plugins import suite
+
+        settings = {_SUITE_NAMES.get(name, name): value for name, value in suite.read(path).items()}
+        ctx.default_map = {**(ctx.default_map or {}), **settings}
+
+
+suite_option = click.option(
+    "--suite",
+    metavar="FILE",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    is_eager=True,
+    expose_value=False,
+    callback=_read_suite,
+    help="A TOML file with the options of this command; options given here win.",
+)
+
+
+metric_option = click.option(
+    "-m",
+    "--metric",
+    multiple=True,
+    metavar="NAME",
+    shell_complete=options.plugin_names("metrics"),
+    help="Metrics to compute; may be repeated. [default: all]",
+)
+
+
+class _WithOldName(click.Option):
+    """An option with a former name, the last one, that is still accepted and no longer shown."""
+
+    def get_help_record(self, ctx: click.Context) -> tuple[str, str] | None:
+        record = super().get_help_record(ctx)
+        return record and (record[0].replace(f", {self.opts[-1]}", ""), record[1])
+
+
+overwrite_option = click.option(
+    "--overwrite",
+    "--redo",
+    "redo",
+    cls=_WithOldName,
+    type=click.Choice(OVERWRITE),
+    default="missing",
+    show_default=True,
+    help="Results to compute. never: none; missing: missing and outdated ones; failed: these and failed "
+    "ones; always: all.",
+)
+
+
+common_options = options.together(
+    suite_option,
+    options.dataset_option,
+    options.root_option,
+    options.split_option,
+    overwrite_option,
+    options.out_option,
+    options.jobs_option,
+    options.seed_option,
+    options.seeds_option,
+    options.plugin_option,
+)
+"""All options of a plan."""
+
+
+def _show(places: list[Any], *, nl: bool = True) -> None:
+    from retarget_bench.analysis import summary
+    from retarget_bench.tables import builder
+    from retarget_bench.tables.rendering import text
+
+    click.echo(text(builder.tables(summary.split_summaries(places))), nl=nl)
 
 
 @click.command("run")
-@click.argument("methods", nargs=-1, metavar="[METHOD]...", shell_complete=options.plugin_names("methods"))
-@planning.common_options
-@planning.metric_option
+@options.methods_argument("[METHOD]...")
+@common_options
+@metric_option
 def command(methods: tuple[str, ...], **given: Any) -> None:
     """Run methods on a data set, score them, and print the table.
 
     With no METHOD: all that are untrained or come with weights. Results are kept; a second run computes
     only what is missing, and an interrupted one goes on where it stopped.
     """
-    from retarget_bench.analysis import summary
-    from retarget_bench.errors import BenchError
     from retarget_bench.evaluation import timing
-    from retarget_bench.tables import builder
-    from retarget_bench.tables.rendering import text
 
-    plan = planning.make_plan(methods, **given)
-    places = planning.carry_out(plan, "bench run")
+    plan = make_plan(methods, **given)
+    places = carry_out(plan, "bench run")
     if plan.redo != "never":
         timing.measure(plan)
-    there = [place for place in places if place.header.exists()]
-    if not there:
-        raise BenchError(f"no results in {plan.root}, and --overwrite never makes none")
-    click.echo(text(builder.tables(summary.split_summaries(there))))
+    _show(existing(places, plan.root))
     click.echo(f"All values: bench table {plan.root} --all. Rows lie in {plan.root}/.")
+
+
+@click.command("predict")
+@options.methods_argument("METHOD...", required=True)
+@common_options
+def predict(methods: tuple[str, ...], **given: Any) -> None:
+    """Write the predictions of methods on a data set; `bench score` scores them later."""
+    plan = make_plan(methods, stage="predict", **given)
+    for place in carry_out(plan, "bench predict"):
+        folder = place.folder / place.method
+        click.echo(f"{sum(1 for _ in folder.glob('*.npz'))} predictions in {folder}")
+        if notes := sorted(folder.glob("*.json")):
+            first = json.loads(notes[0].read_text(encoding="utf-8"))
+            click.echo(
+                f"  {len(notes)} cases without one; the first: {first['status']}, {first['message']}"
+            )
+
+
+@click.command("score")
+@click.argument("what", nargs=-1, required=True, metavar="METHOD... | FOLDER")
+@click.option("--name", metavar="NAME", help="What tables call the folder's method. [default: its name]")
+@common_options
+@metric_option
+def score(what: tuple[str, ...], name: str | None, **given: Any) -> None:
+    """Score predictions: those of METHODs made by `bench predict`, or a FOLDER of motions.
+
+    A FOLDER holds one .npz or .bvh per case, named as in the manifest that `bench export-cases` wrote;
+    where the manifest lies in the folder, its data set is used.
+    """
+    folder = Path(what[0])
+    if folder.is_dir():
+        if len(what) > 1:
+            raise BenchError("give one folder at a time")
+        given |= _manifest(folder)
+        given["external"] = folder
+        what = (name or files.slug(folder.resolve().name),)
+    elif name:
+        raise BenchError(f"--name is what a folder's method is called, and {what[0]} is no folder")
+    plan = make_plan(what, stage="score", **given)
+    _show(existing(carry_out(plan, "bench score"), plan.root), nl=False)
+
+
+def _manifest(folder: Path) -> dict[str, Any]:
+    """The data set that the cases were exported from."""
+    path = folder / MANIFEST
+    if not path.exists():
+        return {}
+    try:
+        facts = json.loads(path.read_text(encoding="utf-8"))
+        return {"dataset": str(facts["dataset"])}
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise FileError(path, f"is not a manifest of bench export-cases ({error})") from error
+
+
+# derived tasks
+@click.group("task")
+def task() -> None:
+    """Run reconstruction, denoising or joint completion on the motions of a data set.
+
+    The clean motions of any data set are the references. `bench table --task TASK` and `bench plot TASK`
+    show the results, which are stored beside those of `bench run`.
+    """
+
+
+_task_options = options.together(
+    options.methods_argument("[METHOD]..."),
+    click.option(
+        "--motions",
+        type=click.IntRange(1),
+        metavar="N",
+        help="At most so many motions, evenly over structures and clips. [default: all]",
+    ),
+    options.dataset_option,
+    options.root_option,
+    metric_option,
+    overwrite_option,
+    options.out_option,
+    options.jobs_option,
+    options.seed_option,
+    options.seeds_option,
+    options.plugin_option,
+)
+
+
+@task.command("reconstruct")
+@_task_options
+def reconstruct(**given: Any) -> None:
+    """Reconstruct motions through a method, and measure its loss in centimetres (HuMoT, Table 2).
+
+    With no METHOD: all that take part in a plain run.
+    """
+    _run_task("reconstruct", None, **given)
+
+
+@task.command("denoise")
+@click.option(
+    "--levels", metavar="CM,CM", help="Standard deviations of the noise. [default: 0 to 10, nine levels]"
+)
+@_task_options
+def denoise(levels: str | None, **given: Any) -> None:
+    """Denoise positions with Gaussian noise (HuMoT, Figure 8).
+
+    With no METHOD: all that take part in a plain run and can read positions.
+    """
+    _run_task("denoise", levels, **given)
+
+
+@task.command("joint-completion")
+@click.option(
+    "--levels",
+    metavar="P,P",
+    help="Proportions of joints given, drawn at random, or major: ankles, knees, hips, shoulders, elbows "
+    "and wrists. [default: 0.1 to 1 in tenths, and major]",
+)
+@_task_options
+def joint_completion(levels: str | None, **given: Any) -> None:
+    """Complete motions of which some joints' positions are given (HuMoT, Figures 9 and 12).
+
+    With no METHOD: all that take part in a plain run and can read positions.
+    """
+    _run_task("upsample", levels, **given)
+
+
+_alias = copy(joint_completion)
+_alias.hidden = True
+for _name in ("joint_completion", "upsample"):
+    task.add_command(_alias, _name)
+
+
+def _run_task(
+    name: str, levels: str | None, methods: tuple[str, ...], motions: int | None, **given: Any
+) -> None:
+    from retarget_bench.evaluation import tasks
+    from retarget_bench.tables.builder import task_tables
+    from retarget_bench.tables.rendering import text
+
+    spec = str(tasks.canonical(name, levels, motions or 0))
+    plan = make_plan(methods, splits=("self",), task=spec, **given)
+    shown = options.task_name(name)
+    places = existing(carry_out(plan, f"bench task {shown}"), plan.root)
+    click.echo(text(task_tables(places, name)))
+    click.echo(f"All values: bench table {plan.root} --task {shown} --all. Rows lie in {plan.root}/.")
+
+
+# plans
+def make_plan(
+    methods: Sequence[str],
+    *,
+    dataset: str,
+    root: str | None,
+    out: Path,
+    metric: Sequence[str] = (),
+    **others: Any,
+) -> Any:
+    """A Plan. Without methods or metrics: those that take part in the task by default."""
+    from retarget_bench.evaluation import plan
+
+    task = Spec.parse(others.get("task", "retarget")).name
+    return plan.Plan(
+        methods=tuple(map(Spec.parse, methods)) or _default_methods(task),
+        datasets=(options.dataset_spec(dataset, root),),
+        metrics=tuple(metric) or _default_metrics(task),
+        root=out,
+        **others,
+    )
+
+
+def _default_methods(task: str = "retarget") -> tuple[Spec, ...]:
+    """The methods that take part in a task by default, with the variants that their cards name.
+
+    Derived tasks leave out methods with privileged inputs; where their sources are positions, also methods
+    that do not accept positions.
+    """
+    from retarget_bench.api import TASKS
+    from retarget_bench.api.optional import method_card
+
+    kind = "motion" if task in ("retarget", "reconstruct") else "positions"
+    specs = []
+    for name, each in _working("methods").items():
+        card = method_card(each)
+        if card.default and task in card.tasks and kind in card.accepts:
+            specs += [Spec(name), *(Spec(name, changes) for changes in card.variants)]
+    if task != TASKS[0]:
+        specs = [spec for spec in specs if not registry.create("methods", spec).card.needs]
+    return tuple(specs)
+
+
+def _default_metrics(task: str = "retarget") -> tuple[str, ...]:
+    """All metrics of a task, and for derived tasks ``defaults.TASK_METRICS``. A metric with a value id that
+    another one declares is left out; built-in ones come first."""
+    from retarget_bench.api import TASKS
+    from retarget_bench.api.optional import metric_tasks
+    from retarget_bench.evaluation.score import declared_values
+
+    kept: dict[str, Any] = {}
+    working = _working("metrics")
+    for name in sorted(
+        working, key=lambda each: registry.find("metrics", each).origin != registry.BUILT_IN
+    ):
+        each = working[name]
+        if task not in metric_tasks(each) and (task == TASKS[0] or name not in defaults.TASK_METRICS):
+            continue
+        try:
+            declared_values([*kept.values(), each])
+        except BenchError as problem:
+            click.echo(f"bench: left out: {problem}", err=True)
+        else:
+            kept[name] = each
+    return tuple(kept)
+
+
+def _working(kind: registry.Kind) -> dict[str, Any]:
+    """Every plug-in of a kind that can be built; broken ones are reported and left out."""
+    found, problems = registry.working(kind)
+    for problem in problems:
+        click.echo(f"bench: left out: {problem}", err=True)
+    return found
+
+
+def carry_out(plan: Any, what: str) -> list[Any]:
+    """Run a plan under a progress bar (shown on a terminal); returns the places of its results."""
+    from retarget_bench.evaluation import runner
+
+    with options.progress_bar(what, "case") as progress:
+        return runner.run(plan, progress)
+
+
+def existing(places: Sequence[Any], root: Path) -> list[Any]:
+    """The places that have results. Raises BenchError where none has."""
+    if there := [place for place in places if place.header.exists()]:
+        return there
+    raise BenchError(f"no results in {root}, and --overwrite never makes none")

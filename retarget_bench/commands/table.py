@@ -16,7 +16,7 @@ BREAKDOWNS = (
 
 
 @click.command("table")
-@click.argument("roots", nargs=-1, metavar="[RESULTS]...", type=click.Path(path_type=Path))
+@options.roots_argument
 @click.option("--columns", metavar="ID,ID", help="Value ids to show (bench info METRIC lists them).")
 @click.option("--all", "everything", is_flag=True, help="Show every value.")
 @click.option(
@@ -44,7 +44,7 @@ BREAKDOWNS = (
 )
 @click.option("--probes", is_flag=True, help="Show what bench probe found, every probe, and nothing else.")
 @click.option("--intervals", is_flag=True, help="Show 95 % intervals in text and md; the others always do.")
-@click.option("-f", "--format", "form", type=click.Choice(FORMATS), default="text", show_default=True)
+@options.format_option(*FORMATS)
 @options.output_option
 @options.only_dataset_option
 def command(
@@ -65,7 +65,6 @@ def command(
 
     What `bench probe` wrote beside them is a table of its own: --probes.
     """
-    from retarget_bench.results import store
     from retarget_bench.tables.rendering import RENDERERS, WITH_INTERVALS
 
     if paper is not None and (columns is not None or everything or by or at_least):
@@ -78,52 +77,33 @@ def command(
     if probes:
         task, maker = "probe", "bench probe METHOD"
     elif paper is not None:
-        task, maker = _task_of(paper, task, maker)
+        from retarget_bench.tables.published.published_tables import published
+
+        if (wanted := published(paper).task) != "retarget":
+            task, maker = wanted, f"bench task {wanted}"
     everything = everything or (probes and columns is None)
-    roots = roots or (Path("runs"),)
-    places = []
-    for root in roots:
-        if not (found := store.find_results(root, task)):
-            what = "results of probes" if probes else "results"
-            raise BenchError(f"no {what} in {root}; {maker} makes some")
-        places += [place for place in found if dataset in (None, place.dataset)]
-    if not places:
-        raise BenchError(f"no results of {dataset} in {', '.join(map(str, roots))}; {maker} makes some")
+    what = "results of probes" if probes else "results"
+    places = options.results(roots or (Path("runs"),), dataset, task, maker, what)
     renderers = WITH_INTERVALS if intervals else RENDERERS
-    made = (
-        _published(places, paper)
-        if paper is not None
-        else _tables(places, task, columns, everything, by, at_least)
-    )
+    if paper is not None:
+        made = _published(places, paper)
+    else:
+        made = _tables(places, task, columns, everything, by, at_least)
     options.write_out(renderers[form](made), output)
 
 
-def _task_of(paper: str, task: str, maker: str) -> tuple[str, str]:
-    """The task that a published table is of, and what makes its results."""
-    from retarget_bench.tables.published import published_tables
-
-    wanted = published_tables.published(paper).task
-    return (task, maker) if wanted == "retarget" else (wanted, f"bench task {wanted}")
-
-
 def _tables(
-    places: Sequence[Any],
-    task: str,
-    columns: str | None,
-    everything: bool,
-    by: Any,
-    at_least: int | None,
+    places: Sequence[Any], task: str, columns: str | None, everything: bool, by: Any, at_least: int | None
 ) -> list[Any]:
     from retarget_bench.analysis import summary
     from retarget_bench.evaluation.tasks import DERIVED
     from retarget_bench.tables import builder
     from retarget_bench.tables.groups import FPS
-    from retarget_bench.tables.task_tables import BY, task_tables
 
     if task in DERIVED and columns is None and not everything and at_least is None:
-        return task_tables(places, task, by)
+        return builder.task_tables(places, task, by)
     if task in DERIVED and columns is not None and task != "reconstruct":
-        by = by or BY[task]
+        by = by or builder.TASK_BREAKDOWN[task]
     found = summary.split_summaries(places, by, at_least)
     wanted: tuple[str, ...] = builder.DEFAULT_COLUMNS
     if everything:
@@ -131,18 +111,17 @@ def _tables(
         timed = places[0].task == "retarget"
         wanted = tuple(column for column in builder.all_columns(found) if timed or column != FPS)
     elif columns is not None:
-        wanted = tuple(column.strip() for column in columns.split(",") if column.strip())
+        wanted = tuple(options.ids(columns))
         if by is None and (over := builder.curve_index(found, wanted)):
             by, found = over, summary.split_summaries(places, over, at_least)
     return builder.tables(found, wanted, by or "")
 
 
 def _published(places: Sequence[Any], name: str) -> list[Any]:
-    from retarget_bench.tables.published import own_set_rows, published_tables
+    from retarget_bench.tables.published import published_tables
     from retarget_bench.tables.published.layout import paper_table
 
     published = published_tables.published(name)
     if published.task == "reconstruct":
         published = published_tables.with_structures(published, places)
-    own_rows = own_set_rows.own_rows if published.of_sets else published_tables.own_rows
-    return [paper_table(published, own_rows(published, places))]
+    return [paper_table(published, published_tables.own_rows(published, places))]

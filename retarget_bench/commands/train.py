@@ -1,21 +1,22 @@
-"""``bench train``: weights for a learned method."""
+"""``bench train``: weights for a learned method. ``bench ablate``: the rows of a published ablation."""
 
 from __future__ import annotations
 
 import os
 import shlex
+from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from retarget_bench.commands import options
+from retarget_bench.commands import options, run
+from retarget_bench.commands.table import FORMATS
 from retarget_bench.errors import BenchError
 from retarget_bench.plugins.spec import Spec
 
 if TYPE_CHECKING:
     from retarget_bench.training.checkpoint import Checkpoint
-    from retarget_bench.training.config import Precision
     from retarget_bench.training.loop import TrainingStatus
     from retarget_bench.training.request import Request
     from retarget_bench.training.train import TrainingOptions, TrainingResult
@@ -40,10 +41,7 @@ if TYPE_CHECKING:
     "--budget", metavar="BUDGET", help="Time (90s, 30m, 2h) or steps (20000it). [default: the preset's]"
 )
 @click.option(
-    "--out",
-    type=click.Path(file_okay=False, path_type=Path),
-    metavar="DIR",
-    help="The run's folder. [default: runs/train/METHOD]",
+    "--out", type=options.FOLDER, metavar="DIR", help="The run's folder. [default: runs/train/METHOD]"
 )
 @click.option("--seed", type=options.SEED, metavar="N", help="Seed of weights and batches. [default: 0]")
 @options.device_option
@@ -57,18 +55,7 @@ if TYPE_CHECKING:
 @options.jobs_option
 @options.plugin_option
 def command(
-    method: str | None,
-    datasets: tuple[str, ...],
-    root: str | None,
-    preset: str | None,
-    budget: str | None,
-    out: Path | None,
-    seed: int | None,
-    device: str,
-    precision: Precision | None,
-    resume: bool,
-    init: str | None,
-    jobs: int,
+    method: str | None, datasets: tuple[str, ...], root: str | None, resume: bool, **given: Any
 ) -> int:
     """Train METHOD on the training motion of data sets, and keep the weights that validate best.
 
@@ -86,25 +73,19 @@ def command(
     from retarget_bench.training import parallel
     from retarget_bench.training.train import TrainingOptions, train
 
-    data = _data(datasets, root)
-    asked = TrainingOptions(
-        *(Spec.parse(method) if method else None, data, preset, budget, seed, init, out, resume, jobs),
-        device=device,
-        precision=precision,
-    )
-    reporter = ConsoleReporter()
-    try:
-        done = train(asked, reporter)
-    except KeyboardInterrupt:
-        reporter.close()
-        click.echo(f"bench: interrupted{_how_to_go_on(asked)}", err=True)
-        return 130
-    except BenchError as error:
-        parallel.record(error)
-        raise
-    finally:
-        reporter.close()
-    if _first():
+    spec = Spec.parse(method) if method else None
+    asked = TrainingOptions(method=spec, dataset=_data(datasets, root), resume=resume, **given)
+    with closing(ConsoleReporter()) as reporter:
+        try:
+            done = train(asked, reporter)
+        except KeyboardInterrupt:
+            reporter.close()
+            click.echo(f"bench: interrupted{_how_to_go_on(asked)}", err=True)
+            return 130
+        except BenchError as error:
+            parallel.record(error)
+            raise
+    if os.environ.get("RANK", "0") == "0":  # the first process, see training/parallel.py
         click.echo(_ending(done))
     return 0
 
@@ -125,11 +106,6 @@ def _data(datasets: tuple[str, ...], root: str | None) -> Spec | None:
             "--root is of one data set; with several, each says where it lies: -d 'NAME[root=DIR]'"
         )
     return spec
-
-
-def _first() -> bool:
-    """Whether this is the first process (see ``training/parallel.py``)."""
-    return os.environ.get("RANK", "0") == "0"
 
 
 class ConsoleReporter:
@@ -210,11 +186,11 @@ def _losses(status: TrainingStatus) -> str:
 
 def _scores(scores: Any) -> str:
     """``intra 8.1 / 5.2`` for each split: the errors in the world and of the pose."""
-    parts = []
-    for split, values in scores.items():
-        numbers = " / ".join(f"{value:.2f}" for name, value in values.items() if name != "n")
-        parts.append(f"{split} {numbers}")
-    return ", ".join(parts) + " % of height"
+    numbers = {
+        split: " / ".join(f"{value:.2f}" for name, value in values.items() if name != "n")
+        for split, values in scores.items()
+    }
+    return ", ".join(f"{split} {each}" for split, each in numbers.items()) + " % of height"
 
 
 def _how_to_go_on(asked: TrainingOptions) -> str:
@@ -223,13 +199,9 @@ def _how_to_go_on(asked: TrainingOptions) -> str:
 
     if not (folder_of(asked) / checkpoint.NAME).exists():
         return " before the first checkpoint; there is nothing to go on from."
-    return f". {_again(asked)} goes on from the last checkpoint."
-
-
-def _again(asked: TrainingOptions) -> str:
     where = f" --out {asked.out}" if asked.out else ""
     method = f" '{asked.method}'" if asked.method else ""
-    return f"bench train{method} --resume{where}"
+    return f". bench train{method} --resume{where} goes on from the last checkpoint."
 
 
 def _ending(done: TrainingResult) -> str:
@@ -248,3 +220,87 @@ def _ending(done: TrainingResult) -> str:
         f"{done.asked.method}: {done.at.step} steps in {hours(done.at.seconds)}; {found}.\n"
         f"Use them: bench run '{method}' -d {on}"
     )
+
+
+@click.command("ablate")
+@click.argument("method", shell_complete=options.plugin_names("methods"))
+@click.argument("table")
+@options.dataset_option
+@options.root_option
+@click.option(
+    "--test",
+    metavar="DATASET",
+    shell_complete=options.plugin_names("datasets"),
+    help="The data set to test on. [default: the one that is trained on]",
+)
+@click.option(
+    "--preset", metavar="NAME", default="default", show_default=True, help="Training config of every row."
+)
+@click.option(
+    "--budget",
+    metavar="BUDGET",
+    help="Budget of every row: 90s, 30m, 2h, or 20000it. [default: the preset's]",
+)
+@click.option(
+    "--seed", type=options.SEED, default=0, show_default=True, metavar="N", help="Seed of every row."
+)
+@options.device_option
+@click.option(
+    "--out",
+    type=options.FOLDER,
+    default="runs/ablate",
+    show_default=True,
+    metavar="DIR",
+    help="The folder of training runs and results.",
+)
+@options.format_option(*FORMATS)
+@options.output_option
+@options.jobs_option
+@options.plugin_option
+def ablate(
+    method: str,
+    table: str,
+    dataset: str,
+    root: str | None,
+    test: str | None,
+    preset: str,
+    budget: str | None,
+    seed: int,
+    device: str,
+    out: Path,
+    form: str,
+    output: Path | None,
+    jobs: int,
+) -> None:
+    """Train and score every row of a published ablation TABLE of METHOD, and print the table.
+
+    All rows have the same data, seed, training config and budget. The same command continues an interrupted
+    one, and rows that several tables share are trained once.
+
+    \b
+    bench ablate smrm table2 -d puppets --budget 2000it
+    bench ablate pan table5 -d 'puppets[size=default]' --test puppets
+    """
+    from retarget_bench.evaluation import plan
+    from retarget_bench.plugins import registry
+    from retarget_bench.plugins.spec import Spec
+    from retarget_bench.tables.rendering import WITH_INTERVALS
+    from retarget_bench.training import ablation_runner
+    from retarget_bench.training.train import TrainingOptions
+
+    spec = Spec.parse(method)
+    data = registry.canonical("datasets", options.dataset_spec(dataset, root))
+    tested = Spec.parse(test) if test else data
+    ablation = ablation_runner.find(spec, table)
+    ablation_runner.check(ablation, tested)
+    # "" for no budget of one's own: a folder that was trained under one must not pass for this
+    asked = TrainingOptions(spec, data, preset, budget or "", seed, jobs=jobs, device=device)
+    with closing(ConsoleReporter()) as reporter:
+        trained = ablation_runner.train_rows(ablation, asked, out, reporter)
+    wanted = ablation_runner.plan_of(ablation, trained, tested, out / "results", jobs)
+    run.carry_out(wanted, "bench ablate")
+    found = ablation_runner.numbers_of(wanted, trained)
+    on, by = (plan.dataset(each).label.strip() for each in (data, tested))
+    recipe = f"preset {preset}, {f'budget {budget}, ' if budget else ''}seed {seed}"
+    made = ablation_runner.table(ablation, trained, found, on, by, recipe)
+    options.write_out(WITH_INTERVALS[form]([made]), output)

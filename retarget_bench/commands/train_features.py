@@ -1,5 +1,6 @@
 """``bench train-features``: the feature networks of FID and other metrics of sets."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from retarget_bench.commands import options
 @click.option(
     "-o",
     "--out",
-    type=click.Path(file_okay=False, path_type=Path),
+    type=options.FOLDER,
     metavar="DIR",
     help="Folder of the networks. [default: features/ in the cache folder]",
 )
@@ -50,27 +51,28 @@ def command(
 
     spec = options.dataset_spec(dataset, root)
     data, folder = plan.dataset(spec), out or network.own_folder()
-    config = (
-        FeatureTrainingConfig(seed=seed) if steps is None else FeatureTrainingConfig(seed=seed, steps=steps)
-    )
+    config = FeatureTrainingConfig(seed=seed)
+    if steps is not None:
+        config = replace(config, steps=steps)
     for source in material.sources(data, structures):
         with options.progress_bar(f"motion for {source.structure}", "body") as progress:
             clips = material.gather(spec, source, jobs, progress)
         with tqdm(total=config.steps, desc=source.structure, unit="step", leave=False, disable=None) as bar:
-            made = train(source, clips, _facts(spec, data, source), folder, config, _shower(bar))
-        click.echo(_line(made.card, folder))
 
+            def show(step: int, loss: float, bar: Any = bar) -> None:
+                bar.update(step - bar.n)
+                bar.set_postfix_str(f"loss {loss:.3f}", refresh=False)
 
-def _shower(bar: Any) -> Any:
-    def show(step: int, loss: float) -> None:
-        bar.update(step - bar.n)
-        bar.set_postfix_str(f"loss {loss:.3f}", refresh=False)
-
-    return show
+            card = train(source, clips, _facts(spec, data, source), folder, config, show).card
+        last, lent = card["loss"][-1], f" (motion of {card['trained_on']})" if "note" in card else ""
+        click.echo(
+            f"{card['structure']}{lent}: {card['windows']} windows, loss {last['train']:g}, validation "
+            f"{last['validation']:g}, {card['seconds']} s, {card['hash']} in {folder}"
+        )
 
 
 def _facts(spec: Any, data: Any, source: Any) -> dict[str, Any]:
-    """What the card says of the data."""
+    """Facts of the data for the card."""
     facts = {
         "dataset": str(spec),
         "content": data.content,
@@ -84,12 +86,3 @@ def _facts(spec: Any, data: Any, source: Any) -> dict[str, Any]:
             "that lie nearest in the reference pose"
         )
     return facts
-
-
-def _line(card: Any, folder: Path) -> str:
-    last = card["loss"][-1]
-    lent = f" (motion of {card['trained_on']})" if "note" in card else ""
-    return (
-        f"{card['structure']}{lent}: {card['windows']} windows, loss {last['train']:g}, validation "
-        f"{last['validation']:g}, {card['seconds']} s, {card['hash']} in {folder}"
-    )

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from retarget_bench.commands import options
-from retarget_bench.commands.scene_options import methods_option, task_option
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
@@ -21,13 +20,13 @@ PORT = 8080
 @click.command("view")
 @click.argument("sources", nargs=-1, metavar="[SOURCE]...")
 @options.results_option
-@methods_option
+@options.methods_option
 @options.only_dataset_option
 @click.option(
     "--data", metavar="DATASET", help="The data set, where a run that has just begun cannot tell it."
 )
 @options.root_option
-@task_option
+@options.task_option
 @click.option(
     "--port", type=click.IntRange(0, 65535), default=PORT, show_default=True, help="0: any that is free."
 )
@@ -36,13 +35,10 @@ PORT = 8080
 def command(
     sources: tuple[str, ...],
     results: tuple[Path, ...],
-    methods: tuple[str, ...],
-    dataset: str | None,
     data: str | None,
-    root: str | None,
-    task: str,
     port: int,
     no_open: bool,
+    **asked: Any,
 ) -> None:
     """Show motion live in the browser: played, scrubbed, turned, side by side or overlaid.
 
@@ -57,7 +53,7 @@ def command(
     from retarget_bench.viewer import live
 
     live.viser()
-    case_list, case = _case_list(sources, results, methods, dataset, data, task, root)
+    case_list, case = _case_list(sources, results, data, **asked)
     _free(port)
     window = live.Window(case_list, port, case)
     click.echo(f"{window.url} shows it; Ctrl-C stops")
@@ -72,27 +68,21 @@ def command(
 
 
 def _case_list(
-    sources: Sequence[str],
-    results: Sequence[Path],
-    methods: Sequence[str],
-    dataset: str | None,
-    data: str | None,
-    task: str,
-    root: str | None = None,
+    sources: Sequence[str], results: Sequence[Path], data: str | None, **asked: Any
 ) -> tuple[CaseList, str | None]:
-    """What the words describe, and the case to begin with. Raises BenchError where there is nothing."""
+    """The cases that are asked for, and the first to show. Raises BenchError where there is nothing."""
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.viewer import results_library
     from retarget_bench.viewer.case_list import CaseList
 
     folders = [Path(source) for source in sources if Path(source).is_dir()]
     if sources and not folders and results_library.are_files(sources):
-        return _of_files([Path(source) for source in sources], root)
+        return _of_files([Path(source) for source in sources], asked["root"])
     names = [source for source in sources if not Path(source).is_dir()]
     if len(names) > 1 or (names and folders):
         raise BenchError("give folders of results, or one case, or motion files")
     roots = folders or list(results) or [Path("runs")]
-    case_list = CaseList(roots, task, dataset, methods, None if data is None else Spec.parse(data), root)
+    case_list = CaseList(roots, data=Spec.parse(data) if data else None, **asked)
     there = case_list.refresh()
     if case_list.problem and not there:
         raise BenchError(case_list.problem)

@@ -37,9 +37,8 @@ class Attention:
 
     @property
     def largest(self) -> np.ndarray:
-        """``(frames, n)``: of a joint that several parts heed, the weight of the one that does most."""
-        found: np.ndarray = self.weights.max(axis=1)
-        return found
+        """``(frames, n)`` the largest weight of any part."""
+        return np.max(self.weights, axis=1)
 
 
 def ask(method: Method, source: Motion, name: str) -> Attention:
@@ -70,17 +69,14 @@ def ask(method: Method, source: Motion, name: str) -> Attention:
 
 def _wrong(found: Attention, source: Motion) -> str:
     """The first way in which a value breaks the rules of ``Attention``; "" for none."""
-    parts, joints = len(found.parts), len(found.joints)
-    if found.weights.shape != (source.frames, parts, joints) or found.sees.shape != (parts, joints):
-        return (
-            f"weights of shape {found.weights.shape} and sees of {found.sees.shape} for {source.frames} "
-            f"frames, {parts} parts and {joints} joints"
-        )
+    parts, joints, weights = len(found.parts), len(found.joints), found.weights
+    if weights.shape != (source.frames, parts, joints) or found.sees.shape != (parts, joints):
+        sizes = f"{source.frames} frames, {parts} parts and {joints} joints"
+        return f"weights of shape {weights.shape} and sees of {found.sees.shape} for {sizes}"
     if not parts or not joints or np.unique(found.joints).size < joints:
         return "there is no part, no joint, or one joint twice"
     if found.joints.min() < 0 or found.joints.max() >= len(source.skeleton):
         return f"joints from {found.joints.min()} to {found.joints.max()} of {len(source.skeleton)}"
-    weights = found.weights
     if not np.isfinite(weights).all() or weights.min() < -SLACK or weights.sum(-1).max() > 1.0 + SLACK:
         return "weights that are not finite, are below 0, or add up to more than 1"
     return "" if not weights[:, ~found.sees].any() else "a part attends to a joint that it does not see"
@@ -97,16 +93,10 @@ def frames_at(seconds: Sequence[float], source: Motion) -> list[int]:
 
 def write(path: Path, found: Attention, source: Motion, frames: Sequence[int]) -> None:
     """A row of ``COLUMNS`` per frame asked for, part, and joint that the part sees. Raises FileError."""
-    names = [source.skeleton.names[joint] for joint in found.joints]
-    rows = [
-        (
-            frame,
-            f"{frame / source.fps:.6g}",
-            found.parts[part],
-            names[joint],
-            f"{found.weights[frame, part, joint]:.6g}",
-        )
-        for frame in frames
-        for part, joint in np.argwhere(found.sees)
-    ]
+    rows = []
+    for frame in frames:
+        for part, at in np.argwhere(found.sees):
+            names = found.parts[part], source.skeleton.names[found.joints[at]]
+            weight = found.weights[frame, part, at]
+            rows.append((frame, f"{frame / source.fps:.6g}", *names, f"{weight:.6g}"))
     write_csv(path, COLUMNS, rows)

@@ -26,18 +26,12 @@ def batches(infos: Sequence[CaseInfo], cast: Mapping[str, Character]) -> list[tu
         return structure.get(info.source, ""), structure.get(info.target, "")
 
     ordered = sorted(infos, key=lambda info: (structures(info), info.frames))
-    found: list[tuple[str, ...]] = []
-    for _, alike in groupby(ordered, key=structures):
-        found += _cut(list(alike))
-    return found
-
-
-def _cut(alike: Sequence[CaseInfo]) -> list[tuple[str, ...]]:
-    """Cases from short to long, cut where a batch is full."""
     found: list[list[str]] = []
-    for info in alike:
-        full = not found or len(found[-1]) == CASES or (len(found[-1]) + 1) * info.frames > FRAMES
-        if full:
-            found.append([])
-        found[-1].append(info.id)
+    for _, alike in groupby(ordered, key=structures):
+        found.append([])
+        for info in alike:
+            last = len(found[-1])
+            if last and (last == CASES or (last + 1) * info.frames > FRAMES):
+                found.append([])
+            found[-1].append(info.id)
     return [tuple(batch) for batch in found]

@@ -30,17 +30,13 @@ def relative_to(folder: Path, paths: Iterable[Path]) -> Iterator[tuple[str, Path
 
 
 def package_code(name: str) -> Iterator[tuple[str, Path]]:
-    """Every Python file of a package of the engine, however deep, under its name relative to the folder
-    that the package lies in. Nothing is imported."""
-    folder = FOLDER.joinpath(*name.split("."))
-    files = (path for path in folder.rglob("*.py") if "__pycache__" not in path.parts)
-    return relative_to(folder.parent, files)
+    """Every Python file of a package of the engine, however deep, or that of a module.
 
-
-def module_code(name: str) -> Iterator[tuple[str, Path]]:
-    """The file of one module of the engine."""
-    path = FOLDER.joinpath(*name.split(".")).with_suffix(".py")
-    yield path.name, path
+    Names are relative to the folder that it lies in. Nothing is imported.
+    """
+    path = FOLDER.joinpath(*name.split("."))
+    files = (file for file in path.rglob("*.py") if "__pycache__" not in file.parts)
+    return relative_to(path.parent, files if path.is_dir() else [path.with_suffix(".py")])
 
 
 def imports(path: Path, name: str) -> bool:
@@ -73,21 +69,13 @@ def statements(source: bytes) -> str:
     _cut_comments(lines, text)
     imported: set[str] = set()
     for node in ast.walk(tree):
-        if isinstance(node, ast.ImportFrom) and not node.level and _of_engine(node.module or ""):
+        if isinstance(node, ast.ImportFrom) and not node.level and str(node.module).split(".")[0] == ENGINE:
             imported |= {f"{each.name} as {each.asname or each.name}" for each in node.names}
             _blank(lines, node)
-        elif isinstance(node, ast.Expr) and _is_text(node.value):
+        elif isinstance(node, ast.Expr) and isinstance(getattr(node.value, "value", None), str):
             _blank(lines, node)
     said = [line.rstrip() for line in lines if line.strip()]
     return "\n".join([f"from {ENGINE} import {', '.join(sorted(imported))}"] * bool(imported) + said)
-
-
-def _of_engine(module: str) -> bool:
-    return module == ENGINE or module.startswith(f"{ENGINE}.")
-
-
-def _is_text(value: ast.expr) -> bool:
-    return isinstance(value, ast.Constant) and isinstance(value.value, str)
 
 
 def _cut_comments(lines: list[str], text: str) -> None:

@@ -3,7 +3,7 @@
 import platform
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from datetime import UTC, datetime
 from functools import lru_cache
 from importlib import metadata
@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 import retarget_bench
-from retarget_bench.api import Dataset, Method, Metric, SetMetric, optional
+from retarget_bench.api import Metric, RealDataset, SetMetric, optional
 from retarget_bench.evaluation.plan import (
     EvaluationUnit,
     method,
@@ -21,6 +21,7 @@ from retarget_bench.evaluation.plan import (
     without_location,
 )
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.header import (
     ELSEWHERE,
     Counts,
@@ -40,11 +41,14 @@ def header_of(unit: EvaluationUnit, entries: Sequence[CaseResult]) -> ResultHead
     plan = unit.plan
     data = unit.data
     asked = set_metrics(plan.metrics)
+    four_legged = None
+    if asked and isinstance(data, RealDataset):
+        four_legged = tuple(sorted({b.structure for b in data.characters().values() if b.four_legged}))
     return ResultHeader(
         set_values=_values(asked),
         networks=unit.networks,
         # what tables need to know of structures that answers without references are of
-        four_legged=tuple(_four_legged(data)) if asked and isinstance(data, optional.OffersReal) else None,
+        four_legged=four_legged,
         keys=unit.keys,
         task=plan.task,
         split=unit.split,
@@ -75,13 +79,14 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         "name": unit.method.name,
         "label": str(unit.known_as),
         "parameters": dict(unit.known_as.parameters),
-        "posts": tuple(_posts(unit)),
+        "posts": tuple(_post_facts(post, unit.plan.external is None) for post in unit.known_as.posts),
         "code": unit.prediction_facts["code"],
     }
     if unit.plan.external:
         return MethodInfo(**common, origin=ELSEWHERE, privileged=(), control=False)
     asked = method(unit.method)
-    card = optional.method_card(asked)
+    card, trained = optional.method_card(asked), optional.method_manifest(asked)
+    manifest = None if trained is None else {key: tuple(map(str, each)) for key, each in trained.items()}
     return MethodInfo(
         **common,
         summary=str(card.summary),
@@ -90,24 +95,16 @@ def _method(unit: EvaluationUnit) -> MethodInfo:
         privileged=tuple(card.needs),
         control=bool(card.control),
         stochastic=bool(card.stochastic),
-        trained_on=_manifest(asked),
+        trained_on=manifest,
     )
 
 
-def _posts(unit: EvaluationUnit) -> Iterator[dict[str, Any]]:
-    """Facts of the post-processors, in order."""
-    for post in unit.known_as.posts:
-        facts: dict[str, Any] = {"name": post.name, "parameters": dict(post.parameters)}
-        if not unit.plan.external:
-            version = str(registry.create("posts", post).card.version)
-            facts |= {"version": version, "origin": registry.find("posts", post.name).origin}
-        yield facts
-
-
-def _manifest(asked: Method) -> dict[str, tuple[str, ...]] | None:
-    """The training data of a method's weights (characters, structures, kinds, clips); None: untrained."""
-    manifest = optional.method_manifest(asked)
-    return None if manifest is None else {key: tuple(map(str, names)) for key, names in manifest.items()}
+def _post_facts(post: Spec, run_here: bool) -> dict[str, Any]:
+    facts: dict[str, Any] = {"name": post.name, "parameters": dict(post.parameters)}
+    if run_here:
+        facts["version"] = str(registry.create("posts", post).card.version)
+        facts["origin"] = registry.find("posts", post.name).origin
+    return facts
 
 
 def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, DeclaredValue]:
@@ -117,10 +114,6 @@ def _values(asked: Sequence[Metric] | Sequence[SetMetric]) -> dict[str, Declared
         for metric in asked
         for value in metric.card.values
     }
-
-
-def _four_legged(data: Dataset) -> list[str]:
-    return sorted({body.structure for body in data.characters().values() if body.four_legged})
 
 
 def _problems(entries: Sequence[CaseResult]) -> tuple[Problem, ...]:
@@ -153,10 +146,9 @@ def revision() -> str:
     folder = Path(retarget_bench.__file__).parent.parent
     if not (folder / ".git").exists():
         return ""
+    command = ["git", "describe", "--always", "--exclude=*", "--abbrev=12", "--dirty=+"]
     try:
-        options = {"cwd": folder, "capture_output": True, "text": True, "timeout": 10, "check": True}
-        head = subprocess.run(["git", "rev-parse", "--short=12", "HEAD"], **options)  # type: ignore[call-overload]
-        dirty = subprocess.run(["git", "status", "--porcelain", "-uno"], **options)  # type: ignore[call-overload]
+        said = subprocess.run(command, cwd=folder, capture_output=True, text=True, timeout=10, check=True)
     except (OSError, subprocess.SubprocessError):
         return ""
-    return str(head.stdout.strip()) + ("+" if dirty.stdout.strip() else "")
+    return said.stdout.strip()

@@ -1,25 +1,17 @@
 """Plans (methods x data sets x splits) and the keys of their results."""
 
 import hashlib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from pathlib import Path
 from typing import Any, Literal
 
-from retarget_bench.api import (
-    SPLITS,
-    CaseInfo,
-    Dataset,
-    DatasetCard,
-    Method,
-    Metric,
-    SetMetric,
-    optional,
-)
+from retarget_bench.api import SPLITS, CaseInfo, Dataset, Method, Metric, SetMetric, optional
+from retarget_bench.api.datasets import DatasetCard
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.batches import RULE, batches
-from retarget_bench.evaluation.code_hash import code_hash, imports, module_code, package_code, relative_to
+from retarget_bench.evaluation.code_hash import code_hash, imports, package_code
 from retarget_bench.evaluation.score import declared_values
 from retarget_bench.evaluation.tasks import RETARGET, derive
 from retarget_bench.files import digest, slug
@@ -33,8 +25,10 @@ Stage = Literal["run", "predict", "score"]
 
 OWN_CASES = (RETARGET, "probe")
 """Tasks whose cases are the data set's own."""
-LAYERS = "training.layers"
-"""The package of layers that learned methods share."""
+LAYERS, FEATURES = "training.layers", "training.features"
+"""Packages that plug-ins share: layers of learned methods, networks for features of set metrics."""
+SETS = "evaluation.set_metrics"
+"""The package that draws sets and evaluates metrics of them."""
 
 
 @dataclass(frozen=True)
@@ -66,17 +60,14 @@ class Plan:
 
 def dataset(spec: Spec, task: str = RETARGET) -> Dataset:
     """The data set, built once per process; of a derived task, what the engine makes of its motion."""
-    return _dataset(spec) if task in OWN_CASES else _derived(spec, task)
+    return _dataset(spec, RETARGET if task in OWN_CASES else task)
 
 
 @cache
-def _dataset(spec: Spec) -> Dataset:
+def _dataset(spec: Spec, task: str) -> Dataset:
+    if task != RETARGET:
+        return derive(_dataset(spec, RETARGET), Spec.parse(task))
     return registry.create("datasets", spec)
-
-
-@cache
-def _derived(spec: Spec, task: str) -> Dataset:
-    return derive(_dataset(spec), Spec.parse(task))
 
 
 @cache
@@ -181,10 +172,8 @@ class EvaluationUnit:
             return {}
         cast = self.data.characters()
         targets = {cast[name].structure: cast[name] for name in {info.target for info in self.infos}}
-        return {
-            each.card.name: {name: _network(each, targets[name]) for name in sorted(targets)}
-            for each in asked
-        }
+        ordered = sorted(targets.items())
+        return {each.card.name: {name: _network(each, body) for name, body in ordered} for each in asked}
 
     def case_key(self, case_id: str) -> str:
         """The key of one case's prediction."""
@@ -195,7 +184,10 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
     """Every unit of a plan. Raises BenchError for unknown splits, methods, data sets, parameters."""
     if unknown := [split for split in plan.splits if split not in SPLITS]:
         raise BenchError(f"unknown split {unknown[0]!r}; splits are {', '.join(SPLITS)}")
-    methods = plan.methods if plan.external else _distinct(plan.methods)
+    methods = list(plan.methods)
+    if not plan.external:  # in canonical form, each once, also where its weights are given by several paths
+        canonical = [registry.canonical("methods", each) for each in methods]
+        methods = list({known_as(each): each for each in canonical}.values())
     found = []
     for spec in dict.fromkeys(registry.canonical("datasets", data) for data in plan.datasets):
         offered = dataset(spec, plan.task).card.splits
@@ -213,12 +205,6 @@ def _seeds(plan: Plan, spec: Spec) -> int:
     """The number of seeds that a method runs with."""
     stochastic = not plan.external and optional.method_card(method(spec)).stochastic
     return plan.seeds if stochastic else 1
-
-
-def _distinct(methods: Sequence[Spec]) -> list[Spec]:
-    """In canonical form, each once, also where its weights are given by several paths."""
-    found = (registry.canonical("methods", each) for each in methods)
-    return list({known_as(each): each for each in found}.values())
 
 
 @cache
@@ -268,33 +254,31 @@ def method_code(spec: Spec) -> str:
     these files imports from the layers that learned methods share, of those."""
     own = list(_own_code("methods", spec.name))
     own += [file for post in spec.posts for file in _own_code("posts", post.name)]
-    shared = package_code(LAYERS) if any(imports(path, LAYERS) for _, path in own) else ()
-    return code_hash([*own, *package_code("motion"), *shared])
+    return code_hash([*own, *package_code("motion"), *_shared(LAYERS, own)])
 
 
 @cache
 def metric_versions(names: tuple[str, ...]) -> dict[str, str]:
-    """Metric name -> ``version+code``; the engine's comparison counts as code of each."""
-    return {
-        metric.card.name: f"{metric.card.version}+"
-        + code_hash([*_own_code("metrics", Spec.parse(name).name), *module_code("api.comparison")])
-        for name, metric in zip(names, _built(names), strict=True)
-    }
+    """Metric name -> ``version+code``; the engine's comparison counts as code of each, the drawing and
+    evaluation of sets as code of set metrics, and the feature networks where a metric imports from them."""
+    found = {}
+    for name, metric in zip(names, _built(names), strict=True):
+        own = list(_own_code("metrics", Spec.parse(name).name))
+        sets = package_code(SETS) if optional.is_set_metric(metric) else ()
+        code = code_hash([*own, *package_code("api.comparison"), *sets, *_shared(FEATURES, own)])
+        found[metric.card.name] = f"{metric.card.version}+{code}"
+    return found
+
+
+def _shared(package: str, own: Sequence[tuple[str, Path]]) -> Iterable[tuple[str, Path]]:
+    """The files of a package that plug-ins share, if any of a plug-in's own files imports from it."""
+    return package_code(package) if any(imports(path, package) for _, path in own) else ()
 
 
 def _own_code(kind: registry.Kind, name: str) -> Iterator[tuple[str, Path]]:
     """A plug-in's own files, under names that do not depend on where the plug-in lies."""
-    files = registry.code_files(kind, name)
-    for relative, path in relative_to(registry.home(kind, name), files):
+    for relative, path in registry.code_files(kind, name):
         yield f"{kind}/{name}/{relative}", path
-
-
-def files_hash(paths: Sequence[Path]) -> str:
-    """Eight hex digits of the names and contents of files."""
-    total = hashlib.sha256()
-    for path in paths:
-        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
-    return total.hexdigest()[:8]
 
 
 @cache
@@ -303,4 +287,7 @@ def folder_hash(folder: Path) -> str:
     found = sorted(p for p in folder.iterdir() if p.suffix.lower() in (".npz", ".bvh"))
     if not found:
         raise BenchError(f"{folder} holds no .npz or .bvh file; give the folder with the predictions")
-    return files_hash(found)
+    total = hashlib.sha256()
+    for path in found:
+        total.update(path.name.encode() + b"\0" + path.read_bytes() + b"\0")
+    return total.hexdigest()[:8]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import overload
+from typing import Any
 from zipfile import BadZipFile
 
 import numpy as np
@@ -19,17 +19,18 @@ from retarget_bench.api import (
     Dataset,
     Method,
     Prediction,
+    RealDataset,
     TrainingClips,
     optional,
 )
 from retarget_bench.api.optional import method_card, takes_batches
 from retarget_bench.errors import BenchError, FileError, NotSupported
-from retarget_bench.files import atomic
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 from retarget_bench.plugins.post_processors import Composed
 from retarget_bench.plugins.prediction_check import EMPTY, Invalid, verified
+from retarget_bench.results.store import read_npz, write_npz
 
 
 @dataclass(frozen=True)
@@ -54,22 +55,21 @@ def predict(method: Method, case: Case, context: Context) -> Outcome:
     except Invalid as error:
         return Outcome("invalid", str(error))
     except (Exception, KeyboardInterrupt) as error:  # the method's own fault: it costs its row
-        return Outcome("failed", _one_line(error))
+        return Outcome("failed", one_line(error))
 
 
 def predict_all(method: Method, cases: Sequence[Case], contexts: Sequence[Context]) -> list[Outcome]:
     """Ask a method for several cases, at once if it can (``retarget_batch``).
 
     What it refuses is not part of the batch. Where the batch fails or an answer is not valid, all are
-    asked one by one, so that a fault costs its own row. An interrupt costs all of them: who asked is to
-    hear of it.
+    asked one by one, so that a fault costs its own row. An interrupt costs all of them.
     """
     pairs = list(zip(cases, contexts, strict=True))
     try:
         together = [number for number, case in enumerate(cases) if _takes(method, case)]
         answers = _at_once(method, [pairs[number] for number in together])
     except KeyboardInterrupt as error:
-        return [Outcome("failed", _one_line(error)) for _ in pairs]
+        return [Outcome("failed", one_line(error)) for _ in pairs]
     found = dict(zip(together, answers, strict=False))
     return [found.get(number) or predict(method, *pair) for number, pair in enumerate(pairs)]
 
@@ -108,10 +108,9 @@ def refusal(method: Method, case: Case) -> str | None:
     card = method_card(method)
     if kind not in card.accepts:
         return f"takes {' or '.join(card.accepts)} as source, but this source is known by {kind} only"
-    needs = card.needs
-    if "reference" in needs and case.reference is None:
+    if "reference" in card.needs and case.reference is None:
         return "needs the reference, and this case has none"
-    if "second_reference" in needs and case.alternative is None:
+    if "second_reference" in card.needs and case.alternative is None:
         return "needs a second right answer, and this data set knows of none"
     return method.supports(case.source.character, case.target)
 
@@ -131,7 +130,8 @@ def _single(values: np.ndarray) -> np.ndarray:
     return values.astype(np.float32).astype(np.float64)
 
 
-def _one_line(error: BaseException) -> str:
+def one_line(error: BaseException) -> str:
+    """An error of a plug-in, with the line that raised it."""
     where = traceback.extract_tb(error.__traceback__)[-1]
     text = " ".join(str(error).split()) or "no message"
     return f"{type(error).__name__}: {text[:300]} ({Path(where.filename).name}:{where.lineno})"
@@ -148,11 +148,7 @@ class ReferenceClips(Sequence[Prediction]):
     def __len__(self) -> int:
         return len(self._infos)
 
-    @overload
-    def __getitem__(self, index: int) -> Prediction: ...
-    @overload
-    def __getitem__(self, index: slice) -> ReferenceClips: ...
-    def __getitem__(self, index: int | slice) -> Prediction | ReferenceClips:
+    def __getitem__(self, index: Any) -> Any:
         if isinstance(index, slice):
             return ReferenceClips(self._load, self._infos[index])
         reference = self._load(self._infos[index]).reference
@@ -160,22 +156,19 @@ class ReferenceClips(Sequence[Prediction]):
             raise NotSupported("needs reference motions, and this data set has none")
         return reference.copy()
 
-    def __iter__(self) -> Iterator[Prediction]:
-        return (self[index] for index in range(len(self)))
-
 
 def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Context:
     """The context of a case, with only those privileged inputs that the method's card declares."""
-    card = method_card(method)
-    needs = card.needs
-    context = Context(seed=seed, ground=case.ground if isinstance(method, Composed) else None)
+    card, given = method_card(method), dict[str, Any](seed=seed)
+    if isinstance(method, Composed):
+        given["ground"] = case.ground
     if "training" in card.uses:
-        context = replace(context, training=_training(dataset))
-    if "reference" in needs:
-        context = replace(context, reference=case.reference and case.reference.copy())
-    if "second_reference" in needs:
-        context = replace(context, second_reference=case.alternative and case.alternative.copy())
-    if "other_clips" in needs or "target_motions" in needs:
+        given["training"] = _training(dataset)
+    if "reference" in card.needs:
+        given["reference"] = case.reference and case.reference.copy()
+    if "second_reference" in card.needs:
+        given["second_reference"] = case.alternative and case.alternative.copy()
+    if "other_clips" in card.needs or "target_motions" in card.needs:
         own = _clips_of_target(dataset, case.info, (case.info.split,))
         others = [info for info in own if info.clip != case.info.clip]
         if case.reference is None and (real := _real_clips(dataset, case)):
@@ -183,11 +176,9 @@ def context_for(method: Method, dataset: Dataset, case: Case, seed: int) -> Cont
         elif not others:
             anywhere = _clips_of_target(dataset, case.info, dataset.card.splits)
             others = [info for info in anywhere if info.clip != case.info.clip]
-        if "target_motions" in needs:
-            context = replace(context, target_motions=ReferenceClips(dataset.load, own))
-        if "other_clips" in needs:
-            context = replace(context, other_clips=ReferenceClips(dataset.load, others))
-    return context
+        clips = {"target_motions": own, "other_clips": others}
+        given |= {k: ReferenceClips(dataset.load, each) for k, each in clips.items() if k in card.needs}
+    return Context(**given)
 
 
 _CASTS: dict[int, tuple[Dataset, Mapping[str, Mapping[str, TrainingClips]] | None]] = {}
@@ -213,14 +204,10 @@ def _clips_of_target(dataset: Dataset, info: CaseInfo, splits: Sequence[str]) ->
 
 def _real_clips(dataset: Dataset, case: Case) -> list[CaseInfo]:
     """Likewise where cases have no references: the real motion that the data set has of the target."""
-    if not optional.offers_real(dataset):
+    if not isinstance(dataset, RealDataset):
         return []
-    found = [
-        info
-        for info in dataset.real(case.info.task, case.target.structure)
-        if info.target == case.info.target
-    ]
-    return sorted(found, key=lambda info: info.clip)
+    found = dataset.real(case.info.task, case.target.structure)
+    return sorted((info for info in found if info.target == case.info.target), key=lambda info: info.clip)
 
 
 # ------------------------------------------------------------------------------------------------ files
@@ -235,8 +222,7 @@ def write_prediction(path: Path, prediction: Prediction, key: str) -> None:
         data = {"rotations": prediction.rotations, "root": prediction.root}
     else:
         data = {"positions": prediction.positions}
-    with atomic(path) as temporary, temporary.open("wb") as file:
-        np.savez(file, **common, **{k: v.astype(np.float32) for k, v in data.items()})  # type: ignore[arg-type]
+    write_npz(path, common | {name: array.astype(np.float32) for name, array in data.items()})
 
 
 def stored_key(path: Path) -> str | None:
@@ -257,11 +243,7 @@ def read_prediction(path: Path, target: Character, fps: float) -> Prediction:
     """
     if path.suffix.lower() == ".bvh":
         return _from_bvh(path, target)
-    try:
-        with path.open("rb") as opened, np.load(opened) as file:
-            data = {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise FileError(path, f"is not a readable .npz file ({error})") from error
+    data = read_npz(path, "is not a readable .npz file")
     try:
         fps = float(data.get("fps", fps))
     except (TypeError, ValueError):

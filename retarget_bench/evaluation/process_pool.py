@@ -1,7 +1,6 @@
-"""Running many small jobs: a pool of local processes behind an interface that a cluster can serve too.
+"""A pool of local processes for many small jobs.
 
-A job is a module's function and a payload of plain data; neither objects nor closures travel, so that an
-executor may send jobs to another machine.
+A job is a module's function and a payload of plain data; neither objects nor closures travel.
 """
 
 import os
@@ -13,7 +12,7 @@ from dataclasses import dataclass
 from multiprocessing import get_context
 from multiprocessing.connection import Connection, wait
 from multiprocessing.context import SpawnProcess
-from typing import Any, Protocol
+from typing import Any
 
 THREAD_VARIABLES = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
 Function = Callable[[Any], Any]
@@ -29,12 +28,6 @@ class Done:
     error: str = ""
 
 
-class Executor(Protocol):
-    """Yields one Done per payload, in the order in which they finish."""
-
-    def run(self, function: Function, payloads: Sequence[Any]) -> Iterator[Done]: ...
-
-
 class LocalPool:
     """``workers`` spawned processes, one thread each. A worker that dies costs its job, not the run."""
 
@@ -42,6 +35,7 @@ class LocalPool:
         self.workers = max(1, workers)
 
     def run(self, function: Function, payloads: Sequence[Any]) -> Iterator[Done]:
+        """One Done per payload, in the order in which they finish."""
         crew = [_Worker(function) for _ in range(min(self.workers, len(payloads)))]
         waiting = iter(enumerate(payloads))
         try:

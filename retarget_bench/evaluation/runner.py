@@ -1,5 +1,6 @@
 """Carrying out a plan: which cases are missing, the jobs, the journal, and the finished files."""
 
+import shutil
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan, dataset, evaluation_units, set_metrics
-from retarget_bench.evaluation.process_pool import Executor, LocalPool
+from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.set_metrics import files as set_files
 from retarget_bench.evaluation.set_metrics.evaluate import SetJob, evaluate
 from retarget_bench.evaluation.worker import CaseJob, JobPart, Stop, work
@@ -18,7 +19,7 @@ Progress = Callable[[int, int], None]
 """Called with the number of cases done and of all that are to be asked."""
 
 
-def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> list[ResultPaths]:
+def run(plan: Plan, progress: Progress) -> list[ResultPaths]:
     """Compute what a plan lacks and return the paths of its results.
 
     Interrupted at any moment, it keeps what was finished; the next run goes on from there.
@@ -29,7 +30,7 @@ def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> lis
     done = {unit: _begun(unit) if keep else {} for unit in todo}
     jobs = _jobs(todo, done)
     by_paths = {unit.paths: unit for unit in todo}
-    pool = executor or LocalPool(plan.jobs)
+    pool = LocalPool(plan.jobs)
     for paths, entry in _answers(pool, jobs, progress):
         if keep:
             store.append_journal(paths, entry)
@@ -39,30 +40,25 @@ def run(plan: Plan, progress: Progress, executor: Executor | None = None) -> lis
     return [unit.paths for unit in wanted]
 
 
-def _finish(pool: Executor, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]) -> None:
+def _finish(pool: LocalPool, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]) -> None:
     """Values of sets, then rows, then the header, which says that all is there."""
     for unit in _with_sets(pool, done):
         listed = [done[unit][info.id] for info in unit.infos]
         case_metadata.write(unit.paths, unit.data, unit.infos)
         store.write_results(unit.paths, header_of(unit, listed), listed, unit.infos)
-        set_files.clear(unit.paths)
+        shutil.rmtree(set_files.waiting_folder(unit.paths), ignore_errors=True)
 
 
 def _with_sets(
-    pool: Executor, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]
+    pool: LocalPool, done: Mapping[EvaluationUnit, Mapping[str, CaseResult]]
 ) -> Iterator[EvaluationUnit]:
     """The units as the values of their sets are written; those without any first."""
     waiting = [unit for unit in done if set_metrics(unit.plan.metrics)]
     yield from (unit for unit in done if unit not in waiting)
-    jobs = [
-        SetJob(
-            unit.plan,
-            unit.dataset,
-            unit.paths,
-            tuple(info for info in unit.infos if done[unit][info.id].status == "ok"),
-        )
-        for unit in waiting
-    ]
+    jobs = []
+    for unit in waiting:
+        answered = tuple(info for info in unit.infos if done[unit][info.id].status == "ok")
+        jobs.append(SetJob(unit.plan, unit.dataset, unit.paths, answered))
     for answer in pool.run(evaluate, jobs):
         if answer.error:
             raise BenchError(
@@ -85,23 +81,20 @@ def _wanted_cases(unit: EvaluationUnit) -> list[str]:
     except FileError:
         return wanted
     counts = header.counts
-    if header.keys != unit.keys or counts.asked != len(wanted):
-        return wanted
-    if counts.missing:
-        return wanted
-    return wanted if redo == "failed" and counts.failed + counts.invalid else []
+    complete = header.keys == unit.keys and counts.asked == len(wanted) and not counts.missing
+    again = redo == "failed" and counts.failed + counts.invalid
+    return [] if complete and not again else wanted
 
 
 def _begun(unit: EvaluationUnit) -> dict[str, CaseResult]:
     """The entries that an interrupted run left, unless they are to be made anew."""
     found = store.open_journal(unit.paths, unit.keys, anew=unit.plan.redo != "missing")
-    kept = {case: entry for case, entry in found.items() if entry.status != "missing"}
-    if not set_metrics(unit.plan.metrics):
-        return kept
+    sets = bool(set_metrics(unit.plan.metrics))
     return {
         case: entry
-        for case, entry in kept.items()
-        if entry.status != "ok" or set_files.waits(unit.paths, case)
+        for case, entry in found.items()
+        if entry.status != "missing"
+        and (entry.status != "ok" or not sets or set_files.case_features(unit.paths, case).exists())
     }
 
 
@@ -125,7 +118,7 @@ def _jobs(
 
 
 def _answers(
-    pool: Executor, jobs: Sequence[CaseJob], progress: Progress
+    pool: LocalPool, jobs: Sequence[CaseJob], progress: Progress
 ) -> Iterator[tuple[ResultPaths, CaseResult]]:
     """Entries as they come. A job that killed its worker is tried again, one method and one case at a
     time, so that it costs the method and the case that did it and no other."""

@@ -39,13 +39,9 @@ def missing(value: Value, case: Case, prediction: Prediction) -> str:
     return next((need for need in value.needs if not has.get(need, False)), "")
 
 
-def _finite(metric: Metric, value_id: str, number: Any) -> float | dict[str, float]:
+def _finite(metric: Metric, value_id: str, number: Any) -> Any:
     if isinstance(number, Mapping):
-        return {str(k): _scalar(metric, value_id, v) for k, v in number.items()}
-    return _scalar(metric, value_id, number)
-
-
-def _scalar(metric: Metric, value_id: str, number: Any) -> float:
+        return {str(key): _finite(metric, value_id, each) for key, each in number.items()}
     number = float(number)
     if not math.isfinite(number):
         raise BenchError(
@@ -57,14 +53,12 @@ def _scalar(metric: Metric, value_id: str, number: Any) -> float:
 
 def declared_values(metrics: Iterable[Metric | SetMetric]) -> dict[str, Value]:
     """Value id -> its declaration. Raises BenchError where two metrics use the same id."""
-    values: dict[str, Value] = {}
-    owner: dict[str, str] = {}
+    found: dict[str, tuple[str, Value]] = {}
     for metric in metrics:
         for value in metric.card.values:
-            if value.id in values:
+            if value.id in found:
                 raise BenchError(
-                    f"metrics {owner[value.id]!r} and {metric.card.name!r} both declare {value.id!r}"
+                    f"metrics {found[value.id][0]!r} and {metric.card.name!r} both declare {value.id!r}"
                 )
-            values[value.id] = value
-            owner[value.id] = metric.card.name
-    return values
+            found[value.id] = metric.card.name, value
+    return {value_id: value for value_id, (_, value) in found.items()}

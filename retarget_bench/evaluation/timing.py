@@ -4,7 +4,6 @@ Times stand in files of their own, never in rows or keys: they differ from run t
 machine, and rows must not.
 """
 
-import csv
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from retarget_bench.evaluation.process_pool import LocalPool
 from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.files import write_csv
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.results.store import ResultPaths, case_seed
+from retarget_bench.results.store import ResultPaths, case_seed, read_csv
 
 CASES = 5
 REPEATS = 3
@@ -84,12 +83,11 @@ def time_method(job: TimingJob) -> list[tuple[str, int, float]]:
 
 def read(paths: ResultPaths) -> list[tuple[int, float]]:
     """(frames, seconds) of the timed cases; empty where none were timed."""
-    try:
-        with paths.timing.open(encoding="utf-8", newline="") as file:
-            return [(int(row["frames"]), float(row["seconds"])) for row in csv.DictReader(file)]
-    except FileNotFoundError:
+    if not paths.timing.exists():
         return []
-    except (OSError, ValueError, KeyError, TypeError) as error:
+    try:
+        return [(int(frames), float(seconds)) for _, frames, seconds in read_csv(paths.timing, FIELDS)]
+    except (FileError, ValueError) as error:
         raise FileError(paths.timing, f"cannot be read as times ({error}); delete it") from error
 
 

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from functools import cache, lru_cache
 from pathlib import Path
 
-from retarget_bench.api import Case, CaseInfo, Prediction
-from retarget_bench.api.optional import offers_real
+from retarget_bench.api import Case, CaseInfo, Prediction, RealDataset
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict as stage_one
 from retarget_bench.evaluation.plan import Plan, dataset, known_as, method, metrics, set_metrics
 from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
-from retarget_bench.evaluation.set_metrics.collect import collect
 from retarget_bench.files import write_text
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.prediction_check import Invalid, verified
@@ -63,14 +61,16 @@ def work(job: CaseJob) -> list[tuple[ResultPaths, CaseResult]] | Stop:
     """Predict and score: a result per method and case that it lacks."""
     plan = job.plan
     register_plugins(plan.plugin_files)
-    cases, lost = _loaded(job)
-    real = offers_real(dataset(job.dataset, plan.task))
-    found = [
-        (part.paths, CaseResult(case, "failed", lost[case]))
-        for part in job.parts
-        for case in part.keys
-        if case in lost
-    ]
+    real = isinstance(dataset(job.dataset, plan.task), RealDataset)
+    cases: dict[str, Case] = {}
+    found: list[tuple[ResultPaths, CaseResult]] = []
+    for each in job.cases:
+        try:
+            infos = _infos(job.dataset, plan.task, job.split)
+            cases[each] = dataset(job.dataset, plan.task).load(infos[each])
+        except BenchError as error:
+            lost = CaseResult(each, "failed", str(error))
+            found += [(part.paths, lost) for part in job.parts if each in part.keys]
     try:
         for part in job.parts:
             found += [
@@ -82,36 +82,21 @@ def work(job: CaseJob) -> list[tuple[ResultPaths, CaseResult]] | Stop:
     return found
 
 
-def _loaded(job: CaseJob) -> tuple[dict[str, Case], dict[str, str]]:
-    """The cases that can be loaded, and why the others cannot."""
-    cases: dict[str, Case] = {}
-    lost: dict[str, str] = {}
-    for each in job.cases:
-        try:
-            infos = _infos(job.dataset, job.plan.task, job.split)
-            cases[each] = dataset(job.dataset, job.plan.task).load(infos[each])
-        except BenchError as error:
-            lost[each] = str(error)
-    return cases, lost
-
-
 def _entry(plan: Plan, paths: ResultPaths, case: Case, outcome: Outcome, real: bool) -> CaseResult:
+    """The scored case; its features for metrics of sets wait in a file until the unit is complete.
+
+    Raises CannotStore.
+    """
     if outcome.prediction is None or plan.stage == "predict":
         return CaseResult(case.info.id, outcome.status, outcome.message)
     scored = stage_one.as_scored(outcome.prediction)
-    _keep_features(plan, paths, case, scored, real)
-    return CaseResult(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
-
-
-def _keep_features(plan: Plan, paths: ResultPaths, case: Case, scored: Prediction, real: bool) -> None:
-    """Store features of the case for the set metrics, computed once the unit is complete. Raises
-    CannotStore."""
     if asked := set_metrics(plan.metrics):
-        arrays = collect(asked, case, scored, real)
+        arrays = set_files.collect(asked, case, scored, real)
         try:
-            set_files.put(paths, case.info.id, arrays)
+            store.write_npz(set_files.case_features(paths, case.info.id), arrays)
         except FileError as error:
             raise CannotStore(str(error)) from error
+    return CaseResult(case.info.id, "ok", values=score(metrics(plan.metrics), case, scored))
 
 
 def _outcomes(job: CaseJob, part: JobPart, cases: Mapping[str, Case]) -> dict[str, Outcome]:

@@ -10,6 +10,7 @@ import numpy as np
 
 from retarget_bench import __version__
 from retarget_bench.api import CaseInfo, Dataset, Prediction
+from retarget_bench.exchange.dataset_export import standing
 from retarget_bench.files import atomic, slug, write_text
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character
@@ -42,20 +43,12 @@ def export(data: Dataset, name: str, infos: Sequence[CaseInfo], folder: Path) ->
                 sources[info.source, info.clip] = _source(folder, info, case.source)
             if info.target not in targets:
                 targets[info.target] = _target(folder, case.target)
-        names = {
-            "source_file": sources[info.source, info.clip]["file"],
-            "target_file": targets[info.target],
-        }
-        length = {key: sources[info.source, info.clip][key] for key in ("frames", "fps")}
+        source = sources[info.source, info.clip]
+        length = {"frames": source["frames"], "fps": source["fps"]}
+        names = {"source_file": source["file"], "target_file": targets[info.target]}
         cases.append({**asdict(info), **length, **names, "prediction": store.case_file(info.id)})
         yield done
-    write_text(
-        folder / MANIFEST, json.dumps(_manifest(data, name, cases), indent=1, ensure_ascii=False) + "\n"
-    )
-
-
-def _manifest(data: Dataset, name: str, cases: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    return {
+    manifest = {
         "schema": SCHEMA,
         "made_by": f"retarget-bench {__version__}",
         "dataset": name,
@@ -65,31 +58,26 @@ def _manifest(data: Dataset, name: str, cases: Sequence[dict[str, Any]]) -> dict
         "conventions": CONVENTIONS,
         "cases": cases,
     }
+    write_text(folder / MANIFEST, json.dumps(manifest, indent=1, ensure_ascii=False) + "\n")
 
 
 def _source(folder: Path, info: CaseInfo, source: Prediction) -> dict[str, Any]:
     """Write a source motion; its file without suffix, relative to the folder, and its length."""
     file = f"sources/{slug(f'{info.source}--{info.clip}')}"
     if isinstance(source, Motion):
-        _save(
-            folder / f"{file}.npz",
-            source.character,
-            rotations=source.rotations,
-            root=source.root,
-            fps=source.fps,
-        )
+        data = {"rotations": source.rotations, "root": source.root}
         bvh.write(folder / f"{file}.bvh", source)
     else:
-        _save(folder / f"{file}.npz", source.character, positions=source.positions, fps=source.fps)
+        data = {"positions": source.positions}
+    _save(folder / f"{file}.npz", source.character, **data, fps=source.fps)
     return {"file": file, "frames": source.frames, "fps": source.fps}
 
 
 def _target(folder: Path, target: Character) -> str:
     """Write a target's body, standing in the reference pose in its BVH file."""
     file = f"characters/{slug(target.name)}"
-    root = np.array([[0.0, target.measures.hip_height, 0.0]])
     _save(folder / f"{file}.npz", target, reference_pose=target.reference_pose, height=target.height)
-    bvh.write(folder / f"{file}.bvh", target.motion(target.reference_pose[None], root, fps=30.0))
+    bvh.write(folder / f"{file}.bvh", standing(target))
     return file
 
 

@@ -47,14 +47,14 @@ class _Folder:
         folder = cls(path, head)
         if path.exists() and not path.is_dir():
             raise BenchError(f"{path} is a file; name a folder")
-        if not path.exists() or not any(path.iterdir()):
-            folder._begin()
-        elif (path / JOURNAL).exists():
+        if (path / JOURNAL).exists():
             folder._take_up()
         elif (path / MANIFEST).exists():
             folder._look_through()
-        else:
+        elif path.exists() and any(path.iterdir()):
             raise BenchError(f"{path} is not empty and holds no export; name a new or empty folder")
+        lines = [f"{total} {size} {name}\n" for name, (total, size) in folder.done.items()]
+        write_text(path / JOURNAL, f"{head}\n{''.join(lines)}")
         return folder
 
     def _take_up(self) -> None:
@@ -66,12 +66,6 @@ class _Folder:
             file = self.path / name
             if file.is_file() and file.stat().st_size == int(size):
                 self.done[name] = (total, int(size))
-        self._begin()
-
-    def _begin(self) -> None:
-        """A journal of what is there, to be added to."""
-        lines = [f"{total} {size} {name}\n" for name, (total, size) in self.done.items()]
-        write_text(self.path / JOURNAL, f"{self.head}\n{''.join(lines)}")
 
     def _look_through(self) -> None:
         """Files of a finished export that are still what they were."""
@@ -87,7 +81,6 @@ class _Folder:
             file = self.path / name
             if file.is_file() and checksum(file) == known["sha256"]:
                 self.done[name] = (known["sha256"], known["bytes"])
-        self._begin()
 
     def _same(self, head: str) -> None:
         if head != self.head:
@@ -147,7 +140,10 @@ def export(data: Dataset, name: str, folder: Path) -> Iterator[tuple[int, int]]:
         yield count, total
     trained = []
     for count, (structure, character, clips, number) in enumerate(training, len(listed) + 1):
-        trained.append(_training_clip(target, structure, character, clips, number))
+        clip = clips.names[number]
+        file = f"training/{slug(structure)}/{slug(character)}/{slug(clip)}.bvh"
+        target.add(file, lambda path, clips=clips, number=number: _write(path, clips[number]))  # type: ignore[misc]
+        trained.append({"structure": structure, "character": character, "clip": clip, "file": file})
         yield count, total
     target.finish(
         {
@@ -171,19 +167,14 @@ def _characters(target: _Folder, data: Dataset) -> list[dict[str, Any]]:
     found = []
     for name, body in data.characters().items():
         file = f"characters/{slug(name)}.bvh"
-        target.add(file, lambda path, body=body: _write(path, _standing(body)))  # type: ignore[misc]
-        found.append(
-            {
-                "name": name,
-                "structure": body.structure,
-                "height": round(float(body.height), 6),
-                "file": file,
-            }
-        )
+        target.add(file, lambda path, body=body: _write(path, standing(body)))  # type: ignore[misc]
+        height = round(float(body.height), 6)
+        found.append({"name": name, "structure": body.structure, "height": height, "file": file})
     return found
 
 
-def _standing(body: Character) -> Motion:
+def standing(body: Character) -> Motion:
+    """A frame of the reference pose on the floor."""
     root = np.array([[0.0, body.measures.hip_height, 0.0]])
     return body.motion(body.reference_pose[None], root, fps=30.0)
 
@@ -199,14 +190,10 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
     }
     if not set(files.values()) <= set(target.done):
         case = data.load(info)
-        motions = {
-            "source_file": case.source,
-            "reference_file": case.reference,
-            "alternative_file": case.alternative,
-        }
-        for key, motion in motions.items():
+        for kind in ("source", "reference", "alternative"):
+            motion = getattr(case, kind)
             if motion is not None:
-                target.add(files[key], lambda path, motion=motion: _write(path, motion))  # type: ignore[misc]
+                target.add(files[f"{kind}_file"], lambda path, motion=motion: _write(path, motion))  # type: ignore[misc]
         if known := _labels(data, info, case.contacts):
             text = json.dumps(known) + "\n"
             target.add(files["labels_file"], lambda path: write_text(path, text))
@@ -215,15 +202,6 @@ def _case(target: _Folder, data: Dataset, part: str, info: CaseInfo) -> dict[str
     if isinstance(data, optional.OffersUnseen):
         row["not_in_training"] = sorted(data.unseen(info))
     return {"part": part, **row} if part else row
-
-
-def _training_clip(
-    target: _Folder, structure: str, character: str, clips: Any, number: int
-) -> dict[str, Any]:
-    name = clips.names[number]
-    file = f"training/{slug(structure)}/{slug(character)}/{slug(name)}.bvh"
-    target.add(file, lambda path: _write(path, clips[number]))
-    return {"structure": structure, "character": character, "clip": name, "file": file}
 
 
 def _labels(data: Dataset, info: CaseInfo, contacts: Any) -> dict[str, Any]:

@@ -12,7 +12,6 @@ from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder
 from retarget_bench.tables.groups import FPS
-from retarget_bench.tables.task_tables import COLUMNS
 
 
 def ranked(places: Iterable[ResultPaths]) -> dict[str, ResultHeader]:
@@ -84,7 +83,7 @@ def order(sections: Sequence[SplitSummary], main: Mapping[str, str]) -> list[str
 
 def main_value(found: ResultMatrix, task: str) -> str | None:
     """The first column of the tables of a split; None where no case has any of the usual ones."""
-    wanted = COLUMNS.get(task.split("-")[0], ())
+    wanted = builder.TASK_COLUMNS.get(task.split("-")[0], ())
     present = {value for value, _ in found.keys}
     columns = (builder.stand_in(key, present) for key in (*wanted, *builder.DEFAULT_COLUMNS) if key != FPS)
     return next((key for key in columns if key is not None), None)

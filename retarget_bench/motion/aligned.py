@@ -2,19 +2,23 @@
 
 In this form every body rests in the same T-pose with all joint frames along the world's axes, whatever its
 file's rest pose: local rotations mean the same on all bodies, and bones are what differs between them.
+
+Some methods learn what a skeleton is from a *neutral pose*, standing with the arms along the body (HuMoT,
+section 3.2, whose authors set one by hand for every data set). Roles and the reference pose give one for
+any body.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 
 import numpy as np
 
 from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import alignment, kinematics, rotation, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.roles import ancestors
+from retarget_bench.motion import kinematics, rotation, transfer
+from retarget_bench.motion.body import DOWN, PosedBody
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.roles import SIDES, ancestors
 from retarget_bench.motion.skeleton import Skeleton
 
 
@@ -38,16 +42,12 @@ class Aligned:
     @cached_property
     def skeleton(self) -> Skeleton:
         """The joints seen, with the bones of the reference pose as offsets; the hips are the root."""
-        full = self.character.skeleton
-        places, _ = kinematics.forward(full, self.character.reference_pose, np.zeros(3))
+        places = self.character.reference_places[list(self.joints)]
         parents = [self._parent(joint) for joint in self.joints]
-        offsets = np.stack(
-            [
-                places[joint] - places[self.joints[parent]] if parent >= 0 else np.zeros(3)
-                for joint, parent in zip(self.joints, parents, strict=True)
-            ]
-        )
-        return Skeleton(tuple(full.names[joint] for joint in self.joints), np.array(parents), offsets)
+        offsets = places - places[parents]
+        offsets[0] = 0.0
+        names = self.character.skeleton.names
+        return Skeleton(tuple(names[joint] for joint in self.joints), np.array(parents), offsets)
 
     @property
     def offsets(self) -> np.ndarray:
@@ -61,7 +61,7 @@ class Aligned:
     def see(self, motion: Motion) -> tuple[np.ndarray, np.ndarray]:
         """Local rotations ``(frames, joints, 4)`` of the joints in this form, signs continuous along time,
         and ``(frames, 3)`` metres where the hips are."""
-        turned = alignment.relative(motion)[:, list(self.joints)]
+        turned = transfer.relative(motion)[:, list(self.joints)]
         local = rotation.normalise(kinematics.local_from_global(self.skeleton, turned))
         return rotation.continuous(local), transfer.hips(motion)
 
@@ -73,8 +73,7 @@ class Aligned:
         """
         _, seen = kinematics.forward(self.skeleton, rotations, np.zeros((len(rotations), 3)))
         parents = self.character.skeleton.parents.tolist()
-        turned = np.zeros((len(rotations), len(parents), 4))
-        turned[..., 0] = 1.0
+        turned = rotation.identity(len(rotations), len(parents))
         above = set(ancestors(self.character.skeleton, self.joints[0]))
         for joint, parent in enumerate(parents):
             if joint in above:
@@ -83,7 +82,7 @@ class Aligned:
                 turned[:, joint] = seen[:, self._rank[joint]]
             elif parent >= 0:
                 turned[:, joint] = turned[:, parent]
-        local = alignment.from_relative(self.character, turned)
+        local = transfer.from_relative(self.character, turned)
         return self.character.motion(local, transfer.root_from_hips(self.character, local, hips), fps)
 
     @cached_property
@@ -94,10 +93,39 @@ class Aligned:
         """The index in ``joints`` of the nearest one above; -1 for the hips."""
         if joint == self.joints[0]:
             return -1
-        seen: Sequence[int] = [
-            above for above in ancestors(self.character.skeleton, joint) if above in self._rank
-        ]
-        if not seen:
-            name = self.character.skeleton.names[joint]
-            raise SkeletonError(f"{self.character.name}: joint {name!r} does not hang below the hips")
-        return self._rank[seen[0]]
+        for above in ancestors(self.character.skeleton, joint):
+            if above in self._rank:
+                return self._rank[above]
+        name = self.character.skeleton.names[joint]
+        raise SkeletonError(f"{self.character.name}: joint {name!r} does not hang below the hips")
+
+
+def neutral_pose(character: Character) -> np.ndarray:
+    """``(joints, 4)`` local rotations: the reference pose with both arms hanging straight down.
+
+    Hands and what has no role keep to their parents. On four legs it is the reference pose.
+    """
+    pose = np.array(character.reference_pose)
+    if character.four_legged:
+        return pose
+    body = PosedBody(character.skeleton, character.roles)
+    for side in SIDES:
+        joints = body.joints(*(f"{side}_{part}" for part in ("arm", "forearm", "hand")))
+        for joint, child in pairwise(joints):
+            body.swing(pose, joint, child, DOWN)
+    return pose
+
+
+def template(character: Character) -> np.ndarray:
+    """``(joints, 3)`` metres: the neutral pose with the hips at the origin, Y up, facing +Z, left is +X.
+
+    Of a part of a body, the whole body's at its joints. Raises SkeletonError where there are no hips.
+    """
+    if character.whole is not None:
+        names = character.whole.skeleton.names
+        return template(character.whole)[[names.index(name) for name in character.skeleton.names]]
+    hips = character.joint_of.get("hips", -1)
+    if hips < 0:
+        raise SkeletonError(f"no joint of {character.name} is known as hips; name it in a roles file")
+    places = kinematics.forward(character.skeleton, neutral_pose(character), np.zeros(3))[0]
+    return np.asarray(places - places[hips])

@@ -71,7 +71,7 @@ class PosedBody:
 
     @cached_property
     def rests_in_a_pose(self) -> bool:
-        """Whether a living body could rest like this: legs away from the trunk (across it on four legs)."""
+        """True where a living body could rest like this: legs away from the trunk (on four: across it)."""
         pairs = [pair for side in SIDES if len(pair := self.joints(f"{side}_up_leg", f"{side}_foot")) == 2]
         if not pairs or self.trunk is None:
             return True
@@ -85,7 +85,7 @@ class PosedBody:
 
     @cached_property
     def along_axes(self) -> bool:
-        """Whether nearly all bones of the limbs lie along a coordinate axis of their joint."""
+        """True where nearly all bones of the limbs lie along a coordinate axis of their joint."""
         bones = []
         for limb in LIMB_ROLES.values():
             joints = self.joints(*limb)
@@ -95,7 +95,7 @@ class PosedBody:
 
     @cached_property
     def frame(self) -> np.ndarray | None:
-        """``(4,)`` what turns the hips from their rest into the reference pose, told from the rest pose.
+        """``(4,)`` the turn of the hips from their rest into the reference pose, by the rest pose.
 
         Snapped to whole quarter turns where it is near to them. None without legs (or arms) and a trunk,
         or if these are parallel.
@@ -170,15 +170,10 @@ def _basis(first: np.ndarray, second: np.ndarray) -> np.ndarray:
 
 
 def snapped(turned: np.ndarray, within: float = SNAP) -> np.ndarray:
-    """The nearest orientation made of quarter turns if it is that near, else ``turned`` itself."""
-    nearest = quarter_turn(turned)
-    return nearest if rotation.angle(nearest, turned) <= within else turned
-
-
-def quarter_turn(turned: np.ndarray) -> np.ndarray:
-    """``(4,)`` the nearest orientation made of quarter turns."""
+    """``(4,)`` the nearest orientation made of quarter turns if it is that near, else ``turned`` itself."""
     apart = rotation.angle(quarter_turns(), np.asarray(turned)[None])
-    return np.array(quarter_turns()[int(np.argmin(apart))])
+    nearest = int(np.argmin(apart))
+    return np.array(quarter_turns()[nearest]) if apart[nearest] <= within else turned
 
 
 @lru_cache(maxsize=1)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 
@@ -69,10 +70,9 @@ class Character:
     ) -> Character:
         """A character with whatever is not given found from its skeleton.
 
-        roles:  found from joint names when None (``roles.find``).
-        sample: ``(frames, joints, 4)`` local rotations of any motion of this body. They tell how bones
-                are twisted where the rest pose alone cannot (every bone along one axis), and about which
-                axes elbows bend.
+        roles:  by joint names when None (``roles.find``).
+        sample: ``(frames, joints, 4)`` local rotations of any motion of this body. They show how bones are
+                twisted where the rest pose does not (all along one axis), and how elbows bend.
         """
         found = tuple(roles) if roles is not None else find_roles(skeleton)
         pose = reference_pose(skeleton, found, sample)
@@ -96,8 +96,7 @@ class Character:
         return [self.joint_of[role] for role in roles if role in self.joint_of]
 
     def hinge(self, role: str) -> np.ndarray | None:
-        """``(3,)`` the axis in the reference pose of a turn that folds the limb which begins with the joint
-        of this role; None for joints that begin no limb."""
+        """``(3,)`` the axis, in the reference pose, of a turn that folds the limb from this role on."""
         return self.hinges.get(role, hinges.HINGES.get(role))
 
     @cached_property
@@ -117,10 +116,15 @@ class Character:
         return frozen(turned, np.float64)
 
     @cached_property
-    def four_legged(self) -> bool:
-        """Whether the body stands on four legs in its reference pose; fore legs have the roles of arms."""
+    def reference_places(self) -> np.ndarray:
+        """``(joints, 3)`` metres: the reference pose with its root at the origin."""
         places = kinematics.forward(self.skeleton, self.reference_pose, np.zeros(3))[0]
-        return stands_on_four(places, self.roles)
+        return frozen(places, np.float64)
+
+    @cached_property
+    def four_legged(self) -> bool:
+        """True where the reference pose stands on four legs; fore legs have the roles of arms."""
+        return stands_on_four(self.reference_places, self.roles)
 
     def motion(self, rotations: np.ndarray, root: np.ndarray, fps: float) -> Motion:
         """A motion of this character: local rotations ``(frames, joints, 4)``, root ``(frames, 3)``."""
@@ -131,8 +135,62 @@ class Character:
         return Positions(self, positions, fps)
 
 
+class _Frames:
+    """Frames of a character at a rate: ``Motion`` and ``Positions``."""
+
+    character: Character
+    fps: float
+    arrays: ClassVar[tuple[str, ...]]
+    """The fields with a row for every frame."""
+
+    def _check(self, **shapes: tuple[int, ...]) -> None:
+        """Make the arrays double precision; raises SkeletonError where fps or a shape is wrong."""
+        _check_fps(self.fps)
+        for name, shape in shapes.items():
+            array = np.asarray(getattr(self, name), dtype=np.float64)
+            object.__setattr__(self, name, array)
+            if array.shape != (wanted := (*getattr(self, self.arrays[0]).shape[:1], *shape)):
+                raise SkeletonError(
+                    f"{self.character.name} has {len(self.skeleton)} joints: {name} must be {wanted}, "
+                    f"got {array.shape}"
+                )
+
+    @property
+    def skeleton(self) -> Skeleton:
+        return self.character.skeleton
+
+    @property
+    def frames(self) -> int:
+        return len(getattr(self, self.arrays[0]))
+
+    def copy(self) -> Self:
+        """The same motion with arrays of its own."""
+        return self._changed(np.array)
+
+    def at(self, frames: slice | np.ndarray) -> Self:
+        """The chosen frames, at the same rate."""
+        return self._changed(lambda values: values[frames])
+
+    def resample(self, fps: float) -> Self:
+        """The same motion at another rate: slerp for rotations, linear for places.
+
+        An integer ratio keeps every n-th frame untouched; the first frame always stays.
+        """
+        if (step := _whole_step(self.fps, fps)) is not None:
+            return self._changed(lambda values: values[::step], fps)
+        return self.between(*_grid(self.frames, self.fps, fps), fps)
+
+    def between(self, low: np.ndarray, share: np.ndarray, fps: float) -> Self:
+        """Frames at ``share`` ``(n,)`` of the way from the frames ``low`` ``(n,)`` to the next ones."""
+        return self._changed(lambda values: interpolated(values, low, share, values.shape[2:] == (4,)), fps)
+
+    def _changed(self, change: Callable[[np.ndarray], np.ndarray], fps: float | None = None) -> Self:
+        arrays = {name: change(getattr(self, name)) for name in self.arrays}
+        return cast(Self, replace(cast(Any, self), **arrays, fps=self.fps if fps is None else fps))
+
+
 @dataclass(frozen=True, eq=False)
-class Motion:
+class Motion(_Frames):
     """A motion of a character, as rotations.
 
     rotations: ``(frames, joints, 4)`` local unit quaternions, w first.
@@ -146,32 +204,10 @@ class Motion:
     rotations: np.ndarray
     root: np.ndarray
     fps: float
+    arrays = ("rotations", "root")
 
     def __post_init__(self) -> None:
-        rotations = np.asarray(self.rotations, dtype=np.float64)
-        root = np.asarray(self.root, dtype=np.float64)
-        object.__setattr__(self, "rotations", rotations)
-        object.__setattr__(self, "root", root)
-        joints = len(self.character.skeleton)
-        if rotations.ndim != 3 or rotations.shape[1:] != (joints, 4):
-            raise SkeletonError(
-                f"{self.character.name} has {joints} joints: rotations must be "
-                f"(frames, {joints}, 4), got {rotations.shape}"
-            )
-        if root.shape != (rotations.shape[0], 3):
-            raise SkeletonError(
-                f"{rotations.shape[0]} frames of rotations need a root of "
-                f"({rotations.shape[0]}, 3), got {root.shape}"
-            )
-        _check_fps(self.fps)
-
-    @property
-    def skeleton(self) -> Skeleton:
-        return self.character.skeleton
-
-    @property
-    def frames(self) -> int:
-        return self.rotations.shape[0]
+        self._check(rotations=(len(self.skeleton), 4), root=(3,))
 
     @cached_property
     def _world(self) -> tuple[np.ndarray, np.ndarray]:
@@ -187,34 +223,9 @@ class Motion:
         """``(frames, joints, 4)`` world orientations of the joints; computed once."""
         return self._world[1]
 
-    def copy(self) -> Motion:
-        """The same motion with arrays of its own."""
-        return replace(self, rotations=np.array(self.rotations), root=np.array(self.root))
-
-    def at(self, frames: slice | np.ndarray) -> Motion:
-        """The chosen frames, at the same rate."""
-        return replace(self, rotations=self.rotations[frames], root=self.root[frames])
-
-    def resample(self, fps: float) -> Motion:
-        """The same motion at another rate: slerp for rotations, linear for the root.
-
-        An integer ratio keeps every n-th frame untouched; the first frame always stays.
-        """
-        if (frames := _whole_step(self.fps, fps)) is not None:
-            return replace(self, rotations=self.rotations[::frames], root=self.root[::frames], fps=fps)
-        low, share = _grid(self.frames, self.fps, fps)
-        high = np.minimum(low + 1, self.frames - 1)
-        turned = rotation.slerp(
-            self.rotations[low],
-            self.rotations[high],
-            share[:, None],  # share: (frames', 1)
-        )
-        root = self.root[low] + share[:, None] * (self.root[high] - self.root[low])
-        return Motion(self.character, turned, root, fps)
-
 
 @dataclass(frozen=True, eq=False)
-class Positions:
+class Positions(_Frames):
     """A motion known by joint positions only.
 
     positions: ``(frames, joints, 3)`` metres in the world (Y up), joints in skeleton order.
@@ -223,47 +234,35 @@ class Positions:
     character: Character
     positions: np.ndarray
     fps: float
+    arrays = ("positions",)
 
     def __post_init__(self) -> None:
-        positions = np.asarray(self.positions, dtype=np.float64)
-        object.__setattr__(self, "positions", positions)
-        joints = len(self.character.skeleton)
-        if positions.ndim != 3 or positions.shape[1:] != (joints, 3):
-            raise SkeletonError(
-                f"{self.character.name} has {joints} joints: positions must be "
-                f"(frames, {joints}, 3), got {positions.shape}"
-            )
-        _check_fps(self.fps)
-
-    @property
-    def skeleton(self) -> Skeleton:
-        return self.character.skeleton
-
-    @property
-    def frames(self) -> int:
-        return self.positions.shape[0]
+        self._check(positions=(len(self.skeleton), 3))
 
     @property
     def root(self) -> np.ndarray:
         """``(frames, 3)`` metres: the root joint."""
         return self.positions[:, 0]
 
-    def copy(self) -> Positions:
-        """The same motion with an array of its own."""
-        return replace(self, positions=np.array(self.positions))
 
-    def at(self, frames: slice | np.ndarray) -> Positions:
-        """The chosen frames, at the same rate."""
-        return replace(self, positions=self.positions[frames])
+Prediction = Motion | Positions
+"""An answer of a method, or a source."""
 
-    def resample(self, fps: float) -> Positions:
-        """The same motion at another rate, linear in every coordinate."""
-        if (frames := _whole_step(self.fps, fps)) is not None:
-            return replace(self, positions=self.positions[::frames], fps=fps)
-        low, share = _grid(self.frames, self.fps, fps)
-        high = np.minimum(low + 1, self.frames - 1)
-        first, second = self.positions[low], self.positions[high]
-        return replace(self, positions=first + share[:, None, None] * (second - first), fps=fps)
+
+def interpolated(
+    values: np.ndarray, low: np.ndarray, share: np.ndarray, turning: bool = False
+) -> np.ndarray:
+    """Values ``(frames, ...)`` at ``share`` ``(n,)`` of the way from the frames ``low`` ``(n,)`` to the
+    next
+    ones: quaternions ``(frames, joints, 4)`` with ``turning`` by slerp, all else linear."""
+    if not share.any():
+        return values[low]
+    high = np.minimum(low + 1, len(values) - 1)
+    if turning:
+        return rotation.slerp(values[low], values[high], share[:, None])
+    way = share.reshape(-1, *[1] * (values.ndim - 1))
+    found: np.ndarray = values[low] + way * (values[high] - values[low])
+    return found
 
 
 def resampled_frames(frames: int, fps: float, wanted: float) -> int:
@@ -294,7 +293,3 @@ def _grid(frames: int, fps: float, wanted: float) -> tuple[np.ndarray, np.ndarra
     at = np.arange(length) * (fps / wanted)
     low = np.minimum(np.floor(at + 1e-9).astype(int), frames - 1)
     return low, np.clip(at - low, 0.0, 1.0)
-
-
-Prediction = Motion | Positions
-"""An answer of a method, or a source."""

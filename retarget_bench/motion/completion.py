@@ -9,8 +9,7 @@ import numpy as np
 
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.motion import facing, transfer
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.character import Character, Motion, Positions, Prediction
 
 CLIPS = 240
 """The most clips that poses are taken from."""
@@ -29,63 +28,54 @@ Cast = Mapping[str, Mapping[str, MotionClips]]
 
 
 def poses(cast: Cast | None, target: Character, most: int) -> np.ndarray:
-    """``(poses, joints, 3)`` metres: what the target does when it copies the training motion, evenly over
-    clips and time, at most so many; hips (or root) at the origin, facing +Z.
+    """``(poses, joints, 3)`` metres: the target copying the training motion, evenly over clips and time,
+    at most so many; hips (or root) at the origin, facing +Z.
 
     Rotations are copied from bodies of the target's structure, or where there is none from all that stand
     on as many legs, so that bones are the target's own. Raises NotSupported where there is no such motion.
     """
-    chosen = _spread(_usable(cast or {}, target), CLIPS)
-    if not chosen:
+    usable = _usable(cast or {}, target)
+    if not usable:
         raise NotSupported(
             f"there is no motion to train on that {target.name} ({target.structure}) could copy"
         )
+    chosen = [usable[index] for index in _evenly(len(usable), CLIPS).tolist()]
     share = max(1, most // len(chosen))
+    hips = target.joint_of.get("hips", 0)
     found = []
     for clips, number in chosen:
-        try:
+        with suppress(Unusable):
             motion = clips[number]
-        except Unusable:
-            continue
-        frames = np.unique(np.linspace(0, motion.frames - 1, min(share, motion.frames)).round().astype(int))
-        carried = transfer.carry(motion.at(frames), target, RULE).positions
-        found.append(_seen(carried, target))
+            places = transfer.carry(motion.at(_evenly(motion.frames, share)), target, RULE).positions
+            turn = facing.facing(places, target)[:, None]
+            found.append(facing.seen(places - places[:, [hips]], turn))
     if not found:
         raise NotSupported(f"no clip that {target.name} could copy can be used")
     return np.concatenate(found)
 
 
-def _seen(places: np.ndarray, body: Character) -> np.ndarray:
-    hips = body.joint_of.get("hips", 0)
-    return facing.seen(places - places[:, [hips]], facing.facing(places, body)[:, None])
+def _evenly(count: int, most: int) -> np.ndarray:
+    """Indices from 0 to before ``count``, at most so many, at even distances."""
+    return np.unique(np.linspace(0, count - 1, min(most, count)).round().astype(int))
 
 
 def _usable(cast: Cast, target: Character) -> list[tuple[MotionClips, int]]:
     """Clips by their number: of the target's structure, else of bodies on as many legs."""
     own = {target.structure: cast[target.structure]} if cast.get(target.structure) else cast
     found = []
-    for mine in own.values():
-        for clips in mine.values():
-            if (body := _body(clips)) is not None and _fits(body, target):
-                found += [(clips, number) for number in range(len(clips))]
+    for clips in (clips for mine in own.values() for clips in mine.values()):
+        body = _body(clips)
+        if body and body.four_legged == target.four_legged and transfer.reason(body, target) is None:
+            found += [(clips, number) for number in range(len(clips))]
     return found
 
 
 def _body(clips: MotionClips) -> Character | None:
-    """Of the first clip that can be used."""
+    """The character of the first clip that can be used."""
     for number in range(len(clips)):
         with suppress(Unusable):
             return clips[number].character
     return None
-
-
-def _fits(source: Character, target: Character) -> bool:
-    return source.four_legged == target.four_legged and transfer.reason(source, target) is None
-
-
-def _spread(found: Sequence[tuple[MotionClips, int]], most: int) -> list[tuple[MotionClips, int]]:
-    at = np.unique(np.linspace(0, len(found) - 1, min(most, len(found))).round().astype(int))
-    return [found[index] for index in at.tolist()]
 
 
 FITS = 64
@@ -98,22 +88,16 @@ class Known:
     """Poses seen from the joints that are given: their mean place is the origin, and they are turned about
     the vertical axis as the typical pose is, as well as that can be told.
 
-    given, missing: joint numbers.
+    missing: joint numbers.
     typical: ``(given, 3)`` the mean pose.
     seen:    ``(poses, given, 3)`` the given joints.
     wanted:  ``(poses, missing, 3)`` the missing ones.
     """
 
-    given: np.ndarray
     missing: np.ndarray
     typical: np.ndarray
     seen: np.ndarray
     wanted: np.ndarray
-
-    def look(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Given joints ``(frames, given, 3)`` of the world, seen so; the origin ``(frames, 1, 3)`` and the
-        direction ``(frames, 1)`` they are seen from."""
-        return _look(places, self.typical)
 
 
 Fitted = Callable[[np.ndarray], np.ndarray]
@@ -126,11 +110,13 @@ def known(found: np.ndarray, given: Sequence[int]) -> Known:
     at = np.array(given)
     rest = np.setdiff1d(np.arange(found.shape[1]), at)
     typical = (found[:, at] - found[:, at].mean(axis=1, keepdims=True)).mean(axis=0)
-    seen, origin, turn = _look(found[:, at], typical)
-    return Known(at, rest, typical, seen, facing.seen(found[:, rest] - origin, turn))
+    seen, origin, turn = look(found[:, at], typical)
+    return Known(rest, typical, seen, facing.seen(found[:, rest] - origin, turn))
 
 
-def _look(places: np.ndarray, typical: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+def look(places: np.ndarray, typical: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Given joints ``(frames, given, 3)`` as a ``Known`` has them; the origin ``(frames, 1, 3)``
+    and the direction ``(frames, 1)`` they are seen from."""
     origin = places.mean(axis=1, keepdims=True)
     level = [each[..., 2] + 1j * each[..., 0] for each in (places - origin, typical)]
     turn = (level[0] * level[1].conj()).sum(axis=1, keepdims=True)  # the best fit of one angle
@@ -139,8 +125,15 @@ def _look(places: np.ndarray, typical: np.ndarray) -> tuple[np.ndarray, np.ndarr
     return facing.seen(places - origin, turn), origin, turn
 
 
+class HasTraining(Protocol):
+    """The part of a method's context that is needed here."""
+
+    @property
+    def training(self) -> Cast | None: ...
+
+
 class Completer:
-    """Answers of a method that makes up joints: those given stay, the others come from a fit.
+    """A method that makes up joints of the same body: those given stay, the others come from a fit.
 
     fit:  made for every body and set of joints, and kept.
     most: poses that it is made from.
@@ -152,18 +145,23 @@ class Completer:
         self._poses: dict[bytes, np.ndarray] = {}
         self._fits: dict[tuple[bytes, tuple[int, ...]], tuple[Known, Fitted]] = {}
 
-    def complete(self, source: Positions, target: Character, cast: Cast | None) -> Positions:
-        """The target's joints; the source is the target with joints left out (see ``reason``).
+    def supports(self, source: Character, target: Character) -> str | None:
+        """None, or why the source is not the target with joints left out, as a sentence."""
+        unknown = [name for name in source.skeleton.names if name not in target.skeleton.names]
+        if not unknown and source.measures == target.measures:
+            return None
+        why = f"has no joint {unknown[0]!r}" if unknown else "has other proportions"
+        return f"makes up joints of the same body that are not given, and {target.name} {why}"
 
-        Raises NotSupported where there is no motion to learn from.
-        """
+    def retarget(self, source: Prediction, target: Character, *, context: HasTraining) -> Positions:
+        """The target's joints. Raises NotSupported where there is no motion to learn from."""
         given = tuple(target.skeleton.index(name) for name in source.skeleton.names)
         places = np.empty((source.frames, len(target.skeleton), 3))
         places[:, given] = source.positions
         if len(given) < len(target.skeleton):
-            seen_from, fitted = self._fitted(target, given, cast)
-            seen, origin, turn = seen_from.look(source.positions)
-            places[:, seen_from.missing] = facing.placed(fitted(seen), turn) + origin
+            known, fitted = self._fitted(target, given, context.training)
+            seen, origin, turn = look(source.positions, known.typical)
+            places[:, known.missing] = facing.placed(fitted(seen), turn) + origin
         return target.positions(places, source.fps)
 
     def _fitted(self, target: Character, given: tuple[int, ...], cast: Cast | None) -> tuple[Known, Fitted]:
@@ -178,12 +176,3 @@ class Completer:
             seen = known(self._poses[body], given)
             self._fits[body, given] = seen, self._fit(seen)
         return self._fits[body, given]
-
-
-def reason(source: Character, target: Character) -> str | None:
-    """None, or why the source is not the target with joints left out, as a sentence."""
-    unknown = [name for name in source.skeleton.names if name not in target.skeleton.names]
-    if not unknown and source.measures == target.measures:
-        return None
-    why = f"has no joint {unknown[0]!r}" if unknown else "has other proportions"
-    return f"makes up joints of the same body that are not given, and {target.name} {why}"

@@ -12,15 +12,15 @@ from pathlib import Path
 import numpy as np
 
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import bvh, kinematics, roles, rotation
-from retarget_bench.motion.body import UP, PosedBody
+from retarget_bench.motion import bvh, kinematics, rotation
+from retarget_bench.motion.body import FORWARD, UP, PosedBody
 from retarget_bench.motion.bvh import Recording
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.findings import Findings, Reading
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.motion.findings import Findings
 from retarget_bench.motion.measures import measure
-from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.reference_pose import BONE_TOLERANCE
-from retarget_bench.motion.roles import is_quadruped
+from retarget_bench.motion.roles import ESSENTIAL, HANDS, explain, is_quadruped, load_overrides
+from retarget_bench.motion.roles import find as find_roles
 from retarget_bench.motion.skeleton import Skeleton
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.0254 / 0.45}
@@ -75,35 +75,45 @@ def load(
     roles that do not fit.
     """
     path = Path(path)
-    told_up, told_scale = _axis(up), _scale(unit)
+    scale = _scale(unit)
+    if up != "auto" and up not in UP_AXES:
+        raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
     recording = bvh.read(path, root=root)
-    found = _roles(recording.skeleton, roles)
-    axis, sure = (told_up, 1.0) if told_up else _up_axis(recording, found)
+    overrides = load_overrides(roles) if isinstance(roles, str | Path) else roles
+    found = find_roles(recording.skeleton, overrides)
+    axis, sure = _up_axis(recording, found) if up == "auto" else (up, 1.0)
     upright = _upright(recording, axis)
     sample = upright.rotations[:: 1 + (len(upright.rotations) - 1) // _SAMPLE]
     body = Character.of(name or path.stem, upright.skeleton, roles=found, sample=sample)
     guesses = _units(body.height, is_quadruped(body.skeleton, found))
-    chosen = (unit, told_scale) if told_scale else (guesses[0], UNITS[guesses[0]])
-    reading = Reading(
+    chosen = (unit, scale) if scale else (guesses[0], UNITS[guesses[0]])
+    others = [(each, body.height * UNITS[each]) for each in guesses if each != chosen[0]]
+    motion = _scaled(body, upright, chosen[1])
+    skeleton = motion.skeleton
+    moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
+    lengths = zip(skeleton.names[1:], skeleton.bone_lengths[1:], strict=True)
+    findings = Findings(
+        path=path,
         unit=chosen,
-        unit_told=told_scale is not None,
-        other_units=tuple((each, body.height * UNITS[each]) for each in guesses if each != chosen[0]),
+        unit_told=scale is not None,
+        other_unit=others[0] if others else None,
         up=axis,
         up_sure=sure,
-        up_told=told_up is not None,
+        up_told=up != "auto",
         notes=recording.notes,
+        joints=tuple(zip(skeleton.names, explain(skeleton, found), strict=True)),
+        missing=tuple(role for role in ESSENTIAL if role not in found),
+        quadruped=is_quadruped(skeleton, found),
+        height=motion.character.height,
+        rest_pose=rest_pose(skeleton, found),
+        facing=_facing(motion),
+        fps=motion.fps,
+        frames=motion.frames,
+        floor=_floor(motion),
+        zero_bones=tuple(joint for joint, length in lengths if length < 1e-9),
+        still=not moves,
     )
-    motion = _scaled(body, upright, chosen[1])
-    findings = _findings(path, motion, reading)
     return Imported(motion if fps is None else motion.resample(fps), findings)
-
-
-# --------------------------------------------------------------------------------------------- options
-def _axis(up: str) -> str | None:
-    """The up axis that was asked for, None for auto."""
-    if up != "auto" and up not in UP_AXES:
-        raise NotSupported(f"up={up!r} is not known; it is auto, {', '.join(UP_AXES)}")
-    return None if up == "auto" else up
 
 
 def _scale(unit: str) -> float | None:
@@ -119,13 +129,6 @@ def _scale(unit: str) -> float | None:
             f"unit={unit!r} is not known; it is auto, {', '.join(UNITS)}, or metres per unit such as 0.01"
         )
     return metres
-
-
-def _roles(
-    skeleton: Skeleton, asked: Mapping[str, str | None] | str | Path | None
-) -> tuple[str | None, ...]:
-    overrides = roles.load_overrides(asked) if isinstance(asked, str | Path) else asked
-    return roles.find(skeleton, overrides)
 
 
 # ------------------------------------------------------------------------------------------------ unit
@@ -146,7 +149,7 @@ def _scaled(body: Character, recording: Recording, scale: float) -> Motion:
         replace(site, offset=(site.offset[0] * scale, site.offset[1] * scale, site.offset[2] * scale))
         for site in body.skeleton.end_sites
     )
-    skeleton = Skeleton(body.skeleton.names, body.skeleton.parents, body.skeleton.offsets * scale, sites)
+    skeleton = replace(body.skeleton, offsets=body.skeleton.offsets * scale, end_sites=sites)
     character = replace(
         body, skeleton=skeleton, measures=measure(skeleton, body.roles, body.reference_pose)
     )
@@ -161,7 +164,7 @@ def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, fl
     lies or crawls all the time says little; then the rest pose decides if it is one that a body can take.
     """
     body = PosedBody(recording.skeleton, found)
-    lower = body.joints("left_foot", "right_foot", *(roles.HANDS if body.quadruped else ()))
+    lower = body.joints("left_foot", "right_foot", *(HANDS if body.quadruped else ()))
     upper = [body.hips, body.trunk_end] if body.quadruped else body.joints("head") or [body.trunk_end]
     if not lower or set(upper) <= {body.hips}:
         return "y", 0.0
@@ -172,13 +175,10 @@ def _up_axis(recording: Recording, found: Sequence[str | None]) -> tuple[str, fl
     best = moving
     if np.abs(moving).max() < 0.5 and body.rests_in_a_pose:
         best = moving + resting
-    likely = {axis: _USUAL[axis] * float(sign * best["xyz".index(axis[-1])]) for axis, sign in _signs()}
+    signs = {axis: -1.0 if axis.startswith("-") else 1.0 for axis in UP_AXES}
+    likely = {axis: _USUAL[axis] * float(signs[axis] * best["xyz".index(axis[-1])]) for axis in UP_AXES}
     axis = max(likely, key=likely.__getitem__)
     return axis, float(np.clip(likely[axis], 0.0, 1.0))
-
-
-def _signs() -> list[tuple[str, float]]:
-    return [(axis, -1.0 if axis.startswith("-") else 1.0) for axis in UP_AXES]
 
 
 def _standing_along(places: np.ndarray, lower: list[int], upper: list[int]) -> np.ndarray:
@@ -194,9 +194,7 @@ def _upright(recording: Recording, up: str) -> Recording:
     turn = rotation.from_rotation_vector(np.array(UP_AXES[up]))
     offsets = np.array(recording.skeleton.offsets)
     offsets[0] = rotation.rotate(turn, offsets[0])
-    skeleton = Skeleton(
-        recording.skeleton.names, recording.skeleton.parents, offsets, recording.skeleton.end_sites
-    )
+    skeleton = replace(recording.skeleton, offsets=offsets)
     turned = np.array(recording.rotations)
     turned[:, 0] = rotation.multiply(turn[None], turned[:, 0])
     place = rotation.rotate(turn[None], recording.root)
@@ -204,32 +202,6 @@ def _upright(recording: Recording, up: str) -> Recording:
 
 
 # -------------------------------------------------------------------------------------------- findings
-def _findings(path: Path, motion: Motion, reading: Reading) -> Findings:
-    character = motion.character
-    skeleton = character.skeleton
-    moves = np.any(motion.rotations != motion.rotations[:1]) or np.any(motion.root != motion.root[:1])
-    explained = roles.explain(skeleton, character.roles)
-    return Findings(
-        path=path,
-        reading=reading,
-        joints=tuple(zip(skeleton.names, explained, strict=True)),
-        missing=tuple(roles.missing(character.roles)),
-        quadruped=is_quadruped(skeleton, character.roles),
-        height=character.height,
-        rest_pose=rest_pose(skeleton, character.roles),
-        facing=_facing(motion),
-        fps=motion.fps,
-        frames=motion.frames,
-        floor=_floor(motion),
-        zero_bones=tuple(
-            name
-            for name, length in zip(skeleton.names[1:], skeleton.bone_lengths[1:], strict=True)
-            if length < 1e-9
-        ),
-        still=not moves,
-    )
-
-
 def rest_pose(skeleton: Skeleton, found: Sequence[str | None]) -> str:
     """The kind of rest pose, in words."""
     body = PosedBody(skeleton, found)
@@ -262,23 +234,19 @@ def _facing(motion: Motion) -> float | None:
     hips = character.joint_of["hips"]
     away = rotation.conjugate(character.reference_globals[hips])
     turned = rotation.multiply(motion.at(slice(0, 1)).global_rotations[0, hips], away)
-    forward = rotation.rotate(turned, np.array([0.0, 0.0, 1.0]))
+    forward = rotation.rotate(turned, FORWARD)
     return math.degrees(math.atan2(float(forward[0]), float(forward[2])))
 
 
 def _floor(motion: Motion) -> float:
     """Metres: median over time of the lowest joint or tip of the feet above y = 0."""
     skeleton = motion.skeleton
-    feet = [j for j, role in enumerate(motion.character.roles) if role is not None and _is_foot(role)]
-    if not feet:
-        feet = list(range(len(skeleton)))
+    ends = ("_foot", "_toe", "_toe_end")
+    feet = [joint for role, joint in motion.character.joint_of.items() if role.endswith(ends)]
+    feet = feet or list(range(len(skeleton)))
     seen = motion.at(np.unique(np.linspace(0, motion.frames - 1, _SAMPLE).astype(int)))
     lowest = seen.positions[:, feet, 1].min(axis=1)
     for site in (site for site in skeleton.end_sites if site.parent in feet):
         tip = rotation.rotate(seen.global_rotations[:, site.parent], np.array([site.offset]))
         lowest = np.minimum(lowest, seen.positions[:, site.parent, 1] + tip[:, 1])
     return float(np.median(lowest))
-
-
-def _is_foot(role: str) -> bool:
-    return role.endswith(("_foot", "_toe", "_toe_end"))

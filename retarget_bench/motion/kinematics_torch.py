@@ -33,9 +33,7 @@ _SIGN = (1, -1, -1, -1, 1, 1, 1, -1, 1, -1, 1, 1, 1, 1, -1, 1)
 
 @dataclass(frozen=True, eq=False)
 class Tree:
-    """Whose child every joint is: of one skeleton, or of a padded batch of several.
-
-    Build it with ``Tree.of`` or ``Tree.batch``, move it with ``to``.
+    """Parents of the joints of one skeleton (``Tree.of``), or of a padded batch of several (``batch``).
 
     mask: ``(joints,)``, or ``(sequences, joints)`` for a batch, bool: False at padding.
 
@@ -218,11 +216,8 @@ def _product_into(out: Tensor, a: Tensor, b: Tensor, axis: int) -> Tensor:
 
 
 def _along(matrix: Tensor, values: Tensor) -> Tensor:
-    """Sums of values ``(rows, 3, s, f)`` over ancestors or descendants.
-
-    Reduced precision of matrix products (TF32, autocast) would round metres to three digits: where it
-    may be on, the product is taken in double precision, which both leave alone.
-    """
+    """Sums of values ``(rows, 3, s, f)`` over ancestors; in double precision where TF32 or autocast might
+    round metres to three digits."""
     kind = values.dtype
     plain = values.device.type == "cpu" and not torch.is_autocast_enabled("cpu")
     exact = values if plain else values.double()
@@ -230,16 +225,11 @@ def _along(matrix: Tensor, values: Tensor) -> Tensor:
     return (matrix.to(exact.dtype) @ batched).view(values.shape).to(kind)
 
 
-# ------------------------------------------------------------------------------------------ components
-Parts = Sequence[Tensor]
 _CYCLES = ((0, 1, 2), (1, 2, 0), (2, 0, 1))
 
 
-def _turn(q: Parts, v: Parts) -> list[Tensor]:
-    """Vectors v turned by unit quaternions q = (w, u): v + 2 u x (w v + u x v).
-
-    The inverse turn is that by (-w, u).
-    """
+def _turn(q: Sequence[Tensor], v: Sequence[Tensor]) -> list[Tensor]:
+    """Vectors v turned by unit quaternions q = (w, u): v + 2 u x (w v + u x v)."""
     w, u = q[0], q[1:]
     inner = [
         torch.addcmul(torch.addcmul(w * v[i], u[j], v[k]), u[k], v[j], value=-1) for i, j, k in _CYCLES

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from retarget_bench.motion import kinematics, rotation
-from retarget_bench.motion.roles import SIDES, ancestors
+from retarget_bench.motion.roles import SIDES, bones
 from retarget_bench.motion.skeleton import Skeleton
 
 
@@ -47,16 +47,20 @@ class Measures:
 def measure(skeleton: Skeleton, roles: Sequence[str | None], reference_pose: np.ndarray) -> Measures:
     """The sizes of a body.
 
-    reference_pose: ``(joints, 4)`` local rotations of the common reference pose (``alignment.py``).
+    reference_pose: ``(joints, 4)`` local rotations of the common reference pose.
     A skeleton without the roles is measured along its longest chains instead.
     """
     joint = {role: index for index, role in enumerate(roles) if role is not None}
-    hips, head, foot = joint.get("hips", 0), _first(joint, "head_top", "head"), _last_of_leg(joint)
+    hips, head = joint.get("hips", 0), _first(joint, "head_top", "head")
+    foot = _first(joint, *(f"{side}_{part}" for side in SIDES for part in ("toe_end", "toe", "foot")))
     if foot is None and head is None:
         foot = max(range(len(skeleton)), key=lambda j: bones(skeleton, j, 0))
     places, turned = kinematics.forward(skeleton, reference_pose, np.zeros(3))
-    tips = tip_places(skeleton, places, turned)
+    tips = _tips(skeleton, places, turned)
     heights = np.concatenate([places[:, 1], tips[:, 1]])
+    feet = {joint[role] for role in joint if role.endswith(("_foot", "_toe", "_toe_end"))}
+    lowest = [places[j, 1] for j in feet]
+    lowest += [tip[1] for site, tip in zip(skeleton.end_sites, tips, strict=True) if site.parent in feet]
     upper = [joint[f"{side}_up_leg"] for side in SIDES if f"{side}_up_leg" in joint]
     return Measures(
         height=bones(skeleton, foot, hips) + bones(skeleton, head, hips),
@@ -66,27 +70,17 @@ def measure(skeleton: Skeleton, roles: Sequence[str | None], reference_pose: np.
         h4=float(np.ptp(heights)),
         leg_length=_both(skeleton, joint, "foot", "up_leg"),
         arm_length=_both(skeleton, joint, "hand", "arm"),
-        hip_height=_above_feet(skeleton, joint, hips, places, tips),
+        hip_height=float(places[hips, 1] - min(lowest)) if lowest else 0.0,
         hip_width=float(np.linalg.norm(places[upper[0]] - places[upper[1]])) if len(upper) == 2 else 0.0,
         root_offset=float(skeleton.offsets[0, 1]),
     )
 
 
-def bones(skeleton: Skeleton, joint: int | None, top: int | None) -> float:
-    """Metres of bones from ``joint`` up to ``top``; 0 where either is missing or not above."""
-    if joint is None or top is None:
-        return 0.0
-    line = ancestors(skeleton, joint, itself=True)
-    return float(skeleton.bone_lengths[line[: line.index(top)]].sum()) if top in line else 0.0
-
-
-def tip_places(skeleton: Skeleton, places: np.ndarray, turned: np.ndarray) -> np.ndarray:
+def _tips(skeleton: Skeleton, places: np.ndarray, turned: np.ndarray) -> np.ndarray:
     """``(end sites, 3)`` metres: the tips of the last bones, given the places ``(joints, 3)`` and world
     orientations ``(joints, 4)`` of the joints."""
-    if not skeleton.end_sites:
-        return np.zeros((0, 3))
-    parents = [site.parent for site in skeleton.end_sites]
-    offsets = np.array([site.offset for site in skeleton.end_sites])
+    parents = np.array([site.parent for site in skeleton.end_sites], dtype=int)
+    offsets = np.array([site.offset for site in skeleton.end_sites]).reshape(-1, 3)
     return np.asarray(places[parents] + rotation.rotate(turned[parents], offsets))
 
 
@@ -94,24 +88,8 @@ def _first(joint: dict[str, int], *roles: str) -> int | None:
     return next((joint[role] for role in roles if role in joint), None)
 
 
-def _last_of_leg(joint: dict[str, int]) -> int | None:
-    """The left leg's last joint; the right one's where there is no left leg."""
-    names = ("toe_end", "toe", "foot")
-    return _first(joint, *(f"{side}_{part}" for side in SIDES for part in names))
-
-
 def _both(skeleton: Skeleton, joint: dict[str, int], end: str, start: str) -> float:
     """Bone length of a limb, mean over the sides that have it."""
     lengths = [bones(skeleton, joint.get(f"{side}_{end}"), joint.get(f"{side}_{start}")) for side in SIDES]
     found = [length for length in lengths if length > 0]
     return float(np.mean(found)) if found else 0.0
-
-
-def _above_feet(
-    skeleton: Skeleton, joint: dict[str, int], hips: int, places: np.ndarray, tips: np.ndarray
-) -> float:
-    """Hips above the lowest foot, toe or tip of these."""
-    feet = {joint[role] for role in joint if role.endswith(("_foot", "_toe", "_toe_end"))}
-    lowest = [places[j, 1] for j in feet]
-    lowest += [tip[1] for site, tip in zip(skeleton.end_sites, tips, strict=True) if site.parent in feet]
-    return float(places[hips, 1] - min(lowest)) if lowest else 0.0

@@ -1,11 +1,8 @@
 """Other rates than the 30 frames per second of learned methods: there, up to a clip's end, and back."""
 
-from dataclasses import replace
-
 import numpy as np
 
-from retarget_bench.motion import rotation
-from retarget_bench.motion.motion import Motion, Positions, Prediction
+from retarget_bench.motion.character import Motion, Prediction
 
 FPS = 30.0
 ROUNDED = 1e-3 * (1 + 1e-6)
@@ -19,11 +16,14 @@ def at_thirty(source: Prediction) -> Prediction:
 
 def at(source: Prediction, frames: int, fps: float) -> Prediction:
     """So many frames of a source at another rate: slerp for rotations, linear for places."""
-    low, share = between(frames, fps, source.fps, source.frames)
-    if isinstance(source, Positions):
-        return replace(source, positions=straight(source.positions, low, share), fps=fps)
-    turns, root = turned(source.rotations, low, share), straight(source.root, low, share)
-    return Motion(source.character, turns, root, fps)
+    return source.between(*between(frames, fps, source.fps, source.frames), fps)
+
+
+def back(motion: Motion, source: Prediction) -> Motion:
+    """A motion at 30 frames per second with the source's rate and number of frames."""
+    if source.fps == FPS and motion.frames == source.frames:
+        return motion
+    return motion.between(*between(source.frames, source.fps, FPS, motion.frames), source.fps)
 
 
 def covering(frames: int, fps: float) -> int:
@@ -40,36 +40,9 @@ def between(frames: int, fps: float, of: float, known: int) -> tuple[np.ndarray,
     return low, np.where(share > 1e-9, share, 0.0)
 
 
-def straight(values: np.ndarray, low: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Values ``(known, ...)`` at frames that ``between`` found, linear in between."""
-    if not share.any():
-        return values[low]
-    high = np.minimum(low + 1, len(values) - 1)
-    way = share.reshape(-1, *[1] * (values.ndim - 1))
-    found: np.ndarray = values[low] + way * (values[high] - values[low])
-    return found
-
-
-def turned(rotations: np.ndarray, low: np.ndarray, share: np.ndarray) -> np.ndarray:
-    """Quaternions ``(known, joints, 4)`` at frames that ``between`` found, by slerp in between."""
-    if not share.any():
-        return rotations[low]
-    high = np.minimum(low + 1, len(rotations) - 1)
-    return rotation.slerp(rotations[low], rotations[high], share[:, None])
-
-
 def _ratio(a: float, b: float) -> float:
     """a / b, or the whole ratio that it is close to."""
     for ratio in (a / b, b / a):
         if abs(ratio - round(ratio)) <= ROUNDED * round(ratio):
             return float(round(ratio)) if ratio == a / b else 1.0 / round(ratio)
     return a / b
-
-
-def back(motion: Motion, source: Prediction) -> Motion:
-    """A motion at 30 frames per second with the source's rate and number of frames."""
-    if source.fps == FPS and motion.frames == source.frames:
-        return motion
-    low, share = between(source.frames, source.fps, FPS, motion.frames)
-    turns, root = turned(motion.rotations, low, share), straight(motion.root, low, share)
-    return motion.character.motion(turns, root, source.fps)

@@ -15,49 +15,22 @@ LIMBS: dict[str, tuple[str, ...]] = {
 """The chain of roles of each limb, from the body outwards."""
 
 LIMB_STEMS: dict[str, tuple[str, ...]] = {
-    "clavicle": ("shoulder",),
-    "collar": ("shoulder",),
-    "collarbone": ("shoulder",),
-    "scapula": ("shoulder",),
-    "shoulder": ("shoulder", "arm"),
-    "arm": ("arm",),
-    "uparm": ("arm",),
-    "upperarm": ("arm",),
-    "armupper": ("arm",),
-    "humerus": ("arm",),
-    "forearm": ("forearm",),
-    "loarm": ("forearm",),
-    "lowerarm": ("forearm",),
-    "armlower": ("forearm",),
-    "elbow": ("forearm",),
-    "radius": ("forearm",),
-    "wrist": ("hand",),
-    "hand": ("hand",),
-    "palm": ("hand",),
-    "upleg": ("up_leg",),
-    "upperleg": ("up_leg",),
-    "legupper": ("up_leg",),
-    "thigh": ("up_leg",),
-    "femur": ("up_leg",),
-    "hip": ("up_leg",),
-    "leg": ("leg", "up_leg"),
-    "loleg": ("leg",),
-    "lowerleg": ("leg",),
-    "leglower": ("leg",),
-    "calf": ("leg",),
-    "shin": ("leg",),
-    "tibia": ("leg",),
-    "knee": ("leg",),
-    "ankle": ("foot",),
-    "foot": ("foot", "toe"),
-    "toe": ("toe",),
-    "toes": ("toe",),
-    "toebase": ("toe",),
-    "ball": ("toe",),
-    "toeend": ("toe_end",),
-    "toesend": ("toe_end",),
-    "toebaseend": ("toe_end",),
-    "toenub": ("toe_end",),
+    stem: tuple(roles.split())
+    for roles, stems in (
+        ("shoulder", "clavicle collar collarbone scapula"),
+        ("shoulder arm", "shoulder"),
+        ("arm", "arm uparm upperarm armupper humerus"),
+        ("forearm", "forearm loarm lowerarm armlower elbow radius"),
+        ("hand", "wrist hand palm"),
+        ("up_leg", "upleg upperleg legupper thigh femur hip"),
+        ("leg up_leg", "leg"),
+        ("leg", "loleg lowerleg leglower calf shin tibia knee"),
+        ("foot", "ankle"),
+        ("foot toe", "foot"),
+        ("toe", "toe toes toebase ball"),
+        ("toe_end", "toeend toesend toebaseend toenub"),
+    )
+    for stem in stems.split()
 }
 """Stems of joints that have a side -> roles without the side, best meaning first."""
 
@@ -68,22 +41,15 @@ def _words(text: str) -> frozenset[str]:
 
 SPINE_STEMS = _words("spine chest upperchest lowerback upperback midback back waist thorax torso abdomen")
 NECK_STEMS = _words("neck lowerneck upperneck necktwist")
-HEAD_STEMS = _words("head")
 HEAD_TOP_STEMS = _words("headtop headtopend headend headnub topofhead")
-TAIL_STEMS = _words("tail")
 HIPS_STEMS = _words("hips hip pelvis root boneroot cog")
-FINGERS = {
-    "thumb": "thumb",
-    "index": "index",
-    "middle": "middle",
+NUMBERED_FINGERS = ("thumb", "index", "middle", "ring", "pinky")
+"""The fingers finger1 to finger5."""
+FINGERS = {name: name for name in NUMBERED_FINGERS} | {
     "mid": "middle",
-    "ring": "ring",
-    "pinky": "pinky",
     "pinkie": "pinky",
     "little": "pinky",
 }
-NUMBERED_FINGERS = ("thumb", "index", "middle", "ring", "pinky")
-"""The fingers finger1 to finger5."""
 
 HELPER_WORDS = _words(
     "helper twist share split roll dummy joint pelvis metacarpal metatarsal base fingers ik pole"
@@ -101,8 +67,7 @@ _PREFIX = re.compile(
     r"^(?:.*:|cc_base_|mixamorig\d*_?|bip\d*[ _]?|rl_|b_(?=[lr]_|[a-z]{3})|def-|bind_)", re.I
 )
 _WORD = re.compile(r"[A-Z]+(?=[A-Z][a-z])|[A-Z]?[a-z]+|[A-Z]+|\d+")
-_LEFT = frozenset(("left", "l", "lft"))
-_RIGHT = frozenset(("right", "r", "rgt"))
+_SIDES = {"left": "left", "l": "left", "lft": "left", "right": "right", "r": "right", "rgt": "right"}
 
 
 @dataclass(frozen=True)
@@ -113,10 +78,6 @@ class Name:
     stem: str
     numbers: tuple[int, ...] = ()
     words: tuple[str, ...] = ()
-
-    @property
-    def number(self) -> int | None:
-        return self.numbers[-1] if self.numbers else None
 
 
 def read(name: str) -> Name:
@@ -129,12 +90,12 @@ def read(name: str) -> Name:
     numbers = tuple(int(word) for word in words if word.isdigit())
     side = ""
     for word in (letters[:1], letters[-1:]):
-        if not side and len(letters) > 1 and word and (found := _side(word[0])):
+        if not side and len(letters) > 1 and word and (found := _SIDES.get(word[0])):
             side = found
             letters.remove(word[0])
     stem = "".join(letters)
-    if not side and len(letters) == 1 and stem[:1] in "lr" and knows_limb(stem[1:]):
-        side, stem = ("left" if stem[0] == "l" else "right"), stem[1:]
+    if not side and len(letters) == 1 and stem[:1] in "lr" and _is_limb(stem[1:]):
+        side, stem = _SIDES[stem[0]], stem[1:]
     return Name(side, stem, numbers, tuple(letters))
 
 
@@ -144,14 +105,10 @@ def strip_prefix(name: str) -> str:
     return bare or name
 
 
-def knows_limb(stem: str) -> bool:
+def _is_limb(stem: str) -> bool:
     return stem in LIMB_STEMS or finger_of(stem) is not None or stem in ("hipjoint", "fingers")
 
 
 def finger_of(stem: str) -> str | None:
     """The finger that a stem names: ``handthumb`` -> thumb."""
     return FINGERS.get(stem.removeprefix("hand"))
-
-
-def _side(word: str) -> str:
-    return "left" if word in _LEFT else "right" if word in _RIGHT else ""

@@ -1,47 +1,29 @@
 """Roles of joints: from joint names to anatomy.
 
-A role is a word such as ``hips``, ``spine_2``, ``left_forearm`` or ``right_toe``. Names decide, through
-the table of ``role_aliases.py``, and the tree checks: the joints of a limb must hang below each other in
-anatomical order, and the hips are the joint that carries both the legs and the spine, whatever they are
-called. Joints between two bones of the body (``Pelvis``, ``LHipJoint``, ``Spine1_split``, twist bones),
-props, hair and the face have no role: they follow their parent.
-
-A user who knows better writes a small TOML file of ``"joint name" = "role"`` (``"none"`` for no role),
-which wins over everything found here.
+A role is a word such as ``hips``, ``spine_2`` or ``left_forearm``. Names decide, by the table of
+``role_aliases.py``, and the tree checks: the joints of a limb must hang below each other in anatomical
+order, and the hips are the joint that carries both the legs and the spine, whatever they are called.
+Helpers between two bones (``Pelvis``, ``Spine1_split``), props, hair and the face have no role: they follow
+their parent. A TOML file of ``"joint name" = "role"`` (``"none"`` for no role) overrides all of this.
 """
 
 import difflib
 import re
 import tomllib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping, Sequence, Set
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 
 from retarget_bench.errors import FileError, SkeletonError
-from retarget_bench.motion.role_aliases import (
-    EXTRA_WORDS,
-    HEAD_STEMS,
-    HEAD_TOP_STEMS,
-    HELPER_WORDS,
-    HIPS_STEMS,
-    LIMB_STEMS,
-    LIMBS,
-    NECK_STEMS,
-    NUMBERED_FINGERS,
-    SPINE_STEMS,
-    TAIL_STEMS,
-    Name,
-    finger_of,
-    read,
-)
+from retarget_bench.motion import role_aliases as aliases
+from retarget_bench.motion.role_aliases import LIMBS, NUMBERED_FINGERS, Name
 from retarget_bench.motion.skeleton import Skeleton
 
 Roles = tuple[str | None, ...]
 
 SIDES = ("left", "right")
-FEET = ("left_foot", "left_toe", "right_foot", "right_toe")
 HANDS = ("left_hand", "right_hand")
 END_EFFECTORS = ("head", "left_hand", "right_hand", "left_foot", "left_toe", "right_foot", "right_toe")
 ESSENTIAL = (
@@ -63,7 +45,7 @@ _PLAIN = frozenset(("hips", "neck", "head", "head_top")).union(*LIMB_ROLES.value
 
 
 def is_role(word: str) -> bool:
-    """Whether this is a role at all."""
+    """True for a role's name."""
     return word in _PLAIN or _NUMBERED.match(word) is not None
 
 
@@ -72,12 +54,12 @@ def is_finger(role: str | None) -> bool:
 
 
 def is_tip(role: str | None) -> bool:
-    """Whether a role is the end of a last bone, which some files write as a joint."""
+    """True for the end of a last bone, which some files write as a joint."""
     return role is not None and (role == "head_top" or role.endswith("_end"))
 
 
 def is_body(role: str | None) -> bool:
-    """Whether the joint is part of the body: it has a role and is not a finger's."""
+    """True for roles of the body, fingers left out."""
     return role is not None and not is_finger(role)
 
 
@@ -115,7 +97,7 @@ def find(skeleton: Skeleton, overrides: Mapping[str, str | None] | None = None) 
     Raises SkeletonError when an override names no joint or no role, or gives one role twice.
     """
     forced = _checked(skeleton, overrides or {})
-    names = [read(name) for name in skeleton.names]
+    names = [aliases.read(name) for name in skeleton.names]
     free = [joint not in forced for joint in range(len(names))]
     roles: dict[int, str] = {joint: role for joint, role in forced.items() if role is not None}
     taken = set(roles.values())
@@ -127,7 +109,8 @@ def find(skeleton: Skeleton, overrides: Mapping[str, str | None] | None = None) 
                 taken.add(role)
 
     give(_limbs(skeleton, names, free))
-    give(_head(names, free))
+    heads = [j for j, name in enumerate(names) if free[j] and not name.side and name.stem == "head"]
+    give(dict.fromkeys(heads[:1], "head"))
     by_role = {role: joint for joint, role in roles.items()}
     if (hips := by_role.get("hips", _hips(skeleton, names, by_role))) is not None:
         give({hips: "hips"})
@@ -144,14 +127,16 @@ def _checked(skeleton: Skeleton, overrides: Mapping[str, str | None]) -> dict[in
             near = difflib.get_close_matches(name, skeleton.names, 3) or list(skeleton.names)
             raise SkeletonError(f"role override: there is no joint {name!r}; near it: {', '.join(near)}")
         if role is not None and not is_role(role):
-            near = difflib.get_close_matches(role, sorted(_PLAIN), 3) or sorted(_PLAIN)
-            raise SkeletonError(
-                f"role override of {name!r}: {role!r} is no role; near it: {', '.join(near)}"
-            )
+            raise SkeletonError(f"role override of {name!r}: {_no_role(role)}")
         if role is not None and role in out.values():
             raise SkeletonError(f"role override: {role!r} is given to two joints")
         out[skeleton.index(name)] = role
     return out
+
+
+def _no_role(word: str) -> str:
+    near = difflib.get_close_matches(word, sorted(_PLAIN), 3) or sorted(_PLAIN)
+    return f"{word!r} is no role; near it: {', '.join(near)}"
 
 
 def _limbs(skeleton: Skeleton, names: Sequence[Name], free: Sequence[bool]) -> dict[int, str]:
@@ -162,7 +147,7 @@ def _limbs(skeleton: Skeleton, names: Sequence[Name], free: Sequence[bool]) -> d
             options: dict[int, dict[int, float]] = {}
             for joint, name in enumerate(names):
                 if free[joint] and name.side == side:
-                    meanings = [part for part in LIMB_STEMS.get(name.stem, ()) if part in parts]
+                    meanings = [part for part in aliases.LIMB_STEMS.get(name.stem, ()) if part in parts]
                     if meanings:
                         options[joint] = {parts.index(m): 1.0 - 0.1 * k for k, m in enumerate(meanings)}
             run = _best_run(skeleton, options)
@@ -185,19 +170,13 @@ def _best_run(skeleton: Skeleton, options: Mapping[int, Mapping[int, float]]) ->
     return max(best.values(), key=lambda each: each[0], default=(0.0, []))[1]
 
 
-def _head(names: Sequence[Name], free: Sequence[bool]) -> dict[int, str]:
-    heads = [j for j, name in enumerate(names) if free[j] and not name.side and name.stem in HEAD_STEMS]
-    return {heads[0]: "head"} if heads else {}
-
-
 def _hips(skeleton: Skeleton, names: Sequence[Name], by_role: Mapping[str, int]) -> int | None:
     """The joint that carries both the legs and the upper body; by name where there are no limbs."""
     legs = [by_role[r] for r in ("left_up_leg", "right_up_leg") if r in by_role]
     upper = [by_role[r] for r in ("head", "left_arm", "right_arm") if r in by_role]
     if legs and upper:
         return common_ancestor(skeleton, legs + upper)
-    named = [joint for joint, name in enumerate(names) if not name.side and name.stem in HIPS_STEMS]
-    return named[0] if named else None
+    return next(iter(_unsided(names, range(len(names)), aliases.HIPS_STEMS)), None)
 
 
 def _trunk(
@@ -208,27 +187,22 @@ def _trunk(
     roles: Mapping[int, str],
 ) -> dict[int, str]:
     """Spine and neck on the way from the hips to the head, and the tail."""
-    top = by_role.get("head")
-    if top is None:
-        arms = [by_role[r] for r in ("left_shoulder", "left_arm", "right_arm") if r in by_role]
-        line = list(ancestors(skeleton, common_ancestor(skeleton, arms) or 0, itself=True)) if arms else []
+    if (top := by_role.get("head")) is not None:
+        line = ancestors(skeleton, top)
     else:
-        line = list(ancestors(skeleton, top))
+        arms = [by_role[r] for r in ("left_shoulder", "left_arm", "right_arm") if r in by_role]
+        line = ancestors(skeleton, common_ancestor(skeleton, arms) or 0, itself=True) if arms else []
     line = [joint for joint in reversed(line) if joint > hips and joint not in roles]
-    spine = [joint for joint in line if _is_trunk(names[joint], SPINE_STEMS)]
-    neck = [joint for joint in line if _is_trunk(names[joint], NECK_STEMS)]
-    tail = [
-        joint
-        for joint, name in enumerate(names)
-        if not name.side and name.stem in TAIL_STEMS and hips in ancestors(skeleton, joint)
-    ]
-    out = {joint: f"spine_{k}" for k, joint in enumerate(spine, 1)}
+    neck = _unsided(names, line, aliases.NECK_STEMS)
+    tail = [j for j in _unsided(names, range(len(names)), {"tail"}) if hips in ancestors(skeleton, j)]
+    out = {joint: f"spine_{k}" for k, joint in enumerate(_unsided(names, line, aliases.SPINE_STEMS), 1)}
     out |= {joint: f"neck_{k}" if len(neck) > 1 else "neck" for k, joint in enumerate(neck, 1)}
     return out | {joint: f"tail_{k}" for k, joint in enumerate(tail, 1)}
 
 
-def _is_trunk(name: Name, stems: frozenset[str]) -> bool:
-    return not name.side and name.stem in stems
+def _unsided(names: Sequence[Name], joints: Sequence[int], stems: Set[str]) -> list[int]:
+    """Those of ``joints`` whose names have no side and one of these stems."""
+    return [joint for joint in joints if not names[joint].side and names[joint].stem in stems]
 
 
 def _ends(skeleton: Skeleton, names: Sequence[Name], by_role: Mapping[str, int]) -> dict[int, str]:
@@ -236,14 +210,14 @@ def _ends(skeleton: Skeleton, names: Sequence[Name], by_role: Mapping[str, int])
     out: dict[int, str] = {}
     for joint, name in enumerate(names):
         above = set(ancestors(skeleton, joint))
-        if name.stem in HEAD_TOP_STEMS and by_role.get("head") in above:
+        if name.stem in aliases.HEAD_TOP_STEMS and by_role.get("head") in above:
             out.setdefault(joint, "head_top")
         if by_role.get(f"{name.side}_hand") in above:
-            finger, number = finger_of(name.stem), name.number
+            finger = aliases.finger_of(name.stem)
             if name.stem == "finger" and len(name.numbers) == 2 and 1 <= name.numbers[0] <= 5:
                 finger = NUMBERED_FINGERS[name.numbers[0] - 1]
             if finger is not None:
-                out[joint] = f"{name.side}_{finger}_{number or 1}"
+                out[joint] = f"{name.side}_{finger}_{(name.numbers or (1,))[-1] or 1}"
     return out
 
 
@@ -256,6 +230,14 @@ def ancestors(skeleton: Skeleton, joint: int, *, itself: bool = False) -> list[i
     return line
 
 
+def bones(skeleton: Skeleton, joint: int | None, top: int | None) -> float:
+    """Metres of bones from ``joint`` up to ``top``; 0 where either is missing or not above."""
+    if joint is None or top is None:
+        return 0.0
+    line = ancestors(skeleton, joint, itself=True)
+    return float(skeleton.bone_lengths[line[: line.index(top)]].sum()) if top in line else 0.0
+
+
 def common_ancestor(skeleton: Skeleton, joints: Sequence[int]) -> int | None:
     """The deepest joint that every one of these hangs below (or is)."""
     shared = set.intersection(*(set(ancestors(skeleton, joint, itself=True)) for joint in joints))
@@ -263,11 +245,10 @@ def common_ancestor(skeleton: Skeleton, joints: Sequence[int]) -> int | None:
 
 
 def is_quadruped(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:
-    """Whether the body stands on four legs; its fore legs then have the roles of arms.
+    """True for a body on four legs, judged without its reference pose (see ``Character.four_legged``).
 
-    Told from the rest pose where trunk and legs cross in it; else (bones all along one axis) a body with a
-    tail whose trunk is at least as long as its legs stands on four. Where a reference pose is known,
-    ``Character.four_legged`` knows better.
+    Its trunk and legs cross in the rest pose; or else (bones all along one axis) it has a tail, and a trunk
+    at least as long as its legs. Fore legs have the roles of arms.
     """
     if stands_on_four(skeleton.rest_positions, roles):
         return True
@@ -276,12 +257,12 @@ def is_quadruped(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:
         return False
     joint = {role: index for index, role in enumerate(roles) if role is not None}
     side = next(side for side in SIDES if {f"{side}_up_leg", f"{side}_foot"} <= joint.keys())
-    reach = _length(skeleton, joint[f"{side}_foot"], joint[f"{side}_up_leg"])
+    reach = bones(skeleton, joint[f"{side}_foot"], joint[f"{side}_up_leg"])
     return _cosine(*lines) >= 0.5 and float(np.linalg.norm(lines[0])) > 0.9 * reach
 
 
 def stands_on_four(places: np.ndarray, roles: Sequence[str | None]) -> bool:
-    """Whether trunk and legs cross in a pose: joints at ``places`` ``(joints, 3)``, legs not folded up."""
+    """True where trunk and unfolded legs cross, with joints at ``places`` ``(joints, 3)`` metres."""
     lines = _trunk_and_legs(places, roles)
     if lines is None:
         return False
@@ -315,12 +296,6 @@ def _cosine(a: np.ndarray, b: np.ndarray) -> float:
     return float(a @ b) / max(float(np.linalg.norm(a) * np.linalg.norm(b)), 1e-12)
 
 
-def _length(skeleton: Skeleton, joint: int, top: int) -> float:
-    """Metres of bones from ``joint`` up to ``top``."""
-    line = ancestors(skeleton, joint, itself=True)
-    return float(sum(skeleton.bone_lengths[j] for j in line[: line.index(top)])) if top in line else 0.0
-
-
 # ---------------------------------------------------------------------------------------- explanations
 def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
     """Per joint its role, or why it has none: ``helper`` (of the body: it follows its parent), ``extra``
@@ -330,7 +305,7 @@ def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
     carries = {j for joint in by_role.values() for j in ancestors(skeleton, joint)}
     out: list[str] = []
     for joint, (text, role) in enumerate(zip(skeleton.names, roles, strict=True)):
-        name = read(text)
+        name = aliases.read(text)
         words = set(name.words)
         if role is not None:
             out.append(role)
@@ -338,17 +313,12 @@ def explain(skeleton: Skeleton, roles: Sequence[str | None]) -> tuple[str, ...]:
             out.append("above the hips")
         elif joint in carries:
             out.append("helper")
-        elif words & EXTRA_WORDS or (joint > 0 and out[skeleton.parents[joint]] == "extra"):
+        elif words & aliases.EXTRA_WORDS or (joint > 0 and out[skeleton.parents[joint]] == "extra"):
             out.append("extra")
         else:
-            known = words & HELPER_WORDS or (name.side and name.stem in LIMB_STEMS)
+            known = words & aliases.HELPER_WORDS or (name.side and name.stem in aliases.LIMB_STEMS)
             out.append("helper" if known else "not understood")
     return tuple(out)
-
-
-def missing(roles: Sequence[str | None]) -> list[str]:
-    """The essential roles that no joint has."""
-    return [role for role in ESSENTIAL if role not in roles]
 
 
 def load_overrides(path: str | Path) -> dict[str, str | None]:
@@ -370,13 +340,12 @@ def load_overrides(path: str | Path) -> dict[str, str | None]:
             raise FileError(path, f'{name!r}: expected "joint name" = "role", with both in quotes')
         out[name] = None if role in ("", "none") else role
         if out[name] is not None and not is_role(role):
-            near = ", ".join(difflib.get_close_matches(role, sorted(_PLAIN), 3) or sorted(_PLAIN))
-            raise FileError(path, f"{name!r}: {role!r} is no role; near it: {near}")
+            raise FileError(path, f"{name!r}: {_no_role(role)}")
     return out
 
 
 def in_order(skeleton: Skeleton, roles: Sequence[str | None]) -> bool:
-    """Whether the joints of every limb hang below each other in anatomical order."""
+    """True where the joints of every limb hang below each other in anatomical order."""
     joint = {role: index for index, role in enumerate(roles) if role is not None}
     lines = ([joint[role] for role in limb if role in joint] for limb in LIMB_ROLES.values())
     return all(a in ancestors(skeleton, b) for line in lines for a, b in pairwise(line))

@@ -139,18 +139,6 @@ def between(u: Array, v: Array) -> Array:
     return normalise(_join(u, ops.where(opposite, none, square / 2), *axis))
 
 
-def twist(q: Array, axis: Array) -> Array:
-    """``(..., 4)`` the part of q that turns about ``axis`` ``(..., 3)``.
-
-    ``multiply(q, conjugate(twist))`` is the rest, a swing about an axis across it. A half turn about
-    such an axis has no definite twist: the identity is returned.
-    """
-    w, x, y, z = _parts(q)
-    ax, ay, az = _parts(_direction(axis))
-    along = x * ax + y * ay + z * az
-    return normalise(_join(q, w, along * ax, along * ay, along * az))
-
-
 # ---------------------------------------------------------------------------------- other descriptions
 def from_rotation_vector(v: Array) -> Array:
     """``(..., 4)`` from axis times angle ``(..., 3)``, radians (the exponential map)."""

@@ -47,9 +47,6 @@ class Skeleton:
         set_(self, "parents", frozen(self.parents, np.int64))
         set_(self, "offsets", frozen(self.offsets, np.float64))
         set_(self, "end_sites", tuple(self.end_sites))
-        self._validate()
-
-    def _validate(self) -> None:
         n = len(self.names)
         if n == 0:
             raise SkeletonError("a skeleton needs at least one joint")

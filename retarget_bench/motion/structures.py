@@ -7,23 +7,22 @@
   code re-roots S23 at ``Pelvis`` with ``Hips`` below it; here ``Hips`` stays the root and ``Pelvis`` its
   child, as in the files: same joints, same places.
 
-What is left out is taken to stay at rest relative to its parent. Kept joints then keep their places;
-``Reduction.deviation`` tells how far they are off where a left-out joint did turn.
+Joints that are left out are taken to stay at rest relative to their parents; kept joints then keep their
+places.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from retarget_bench.errors import NotSupported, SkeletonError
 from retarget_bench.motion import kinematics, rotation
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.correspondence import shares
-from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.character import Character, Motion
 from retarget_bench.motion.role_aliases import strip_prefix
 from retarget_bench.motion.roles import ancestors, chain
 from retarget_bench.motion.skeleton import EndSite, Skeleton
+from retarget_bench.motion.transfer import shares
 
 _LEG = ("UpLeg", "Leg", "Foot", "ToeBase")
 _ARM = ("Shoulder", "Arm", "ForeArm", "Hand")
@@ -90,17 +89,13 @@ class Reduction:
 
     def _locals(self, rotations: np.ndarray) -> np.ndarray:
         """Local rotations; untouched where no joint was left out above, so that nothing is rounded."""
-        kept = np.array(rotations[:, list(self.joints)])
-        chained = _chained(self.source.skeleton, self.joints, rotations)
-        for joint, turned in chained.items():
-            kept[:, joint] = turned
+        kept, parents = np.array(rotations[:, list(self.joints)]), self.source.skeleton.parents.tolist()
+        for index, joint in enumerate(self.joints):
+            above = parents[joint]
+            while above >= 0 and above not in self.joints:
+                kept[:, index] = rotation.multiply(rotations[:, above], kept[:, index])
+                above = parents[above]
         return kept
-
-    def deviation(self, motion: Motion) -> float:
-        """Metres: the largest distance between a kept joint before and after; 0 but for rounding when the
-        joints left out between kept ones never turn."""
-        apart = self.apply(motion).positions - motion.positions[:, list(self.joints)]
-        return float(np.linalg.norm(apart, axis=-1).max(initial=0.0))
 
 
 def reduce(character: Character, name: str) -> Reduction:
@@ -115,15 +110,9 @@ def reduce(character: Character, name: str) -> Reduction:
     else:
         raise NotSupported(f"no structure {name!r}; structures are {', '.join(STRUCTURES)}")
     skeleton = _reduced(character, kept)
-    globals_ = character.reference_globals[kept]
-    reduced = Character(
-        name=character.name,
-        skeleton=skeleton,
-        structure=character.structure,
-        roles=tuple(roles),
-        reference_pose=kinematics.local_from_global(skeleton, globals_),
-        measures=character.measures,
-        hinges=character.hinges,
+    pose = kinematics.local_from_global(skeleton, character.reference_globals[kept])
+    reduced = replace(
+        character, skeleton=skeleton, roles=tuple(roles), reference_pose=pose, skin=None, whole=None
     )
     return Reduction(name, character, reduced, tuple(kept))
 
@@ -190,17 +179,3 @@ def _parent(skeleton: Skeleton, kept: Sequence[int], joint: int) -> int:
             "reduced body"
         )
     return -1 if above is None else kept.index(above)
-
-
-def _chained(skeleton: Skeleton, kept: Sequence[int], rotations: np.ndarray) -> dict[int, np.ndarray]:
-    """Reduced joint -> ``(frames, 4)`` local rotation, for joints whose parent was left out."""
-    out = {}
-    for index, joint in enumerate(kept):
-        turned, above = rotations[:, joint], int(skeleton.parents[joint])
-        if above < 0 or above in kept:
-            continue
-        while above >= 0 and above not in kept:
-            turned = rotation.multiply(rotations[:, above], turned)
-            above = int(skeleton.parents[above])
-        out[index] = turned
-    return out

@@ -1,37 +1,103 @@
-"""Carrying a pose from one body to another: what the untrained methods share."""
+"""Carrying a pose from one body to another: orientations relative to the common reference pose, by role.
+
+Relative to the reference pose, an orientation ``G * G_ref^-1`` means the same on every body. Joints
+correspond by role. Spines and necks of different counts are shared out along the chain (equal counts one to
+one, the last always to the last, because it carries the arms or the head). A target joint without a
+counterpart *follows its parent*: it keeps its place in the reference pose relative to it. That holds for
+``*_split``, ``Pelvis`` and ``LHipJoint`` joints, props and hair, and for fingers that the source does not
+have.
+"""
 
 import numpy as np
 
 from retarget_bench.errors import NotSupported
-from retarget_bench.motion import alignment, correspondence, kinematics, root_rules
-from retarget_bench.motion.character import Character
-from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion import kinematics, root_rules, rotation
+from retarget_bench.motion.character import Character, Motion, Prediction
+from retarget_bench.motion.roles import chain
 
-ESSENTIAL = ("hips",)
-"""Roles without which no pose can be carried."""
+FOLLOW = -1
+"""Answer for a target joint that follows its parent."""
 
 
 def reason(source: Character, target: Character) -> str | None:
     """None, or why no pose can be carried between these bodies, as a sentence."""
     for body in (source, target):
-        if missing := [role for role in ESSENTIAL if role not in body.joint_of]:
-            return f"no joint of {body.name} is known as {', '.join(missing)}; name it in a roles file"
-    shared = set(source.joint_of) & set(target.joint_of)
-    if len(shared) < 2:
+        if "hips" not in body.joint_of:
+            return f"no joint of {body.name} is known as hips; name it in a roles file"
+    if len(source.joint_of.keys() & target.joint_of.keys()) < 2:
         return f"{source.name} and {target.name} share no roles but the hips"
     return None
+
+
+def another_skeleton(does: str, source: Character, target: Character) -> str | None:
+    """None for source and target of one skeleton, or why a method that ``does`` this needs that."""
+    if source.skeleton.same_as(target.skeleton):
+        return None
+    return f"{does}, and {target.name} has another skeleton than {source.name}"
+
+
+# --------------------------------------------------------------------------------------- orientations
+def relative(motion: Motion) -> np.ndarray:
+    """``(frames, joints, 4)`` world orientations relative to the reference pose: G * G_ref^-1."""
+    reference = motion.character.reference_globals
+    return rotation.multiply(motion.global_rotations, rotation.conjugate(reference)[None])
+
+
+def from_relative(character: Character, orientations: np.ndarray) -> np.ndarray:
+    """``(frames, joints, 4)`` local rotations of a body whose joints are turned by ``orientations`` (same
+    shape) from its reference pose: the inverse of ``relative``, signs continuous along time."""
+    turned = rotation.multiply(orientations, character.reference_globals[None])
+    local = rotation.normalise(kinematics.local_from_global(character.skeleton, turned))
+    return rotation.continuous(local)
+
+
+def correspondence(source: Character, target: Character) -> np.ndarray:
+    """``(target joints,)`` the source joint for every target joint, or -1: it follows its parent.
+
+    Bodies with the same joint names and parents correspond joint by joint, props included.
+    """
+    if source.skeleton.names == target.skeleton.names and np.array_equal(
+        source.skeleton.parents, target.skeleton.parents
+    ):
+        return np.arange(len(target.skeleton))
+    answer = np.full(len(target.skeleton), FOLLOW)
+    for role, joint in target.joint_of.items():
+        answer[joint] = source.joint_of.get(role, FOLLOW)
+    for stem in ("spine", "neck", "tail"):
+        ours, theirs = chain(target.roles, stem), chain(source.roles, stem)
+        for rank, share in enumerate(shares(len(ours), len(theirs))):
+            answer[ours[rank]] = theirs[share] if share >= 0 else FOLLOW
+    return answer
+
+
+def shares(wanted: int, given: int) -> list[int]:
+    """For each of ``wanted`` links, the one of ``given`` that corresponds; -1 where there is none.
+
+    Link k of n ends at the share k/n of the chain and takes the link that ends nearest to it.
+    """
+    ranks = range(1, wanted + 1)
+    return [(2 * k * given + wanted) // (2 * wanted) - 1 if given else FOLLOW for k in ranks]
 
 
 def orientations(source: Motion, target: Character) -> np.ndarray:
     """``(frames, joints of target, 4)`` world orientations relative to the common reference pose.
 
-    A joint of the target takes that of its counterpart; one without counterpart stays fixed to its parent,
-    as in the reference pose.
+    A joint takes that of its counterpart; one without counterpart stays fixed to its parent.
     """
-    return correspondence.carry(alignment.relative(source), source.character, target)
+    seen, answer = relative(source), correspondence(source.character, target)
+    carried = np.zeros((source.frames, len(answer), 4))
+    for joint, (from_, parent) in enumerate(zip(answer, target.skeleton.parents.tolist(), strict=True)):
+        if from_ >= 0:
+            carried[:, joint] = seen[:, from_]
+        elif parent >= 0:
+            carried[:, joint] = carried[:, parent]
+        else:
+            carried[:, joint, 0] = 1.0
+    return carried
 
 
-def hips(source: Motion | Positions) -> np.ndarray:
+# ----------------------------------------------------------------------------------------- root paths
+def hips(source: Prediction) -> np.ndarray:
     """``(frames, 3)`` metres: the joint with the role ``hips``, which need not be the root."""
     joint = source.character.joint_of["hips"]
     return source.root if joint == 0 else source.positions[:, joint]
@@ -47,11 +113,7 @@ def root_from_hips(target: Character, rotations: np.ndarray, place: np.ndarray) 
 
 
 def scaled_root(
-    source: Motion | Positions,
-    target: Character,
-    rotations: np.ndarray,
-    rule: str,
-    reference: Motion | Positions | None = None,
+    source: Prediction, target: Character, rotations: np.ndarray, rule: str, reference: Prediction | None
 ) -> np.ndarray:
     """``(frames, 3)`` metres: the target's root path under a root rule (``root_rules.ROOT_RULES``).
 
@@ -66,10 +128,8 @@ def scaled_root(
     return root_from_hips(target, rotations, hips(source) * ratio)
 
 
-def carry(
-    source: Motion, target: Character, rule: str, reference: Motion | Positions | None = None
-) -> Motion:
+def carry(source: Motion, target: Character, rule: str, reference: Prediction | None = None) -> Motion:
     """The source's pose on the target: orientations copied relative to the reference pose, root by rule."""
-    local = alignment.from_relative(target, orientations(source, target))
+    local = from_relative(target, orientations(source, target))
     root = scaled_root(source, target, local, rule, reference)
     return target.motion(local, root, source.fps)

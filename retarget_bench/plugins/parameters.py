@@ -35,8 +35,10 @@ class Parameter:
         """``root_rule=none|height (default none)``."""
         kind = "|".join(map(write_value, self.choices)) or "|".join(t.__name__ for t in self.types)
         shown = f"{self.name}={kind}" if kind else self.name
-        default = "required" if self.required else f"default {_shown(self.default)}"
-        return f"{shown} ({default})"
+        if self.required:
+            return f"{shown} (required)"
+        plain = isinstance(self.default, str | int | float)
+        return f"{shown} (default {write_value(self.default) if plain else str(self.default).lower()})"
 
 
 def known(factory: Callable[..., Any]) -> tuple[list[Parameter], bool]:
@@ -118,22 +120,17 @@ def fit(spec: Spec, factory: Callable[..., Any]) -> Spec:
 
 def describe(factory: Callable[..., Any]) -> list[str]:
     """A line per parameter, with what the plug-in's card says of it."""
-    lines = _card_lines(factory)
+    try:  # a card that is made with the object needs it to be built
+        card = getattr(factory, "card", None) or factory().card
+        lines = {str(name): f": {line}" for name, line in card.parameters.items()}
+    except Exception:  # the plug-in's own code; descriptions are a courtesy
+        lines = {}
     return [f"{each}{lines.get(each.name, '')}" for each in known(factory)[0]]
 
 
 def _sentence(factory: Callable[..., Any]) -> str:
     lines = describe(factory)
     return " Its parameters:" + "".join(f"\n  {line}" for line in lines) if lines else " It takes none."
-
-
-def _card_lines(factory: Callable[..., Any]) -> dict[str, str]:
-    """The card's line for each parameter; a card that is made with the object needs it to be built."""
-    try:
-        card = getattr(factory, "card", None) or factory().card
-        return {str(name): f": {line}" for name, line in card.parameters.items()}
-    except Exception:  # the plug-in's own code; descriptions are a courtesy
-        return {}
 
 
 def _fit_value(spec: Spec, parameter: Parameter, value: Scalar) -> Scalar:
@@ -192,10 +189,5 @@ def _hints(factory: Callable[..., Any]) -> dict[str, Any]:
 def _is_default(parameter: Parameter | None, value: Scalar) -> bool:
     if parameter is None or parameter.required:
         return False
-    default = parameter.default
-    numbers = all(type(each) in (int, float) for each in (default, value))
-    return (numbers or type(default) is type(value)) and bool(default == value)
-
-
-def _shown(default: Any) -> str:
-    return write_value(default) if isinstance(default, str | int | float) else str(default).lower()
+    types = {type(parameter.default), type(value)}
+    return (len(types) == 1 or types == {int, float}) and bool(parameter.default == value)

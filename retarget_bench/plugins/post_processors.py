@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Protocol
 
 from retarget_bench.api import (
@@ -63,21 +64,19 @@ class Post(Protocol):
         """
 
 
-def composed(method: Method, posts: Sequence[Post]) -> Composed:
-    """A method with post-processors as a method; it takes batches where the method does."""
-    return (ComposedBatch if takes_batches(method) else Composed)(method, posts)
-
-
 class Composed:
     """A method whose answers go through post-processors, one after the other.
 
-    It needs, accepts and was trained on what the method is; it supports what all of them support.
+    It needs, accepts and was trained on what the method is; it supports what all of them support, and takes
+    batches where the method does; the post-processors take one case at a time.
     """
 
     def __init__(self, method: Method, posts: Sequence[Post]) -> None:
         self.method = method
         self.posts = tuple(posts)
         self.card = _card(method, self.posts)
+        if takes_batches(method):
+            self.retarget_batch = partial(self._batch, method)
 
     @property
     def weights_hash(self) -> str:
@@ -106,16 +105,13 @@ class Composed:
     ) -> Prediction:
         """The answer after every post-processor. Raises NotSupported, and Invalid naming the plug-in."""
         case = Case(_NO_CASE, source, target)
-        bare = Context(
-            seed=context.seed, device=context.device, precision=context.precision, ground=context.ground
-        )
+        bare = Context(context.seed, context.device, context.precision, context.ground)
         found, before = verified(answer, case), self.method.card.name
         for post in self.posts:
             name = post.card.name
-            kind = "motion" if isinstance(found, Motion) else "positions"
-            if kind not in post.card.accepts:
-                takes = " or ".join(post.card.accepts)
-                raise NotSupported(f"{name} takes {takes}, but {before} gives {kind} only")
+            kind, takes = "motion" if isinstance(found, Motion) else "positions", post.card.accepts
+            if kind not in takes:
+                raise NotSupported(f"{name} takes {' or '.join(takes)}, but {before} gives {kind} only")
             answer = post.process(found.copy(), source.copy(), context=bare)
             try:
                 found, before = verified(answer, case), name
@@ -123,20 +119,17 @@ class Composed:
                 raise Invalid(f"{name} {error}") from error
         return found
 
-
-class ComposedBatch(Composed):
-    """The same of a method that takes several cases at once; the post-processors take one at a time."""
-
-    method: BatchMethod
-
-    def retarget_batch(
-        self, sources: Sequence[Prediction], targets: Sequence[Character], *, contexts: Sequence[Context]
+    def _batch(
+        self,
+        method: BatchMethod,
+        sources: Sequence[Prediction],
+        targets: Sequence[Character],
+        *,
+        contexts: Sequence[Context],
     ) -> list[Prediction]:
-        answers = self.method.retarget_batch(
-            [source.copy() for source in sources],
-            targets,
-            contexts=[replace(context, ground=None) for context in contexts],
-        )
+        copies = [source.copy() for source in sources]
+        given = [replace(context, ground=None) for context in contexts]
+        answers = method.retarget_batch(copies, targets, contexts=given)
         asked = zip(answers, sources, targets, contexts, strict=True)
         return [self._processed(*each) for each in asked]
 
@@ -155,7 +148,6 @@ def _card(method: Method, posts: Sequence[Post]) -> MethodCard:
         name="+".join((card.name, *(each.name for each in cards))),
         summary=f"{card.summary}; then {then}".removeprefix("; "),
         version=", ".join((str(card.version), *(f"{each.name} {each.version}" for each in cards))),
-        control=bool(card.control),
         stochastic=bool(card.stochastic) or any(getattr(each, "stochastic", False) for each in cards),
         default=False,
         variants=(),

@@ -37,28 +37,21 @@ def verified(answer: object, case: Case) -> Prediction:
     if abs(answer.fps - case.source.fps) > 1e-6 * case.source.fps:
         raise Invalid(f"returned {answer.fps:g} frames per second; the source has {case.source.fps:g}")
     if isinstance(answer, Positions):
-        _all_finite(answer.positions, "position")
-        _all_near(answer.positions)
-        return replace(answer, character=case.target)
-    _all_finite(answer.rotations, "rotation")
-    _all_finite(answer.root, "root position")
-    _all_near(answer.root)
-    lengths = np.linalg.norm(answer.rotations, axis=-1)
-    if (worst := np.abs(lengths - 1).max(initial=0.0)) > UNIT_TOLERANCE:
-        raise Invalid(f"returned quaternions that are not unit (length off by up to {worst:.3g})")
-    return replace(answer, character=case.target)
-
-
-def _all_finite(values: np.ndarray, what: str) -> None:
-    bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
-    if bad.any():
-        raise Invalid(
-            f"returned {int(bad.sum())} frames with a {what} that is not finite, "
-            f"the first being frame {int(bad.argmax())}"
-        )
-
-
-def _all_near(places: np.ndarray) -> None:
-    farthest = np.abs(places).max(initial=0.0)
+        parts = {"position": answer.positions}
+    else:
+        parts = {"rotation": answer.rotations, "root position": answer.root}
+    for name, values in parts.items():
+        bad = ~np.isfinite(values.reshape(len(values), -1)).all(axis=1)
+        if bad.any():
+            raise Invalid(
+                f"returned {int(bad.sum())} frames with a {name} that is not finite, "
+                f"the first being frame {int(bad.argmax())}"
+            )
+    farthest = np.abs(answer.positions if isinstance(answer, Positions) else answer.root).max(initial=0.0)
     if farthest > FARTHEST:
         raise Invalid(f"returned places up to {farthest:.3g} m away; lengths are in metres")
+    if isinstance(answer, Motion):
+        lengths = np.linalg.norm(answer.rotations, axis=-1)
+        if (worst := np.abs(lengths - 1).max(initial=0.0)) > UNIT_TOLERANCE:
+            raise Invalid(f"returned quaternions that are not unit (length off by up to {worst:.3g})")
+    return replace(answer, character=case.target)

@@ -15,8 +15,9 @@ import importlib
 import importlib.util
 import sys
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
+from itertools import accumulate
 from pathlib import Path
 from typing import Any, Literal
 
@@ -29,12 +30,7 @@ from retarget_bench.plugins.spec import NAME, Spec
 Kind = Literal["methods", "metrics", "datasets", "posts"]
 KINDS: tuple[Kind, ...] = ("methods", "metrics", "datasets", "posts")
 SINGULAR = {"methods": "method", "metrics": "metric", "datasets": "data set", "posts": "post-processor"}
-ROOMS: dict[Kind, str] = {
-    "methods": "methods",
-    "metrics": "metrics",
-    "datasets": "datasets",
-    "posts": "methods/posts",
-}
+ROOMS: dict[Kind, str] = {kind: kind for kind in KINDS} | {"posts": "methods/posts"}
 """The folders of the built-in plug-ins."""
 BUILT_IN = "built-in"
 _FILE_MODULE = "retarget_bench_file_"
@@ -82,9 +78,8 @@ class PluginEntry:
 # -------------------------------------------------------------------------------------------- finding
 def names(kind: Kind) -> list[PluginEntry]:
     """Every plug-in of a kind, sorted by name, built-ins first, none of them imported."""
-    order = {BUILT_IN: 0}
     found = [*_built_in(kind), *_installed(kind), *(e for e in _FILES.values() if e.kind == kind)]
-    return sorted(found, key=lambda entry: (entry.name, order.get(entry.origin, 1), entry.origin))
+    return sorted(found, key=lambda entry: (entry.name, entry.origin != BUILT_IN, entry.origin))
 
 
 def find(kind: Kind, name: str) -> PluginEntry:
@@ -96,32 +91,26 @@ def find(kind: Kind, name: str) -> PluginEntry:
     if matching:
         origins = " and ".join(entry.origin for entry in matching)
         raise BenchError(f"two {kind} are called {name!r}: {origins}; rename or uninstall one of them")
-    known = sorted({entry.name for entry in entries})
-    raise BenchError(
-        f"no {SINGULAR[kind]} is called {name!r}; {_cure(name, known)}{_elsewhere(kind, name)}"
-    )
+    others = [SINGULAR[k] for k in KINDS if k != kind and any(e.name == name for e in names(k))]
+    elsewhere = f" ({name} is a {others[0]})" if others else ""
+    raise BenchError(f"no {SINGULAR[kind]} is called {name!r}; {_cure(name, entries)}{elsewhere}")
 
 
 def kinds_of(name: str) -> list[Kind]:
     """The kinds that have a plug-in of this name, mostly one; raises BenchError where none has."""
     kinds = [kind for kind in KINDS if any(entry.name == name for entry in names(kind))]
     if not kinds:
-        known = sorted({entry.name for kind in KINDS for entry in names(kind)})
-        raise BenchError(f"nothing is called {name!r}; {_cure(name, known)}")
+        everything = [entry for kind in KINDS for entry in names(kind)]
+        raise BenchError(f"nothing is called {name!r}; {_cure(name, everything)}")
     return kinds
 
 
-def _cure(name: str, known: list[str]) -> str:
+def _cure(name: str, entries: list[PluginEntry]) -> str:
     """The names that were perhaps meant, else all of them."""
+    known = sorted({entry.name for entry in entries})
     close = [each for each in known if each.startswith(name)]
     close = close or difflib.get_close_matches(name, known, 3, 0.5)
     return f"did you mean {' or '.join(close)}?" if close else f"known are {', '.join(known) or 'none'}"
-
-
-def _elsewhere(kind: Kind, name: str) -> str:
-    """A hint when the name is one of another kind."""
-    others = [SINGULAR[k] for k in KINDS if k != kind and any(e.name == name for e in names(k))]
-    return f" ({name} is a {others[0]})" if others else ""
 
 
 def _built_in(kind: Kind) -> Iterator[PluginEntry]:
@@ -138,24 +127,19 @@ def _built_in(kind: Kind) -> Iterator[PluginEntry]:
 def _installed(kind: Kind) -> tuple[PluginEntry, ...]:
     from importlib.metadata import entry_points
 
-    found = []
+    found: dict[PluginEntry, None] = {}
     for point in entry_points(group=f"retarget_bench.{kind}"):
         origin = f"{point.dist.name} {point.dist.version}" if point.dist else "an installed package"
-        found.append(
-            PluginEntry(
-                point.name, kind, origin, point.module, point.attr or "plugin", _locate(point.module)
-            )
-        )
-    return tuple(dict.fromkeys(found))
+        where = point.module, point.attr or "plugin", _locate(point.module)
+        found[PluginEntry(point.name, kind, origin, *where)] = None
+    return tuple(found)
 
 
 def _locate(module: str) -> Path | None:
     """A module's source file, found without importing it or the packages around it."""
     search: list[str] | None = None
     spec = None
-    parts = module.split(".")
-    for count in range(1, len(parts) + 1):
-        name = ".".join(parts[:count])
+    for name in accumulate(module.split("."), "{}.{}".format):
         finders = (getattr(finder, "find_spec", None) for finder in sys.meta_path)
         spec = next((s for find in finders if find and (s := find(name, search)) is not None), None)
         if spec is None:
@@ -183,14 +167,13 @@ def add_file(path: str | Path) -> PluginEntry:
     module = f"{_FILE_MODULE}{path.stem}_{files_.digest(str(path))}"
     entry = PluginEntry(path.stem, "methods", str(path), module, path=file)
     factory = _attribute(entry, _import_file(entry))
-    marks = ((kind, mark) for kind, either in _MARKS.items() for mark in either)
-    kind = next((kind for kind, mark in marks if hasattr(factory, mark)), None)
+    kind = next((k for k, marks in _MARKS.items() if any(hasattr(factory, mark) for mark in marks)), None)
     if kind is None:
         raise BenchError(
             f"{path}: its plugin has none of retarget (a method), compute (a metric), cases (a data set) "
             "and process (a post-processor)"
         )
-    _FILES[path] = PluginEntry(path.stem, kind, str(path), module, path=file)
+    _FILES[path] = replace(entry, kind=kind)
     return _FILES[path]
 
 
@@ -223,8 +206,6 @@ def _import_file(entry: PluginEntry) -> Any:
 def load(kind: Kind, name: str) -> Callable[..., Any]:
     """The factory of a plug-in, imported now; raises BenchError naming the plug-in and its origin."""
     entry = find(kind, name)
-    if entry.module in sys.modules:
-        return _attribute(entry, sys.modules[entry.module])
     try:
         module = importlib.import_module(entry.module)
     except (Exception, SystemExit) as error:
@@ -253,9 +234,9 @@ def create(kind: Kind, spec: Spec | str) -> Any:
     """
     spec = canonical(kind, spec)
     if spec.posts:
-        from retarget_bench.plugins.post_processors import composed
+        from retarget_bench.plugins.post_processors import Composed
 
-        return composed(create(kind, spec.alone), [create("posts", post) for post in spec.posts])
+        return Composed(create(kind, spec.alone), [create("posts", post) for post in spec.posts])
     factory = load(kind, spec.name)
     try:
         built = factory(**spec.parameters)
@@ -304,34 +285,32 @@ def _broken(entry: PluginEntry, what: str, error: BaseException) -> BenchError:
 
 
 # ------------------------------------------------------------------------------------------ own files
-def code_files(kind: Kind, name: str) -> list[Path]:
+def code_files(kind: Kind, name: str) -> list[tuple[str, Path]]:
     """The Python files whose text decides what a plug-in does, sorted; nothing is imported.
 
     A built-in or a single file: itself, and what it reaches by relative imports. An installed plug-in:
-    every file of the package that it lies in.
+    every file of the package that it lies in. Names are relative to the plug-in's own folder, or to the one
+    that it lies in; files outside of it have their own names.
     """
     entry = find(kind, name)
     if entry.path is None:
         raise BenchError(f"{entry}: no source file of module {entry.module} was found")
+    home = entry.path.parent
+    own = _tree(home) if entry.path.name == "__init__.py" else [entry.path]
     if entry.origin != BUILT_IN and not entry.module.startswith(_FILE_MODULE):
         above = entry.module.count(".") - (entry.path.name != "__init__.py")
-        return _tree(entry.path.parents[above]) if above >= 0 else [entry.path]
-    reached: set[Path] = set()
-    waiting = _tree(entry.path.parent) if entry.path.name == "__init__.py" else [entry.path]
-    while waiting:
-        file = waiting.pop()
-        if file not in reached:
-            reached.add(file)
-            waiting.extend(_relative_imports(file))
-    return sorted(reached)
-
-
-def home(kind: Kind, name: str) -> Path:
-    """The folder that a plug-in's own files are named relative to: its own, or the one that it lies in."""
-    entry = find(kind, name)
-    if entry.path is None:
-        raise BenchError(f"{entry}: no source file of module {entry.module} was found")
-    return entry.path.parent
+        reached = set(_tree(entry.path.parents[above]) if above >= 0 else [entry.path])
+    else:
+        reached = set()
+        while own:
+            file = own.pop()
+            if file not in reached:
+                reached.add(file)
+                own.extend(_relative_imports(file))
+    return [
+        (file.relative_to(home).as_posix() if file.is_relative_to(home) else file.name, file)
+        for file in sorted(reached)
+    ]
 
 
 def _tree(folder: Path) -> list[Path]:

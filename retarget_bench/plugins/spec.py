@@ -31,7 +31,8 @@ LONGEST_NAME = 50
 NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 _KEY = re.compile(r"[A-Za-z_][A-Za-z0-9_]*")
 _INTEGER = re.compile(r"[+-]?(0|[1-9][0-9]*)")
-_NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
+_NUMBER = re.compile(r"[+-]?((0|[1-9][0-9]*)(\.[0-9]*)?|\.[0-9]+)([eE][+-]?[0-9]+)?")
+"""``007`` and ``00.5`` are names of something, not numbers."""
 _TRUTH = {"true": True, "True": True, "false": False, "False": False}
 _BARE = re.compile(r"[^\s\[\],='\"]([^\[\],='\"]*[^\s\[\],='\"])?")
 _QUOTED = re.compile(r"\"((?:\\.|[^\"\\])*)\"|'((?:\\.|[^'\\])*)'", re.DOTALL)
@@ -103,7 +104,7 @@ def read_value(text: str) -> Scalar:
         return _TRUTH[text]
     if _INTEGER.fullmatch(text):
         return int(text) if len(text) < 400 else text
-    if _NUMBER.fullmatch(text) and not _leading_zero(text) and math.isfinite(float(text)):
+    if _NUMBER.fullmatch(text) and math.isfinite(float(text)):
         return float(text)
     return text
 
@@ -118,12 +119,6 @@ def write_value(value: Scalar) -> str:
         return value
     escaped = re.sub(r'(["\\])', r"\\\1", value)
     return f'"{escaped}"'
-
-
-def _leading_zero(text: str) -> bool:
-    """``007`` and ``00.5`` are names of something, not numbers."""
-    digits = text.lstrip("+-")
-    return len(digits) > 1 and digits[0] == "0" and digits[1].isdigit()
 
 
 class _Reader:
@@ -146,8 +141,7 @@ class _Reader:
         name = self._match(NAME, "a name such as copy_rotations")[0]
         if len(name) > LONGEST_NAME:
             raise BenchError(f"{name!r} is longer than the {LONGEST_NAME} characters a name may have")
-        parameters = self._parameters() if self._take("[") else {}
-        return Spec(name, parameters)
+        return Spec(name, self._parameters() if self._take("[") else {})
 
     def _parameters(self) -> dict[str, Scalar]:
         found: dict[str, Scalar] = {}

@@ -191,7 +191,7 @@ def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[Res
     for name in names:
         label = pairwise.label_of(name, set(labels.values()))
         if label is None:
-            raise pairwise.unknown(result_matrix.result_matrices(places), name)
+            raise pairwise.unknown(labels.values(), name)
         wanted.add(label)
     return [place for place in places if labels[place] in wanted]
 

@@ -14,7 +14,6 @@ from retarget_bench.results.store import ResultPaths
 from retarget_bench.tables import builder, set_groups
 from retarget_bench.tables.groups import FPS
 from retarget_bench.tables.model import Table
-from retarget_bench.tables.task_tables import BY, task_tables
 
 
 def check(groups: Sequence[Sequence[ResultPaths]], columns: Sequence[str]) -> None:
@@ -39,11 +38,12 @@ def tables(
     task = places[0].task.split("-")[0]
     there = set(builder.all_columns(sections))
     wanted = [column for column in columns if column in there]
-    by: By | None = BY[task] if task in DERIVED and task != "reconstruct" else None
+    by: By | None = builder.TASK_BREAKDOWN[task] if task in DERIVED and task != "reconstruct" else None
     if by is not None:  # neither speeds nor values of sets are known by parts
         wanted = [column for column in wanted if column not in (FPS, *set_groups.declared(sections))]
     if not wanted:
-        return task_tables(places, task) if task in DERIVED else builder.tables(sections, with_sets=True)
+        whole = task not in DERIVED
+        return builder.tables(sections, with_sets=True) if whole else builder.task_tables(places, task)
     if by is None and not set(wanted) - {FPS, *set_groups.declared(sections)}:
         mains = (method_order.main_value(each, task) for each in result_matrix.result_matrices(places))
         wanted = [*dict.fromkeys(main for main in mains if main is not None), *wanted]

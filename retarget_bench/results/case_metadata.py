@@ -20,36 +20,32 @@ from retarget_bench.motion.roles import body_part
 from retarget_bench.results import store
 from retarget_bench.results.store import ResultPaths
 
-PARTS_FIELDS = ("target", "joint", "part")
-UNSEEN_FIELDS = ("case", "unseen")
-STRUCTURES_FIELDS = ("target", "structure")
-CONDITIONS_FIELDS = ("case", "condition", "value")
+FIELDS = {
+    "parts": ("target", "joint", "part"),
+    "structures": ("target", "structure"),
+    "unseen": ("case", "unseen"),
+    "conditions": ("case", "condition", "value"),
+}
 
 
 def write(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
-    """The marks of a split: a file of each kind that the data set knows."""
+    """The metadata of a split: a file of each kind that the data set knows."""
     bodies = data.characters()
     targets = sorted({info.target for info in infos} & set(bodies))
-    rows = [(name, joint, part) for name in targets for joint, part in parts(bodies[name]).items()]
-    write_csv(_path(paths, "parts"), PARTS_FIELDS, rows)
-    write_csv(
-        _path(paths, "structures"), STRUCTURES_FIELDS, [(name, bodies[name].structure) for name in targets]
-    )
-    _write_conditions(paths, data, infos)
-    if not isinstance(data, OffersUnseen):
-        _path(paths, "unseen").unlink(missing_ok=True)
-    else:
-        marks = [(info.id, "+".join(sorted(data.unseen(info)))) for info in infos]
-        write_csv(_path(paths, "unseen"), UNSEEN_FIELDS, sorted(marks))
-
-
-def _write_conditions(paths: ResultPaths, data: Dataset, infos: Sequence[CaseInfo]) -> None:
-    if not isinstance(data, OffersConditions):
-        return
-    rows = [
-        (info.id, name, f"{number:.9g}") for info in infos for name, number in data.conditions(info).items()
-    ]
-    write_csv(_path(paths, "conditions"), CONDITIONS_FIELDS, sorted(rows))
+    rows: dict[str, list[tuple[str, ...]]] = {
+        "parts": [(name, joint, part) for name in targets for joint, part in parts(bodies[name]).items()],
+        "structures": [(name, bodies[name].structure) for name in targets],
+    }
+    if isinstance(data, OffersUnseen):
+        rows["unseen"] = sorted((info.id, "+".join(sorted(data.unseen(info)))) for info in infos)
+    if isinstance(data, OffersConditions):
+        said = ((info.id, name, number) for info in infos for name, number in data.conditions(info).items())
+        rows["conditions"] = sorted((case, name, f"{number:.9g}") for case, name, number in said)
+    for kind, fields in FIELDS.items():
+        if kind in rows:
+            write_csv(_path(paths, kind), fields, rows[kind])
+        else:
+            _path(paths, kind).unlink(missing_ok=True)
 
 
 def parts(body: Character) -> dict[str, str]:
@@ -65,39 +61,37 @@ def parts(body: Character) -> dict[str, str]:
 
 
 def read_parts(paths: ResultPaths) -> dict[tuple[str, str], str] | None:
-    """(target, joint) -> part of the body; None where the results are older than these marks."""
-    path = _path(paths, "parts")
-    if not path.exists():
-        return None
-    return {(target, joint): part for target, joint, part in store.read_csv(path, PARTS_FIELDS)}
+    """(target, joint) -> part of the body; None where the results are older than this file."""
+    rows = _rows(paths, "parts")
+    return None if rows is None else {(target, joint): part for target, joint, part in rows}
 
 
 def read_unseen(paths: ResultPaths) -> dict[str, frozenset[str]] | None:
     """Case -> what of it the data set's training part does not have; None where it does not say."""
-    path = _path(paths, "unseen")
-    if not path.exists():
-        return None
-    rows = store.read_csv(path, UNSEEN_FIELDS)
-    return {case: frozenset(words.split("+")) if words else frozenset() for case, words in rows}
+    rows = _rows(paths, "unseen")
+    return None if rows is None else {case: frozenset(filter(None, text.split("+"))) for case, text in rows}
 
 
 def read_structures(paths: ResultPaths) -> dict[str, str] | None:
-    """Target -> its structure; None where the results are older than these marks."""
-    path = _path(paths, "structures")
-    return dict(store.read_csv(path, STRUCTURES_FIELDS)) if path.exists() else None
+    """Target -> its structure; None where the results are older than this file."""
+    rows = _rows(paths, "structures")
+    return None if rows is None else dict(rows)
 
 
 def read_conditions(paths: ResultPaths) -> dict[str, dict[str, float]]:
     """Case -> condition -> number; empty where the task has none. Raises FileError."""
-    path = _path(paths, "conditions")
     found: dict[str, dict[str, float]] = {}
-    rows = store.read_csv(path, CONDITIONS_FIELDS) if path.exists() else []
-    for line, (case, name, text) in enumerate(rows, 2):
+    for line, (case, name, text) in enumerate(_rows(paths, "conditions") or (), 2):
         try:
             found.setdefault(case, {})[name] = float(text)
         except ValueError:
-            raise FileError(path, f"{text!r} is not a number", line) from None
+            raise FileError(_path(paths, "conditions"), f"{text!r} is not a number", line) from None
     return found
+
+
+def _rows(paths: ResultPaths, kind: str) -> list[list[str]] | None:
+    path = _path(paths, kind)
+    return store.read_csv(path, FIELDS[kind]) if path.exists() else None
 
 
 def not_in(manifest: Mapping[str, Sequence[str]], info: CaseInfo) -> frozenset[str]:

@@ -46,17 +46,11 @@ def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
         return Columns(paths, header, (), {})
     cases = tuple(store.read_cases(paths.cases, paths.task, paths.split))
     position = {info.id: number for number, info in enumerate(cases)}
-    found = _fast(paths, position) if _is_large(paths) else None
+    large = paths.rows.exists() and paths.rows.stat().st_size >= LARGE
+    found = _fast(paths, position) if large else None
     numbers = _slow(paths, position) if found is None else found
     stale = {value for value, _ in numbers if newest.stale_value(header, value)}
     return Columns(paths, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})
-
-
-def _is_large(paths: ResultPaths) -> bool:
-    try:
-        return paths.rows.stat().st_size >= LARGE
-    except OSError:
-        return False
 
 
 def _slow(paths: ResultPaths, position: dict[str, int]) -> dict[Key, np.ndarray]:

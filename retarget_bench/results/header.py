@@ -9,17 +9,15 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterable, Mapping
 from dataclasses import MISSING, dataclass, field, fields, replace
-from typing import Any, TypeVar
+from typing import Any
 
-from retarget_bench.api import Direction, Value
+from retarget_bench.api import Direction, Parameters, Value
 
 SCHEMA = 1
 STATUSES = ("ok", "unsupported", "invalid", "failed", "missing")
 """``missing``: scoring was asked for and no prediction was there."""
 ELSEWHERE = "predictions made elsewhere"
 """The origin of a method whose predictions were given as files."""
-
-Parameters = Mapping[str, str | int | float | bool]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,8 +26,8 @@ class _Part:
 
     def plain(self) -> dict[str, Any]:
         """The part as it is written; optional fields that say nothing are left out."""
-        found = {each.name: getattr(self, each.name) for each in fields(self)}
-        del found["extra"]
+        names = [each.name for each in fields(self) if each.name != "extra"]
+        found = {name: _plain(getattr(self, name)) for name in names}
         kept = {key: value for key, value in found.items() if key not in OPTIONAL or value != OPTIONAL[key]}
         return kept | dict(self.extra)
 
@@ -181,13 +179,13 @@ class ResultHeader(_Part):
         counts = Counts.of(status.get(case, "ok") for case in ids)
         return replace(self, counts=counts, problems=problems)
 
-    def plain(self) -> dict[str, Any]:
-        found = super().plain()
-        found |= {name: getattr(self, name).plain() for name in ("method", "dataset", "counts")}
-        found["problems"] = [each.plain() for each in self.problems]
-        for name in found.keys() & {"values", "set_values"}:
-            found[name] = {key: value.plain() for key, value in found[name].items()}
-        return found
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, _Part):
+        return value.plain()
+    if isinstance(value, Mapping):
+        return {key: _plain(each) for key, each in value.items()}
+    return tuple(map(_plain, value)) if isinstance(value, tuple) else value
 
 
 OPTIONAL: dict[str, Any] = {
@@ -200,35 +198,36 @@ OPTIONAL: dict[str, Any] = {
 }
 """Fields that are not written while they hold this."""
 
-PartOf = TypeVar("PartOf", bound=_Part)
+NESTED: dict[str, type[_Part]] = {"method": MethodInfo, "dataset": DatasetInfo, "counts": Counts}
 
 
 def parsed(facts: object) -> ResultHeader:
     """A header from its JSON object. Raises ValueError naming what it lacks."""
-    whole = _object(facts, "it")
-    header: dict[str, Any] = {**whole}
-    if "method" in whole:
-        header["method"] = _part(MethodInfo, whole["method"], "method")
-    if "dataset" in whole:
-        header["dataset"] = _part(DatasetInfo, whole["dataset"], "dataset")
-    if "counts" in whole:
-        header["counts"] = _part(Counts, whole["counts"], "counts")
-    if "problems" in whole:
-        header["problems"] = [_part(Problem, each, "problems") for each in _array(whole["problems"])]
-    for name in whole.keys() & {"values", "set_values"}:
-        values = _object(whole[name], name).items()
-        header[name] = {key: _part(DeclaredValue, value, f"{name}.{key}") for key, value in values}
-    return _part(ResultHeader, header, "it")
+    header: ResultHeader = _part(ResultHeader, facts, "it")
+    return header
 
 
-def _part(kind: type[PartOf], facts: object, where: str) -> PartOf:
+def _part(kind: type[_Part], facts: object, where: str) -> Any:
     given = _object(facts, where)
     known = {each.name: each for each in fields(kind) if each.name != "extra"}
+    said = {name: _field(name, value) for name, value in given.items() if name in known}
     required = [n for n, each in known.items() if each.default is each.default_factory is MISSING]
     if lacking := [name for name in required if name not in given]:
         raise ValueError(f"{where} lacks {', '.join(lacking)}")
-    said = {name: _without_lists(value) for name, value in given.items() if name in known}
     return kind(**said, extra={name: value for name, value in given.items() if name not in known})
+
+
+def _field(name: str, value: Any) -> Any:
+    if name in NESTED:
+        return _part(NESTED[name], value, name)
+    if name == "problems":
+        if not isinstance(value, list | tuple):
+            raise ValueError("problems is no list")
+        return tuple(_part(Problem, each, name) for each in value)
+    if name in ("values", "set_values"):
+        declared = _object(value, name).items()
+        return {key: _part(DeclaredValue, each, f"{name}.{key}") for key, each in declared}
+    return _without_lists(value)
 
 
 def _without_lists(value: Any) -> Any:
@@ -241,9 +240,3 @@ def _object(facts: object, where: str) -> Mapping[str, Any]:
     if not isinstance(facts, Mapping):
         raise ValueError(f"{where} is no JSON object")
     return facts
-
-
-def _array(facts: object) -> list[Any]:
-    if not isinstance(facts, list | tuple):
-        raise ValueError("problems is no list")
-    return list(facts)

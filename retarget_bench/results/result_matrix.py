@@ -89,11 +89,7 @@ class ResultMatrix:
         some: np.ndarray = np.logical_or.reduce(each, axis=0)
         rows = []
         for row, keep in zip(self.rows, each, strict=True):
-            ids = {
-                info.id
-                for info, mine in zip(self.cases, np.logical_and(keep, self.own), strict=True)
-                if mine
-            }
+            ids = {info.id for info, mine in zip(self.cases, keep & self.own, strict=True) if mine}
             runs = tuple(
                 {key: np.where(keep, column, np.nan)[some] for key, column in run.items()}
                 for run in row.runs
@@ -104,14 +100,12 @@ class ResultMatrix:
 
     def narrowed(self, value: str) -> ResultMatrix:
         """The matrix with one value and nothing else."""
-        rows = tuple(
-            replace(
-                row,
-                runs=tuple({key: each for key, each in run.items() if key[0] == value} for run in row.runs),
-            )
-            for row in self.rows
-        )
-        return replace(self, rows=rows, values={value: self.values[value]} if value in self.values else {})
+        rows = []
+        for row in self.rows:
+            runs = tuple({key: each for key, each in run.items() if key[0] == value} for run in row.runs)
+            rows.append(replace(row, runs=runs))
+        values = {value: self.values[value]} if value in self.values else {}
+        return replace(self, rows=tuple(rows), values=values)
 
 
 def result_matrices(results: Iterable[ResultPaths]) -> list[ResultMatrix]:
@@ -147,10 +141,8 @@ def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> 
     infos |= {i.id: (i, False) for each in extra for i in each.cases if i.id not in infos}
     ordered = sorted(infos.values(), key=lambda pair: (pair[0].clip, pair[0].id))
     position = {info.id: number for number, (info, _) in enumerate(ordered)}
-    own_self = {_identity(each): each for each in extra}
-    runs = [
-        (each, _aligned(each, own_self.get(_identity(each)), pooled, split, position)) for each in found
-    ]
+    own_self = {replace(each.paths, split=split): each for each in extra}
+    runs = [(each, _aligned(each, own_self.get(each.paths), pooled, split, position)) for each in found]
     return ResultMatrix(
         dataset=label,
         split=split,
@@ -159,10 +151,6 @@ def _matrix(found: Sequence[Columns], label: str, selves: Sequence[Columns]) -> 
         rows=_rows(runs),
         values=with_current_labels(values),
     )
-
-
-def _identity(found: Columns) -> tuple[Any, ...]:
-    return found.paths.root, found.paths.dataset, found.paths.task, found.paths.method
 
 
 def _aligned(
@@ -197,7 +185,7 @@ def _rows(runs: Sequence[tuple[Columns, dict[Key, np.ndarray]]]) -> tuple[Method
         # results on other data than the newest have no cases here
         each.sort(key=lambda pair: (not pair[0].cases, pair[0].header.seeds or (0,)))
         first = each[0][0]
-        each = [pair for pair in each if _same_version(pair[0], first)]
+        each = [pair for pair in each if _version(pair[0].header) == _version(first.header)]
         shown = label if labels.count(label) == 1 else f"{label} ({root})"
         seeds = tuple(numbers for _, numbers in each)
         all_paths = tuple(found.paths for found, _ in each)
@@ -216,11 +204,9 @@ def _header(found: Sequence[Columns]) -> ResultHeader:
     return replace(first, problems=problems, seeds=seeds).counted(ids)
 
 
-def _same_version(found: Columns, first: Columns) -> bool:
-    """Whether a result under another seed was made by the same method and metrics, on the same data."""
-    one, other = found.header, first.header
-    same_data = one.dataset.content == other.dataset.content
-    return same_data and (one.method, one.metrics) == (other.method, other.metrics)
+def _version(header: ResultHeader) -> tuple[Any, ...]:
+    """Results under several seeds stand together where this is equal."""
+    return header.dataset.content, header.method, header.metrics
 
 
 def with_current_labels(values: Mapping[str, DeclaredValue]) -> dict[str, DeclaredValue]:

@@ -169,12 +169,13 @@ def write_results(
     paths: ResultPaths, header: ResultHeader, entries: Sequence[CaseResult], infos: Sequence[CaseInfo]
 ) -> None:
     """Rows, arrays and case list, then the header (whose presence says that all is there)."""
-    write_cases(paths.cases, infos)
+    ordered = sorted(infos, key=lambda info: info.id)
+    cases = ((info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered)
+    write_csv(paths.cases, CASE_FIELDS, cases)
     rows, arrays = _flatten(entries, header.values)
     texts = ((case, value, index, f"{number:.9g}") for case, value, index, number in rows)
     write_csv(paths.rows, ROW_FIELDS, texts)
-    with atomic(paths.arrays) as temporary, temporary.open("wb") as stream:
-        np.savez_compressed(stream, **arrays)  # type: ignore[arg-type]
+    write_npz(paths.arrays, arrays, compressed=True)
     write_text(paths.header, json.dumps(header.plain(), indent=1, ensure_ascii=False) + "\n")
     paths.journal.unlink(missing_ok=True)
 
@@ -201,13 +202,6 @@ def _flatten(
         packed[f"{value_id}:index"] = np.array(index)
         packed[f"{value_id}:values"] = np.array([float(f"{v:.9g}") for v in values])
     return rows, packed
-
-
-def write_cases(path: Path, infos: Sequence[CaseInfo]) -> None:
-    """The case list beside the rows; sorted by case id."""
-    ordered = sorted(infos, key=lambda info: info.id)
-    rows = ((info.id, info.source, info.target, info.clip, info.kind, info.frames) for info in ordered)
-    write_csv(path, CASE_FIELDS, rows)
 
 
 # --------------------------------------------------------------------------------------------- reading
@@ -297,11 +291,22 @@ def read_csv(path: Path, fields: Sequence[str]) -> list[list[str]]:
 
 def read_arrays(paths: ResultPaths) -> dict[str, np.ndarray]:
     """Values per joint or frame: ``<value id>:cases``, ``:index`` and ``:values``, one-dimensional."""
+    return read_npz(paths.arrays, "cannot be read; run the method again")
+
+
+def write_npz(path: Path, arrays: Mapping[str, Any], compressed: bool = False) -> None:
+    """Write arrays by name, atomically. Raises FileError."""
+    with atomic(path) as temporary, temporary.open("wb") as stream:
+        (np.savez_compressed if compressed else np.savez)(stream, **arrays)
+
+
+def read_npz(path: Path, problem: str) -> dict[str, np.ndarray]:
+    """All arrays of a file. Raises FileError that states the problem where it is none."""
     try:
-        with np.load(paths.arrays) as file:
+        with path.open("rb") as opened, np.load(opened) as file:
             return {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise FileError(paths.arrays, f"cannot be read ({error}); run the method again") from error
+    except (OSError, ValueError, KeyError, TypeError, EOFError, BadZipFile) as error:
+        raise FileError(path, f"{problem} ({error})") from error
 
 
 def find_results(root: Path, task: str = "retarget") -> list[ResultPaths]:

@@ -2,15 +2,15 @@
 
 import math
 from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import replace
 
 from retarget_bench.analysis.breakdown import CURVES, By
-from retarget_bench.analysis.summary import MethodSummary, SplitSummary
+from retarget_bench.analysis.summary import MethodSummary, SplitSummary, split_summaries
 from retarget_bench.errors import BenchError
 from retarget_bench.results import compatibility
 from retarget_bench.results.header import DeclaredValue, ResultHeader
-from retarget_bench.tables import missing, provenance, set_groups
-from retarget_bench.tables.groups import FPS, GroupBuilder, by_method, by_part
+from retarget_bench.results.store import ResultPaths
+from retarget_bench.tables import provenance, set_groups
+from retarget_bench.tables.groups import FPS, GroupBuilder, by_method, by_part, lacking
 from retarget_bench.tables.model import Group, Problem, Table
 
 DEFAULT_COLUMNS = (
@@ -30,6 +30,15 @@ WHERE_KNOWN = frozenset(["touch_gap"])
 """Default columns that are left out silently where a data set has no labels for them."""
 _DUST, _ROUNDING = 1e-6, 1e-5
 """Numbers below this size, or this share of the column's largest, count as rounding errors."""
+
+TASK_COLUMNS = {
+    "reconstruct": ("restored_cm", "jerk_ratio"),
+    "denoise": ("restored_cm", "jerk_ratio"),
+    "upsample": ("restored_cm", "restored_cm.missing"),
+}
+"""Derived task -> its default columns."""
+TASK_BREAKDOWN: dict[str, By] = {"reconstruct": "structure", "denoise": "level", "upsample": "level"}
+"""Derived task -> its default breakdown, since a mean over levels says little."""
 
 Values = Mapping[str, DeclaredValue]
 
@@ -58,6 +67,24 @@ def tables(
     return [
         _table(title, each, columns, declared, methods, by, with_sets) for title, each in by_dataset.items()
     ]
+
+
+def task_tables(places: Sequence[ResultPaths], task: str, by: By | None = None) -> list[Table]:
+    """The tables of a task: by level or structure, or whatever else is asked for; of ``reconstruct`` also
+    one over all structures."""
+    whole = split_summaries(places) if by is None and TASK_BREAKDOWN[task] == "structure" else []
+    by = by or TASK_BREAKDOWN[task]
+    parts, wanted = split_summaries(places, by), TASK_COLUMNS[task]
+    return [
+        *tables(whole, _known_columns(whole, wanted)),
+        *tables(parts, _known_columns(parts, wanted[: 1 if whole else None]), by),
+    ]
+
+
+def _known_columns(found: Sequence[SplitSummary], wanted: Sequence[str]) -> Sequence[str]:
+    """Those that any result has; the default columns of all tables where none has."""
+    there = {key for section in found for key in section.values}
+    return tuple(key for key in wanted if key in there) or DEFAULT_COLUMNS
 
 
 def all_columns(found: Sequence[SplitSummary]) -> list[str]:
@@ -111,50 +138,35 @@ def _table(
     builder = GroupBuilder(known, {**declared, **of_sets}, decimals, methods)
     sets = [key for key in of_sets if with_sets or key in wanted]
     keys = _broken_down(found, wanted, declared) if by else []
+    groups: list[Group] = []
     if by:
-        groups = [
-            by_part(each, key, by, builder) for each in _splits(found) for key in keys if _has(each, key)
-        ]
+        splits: dict[str, list[SplitSummary]] = {}
+        for section in found:
+            splits.setdefault(section.split, []).append(section)
+        for parts in splits.values():
+            groups += [by_part(parts, key, by, builder) for key in keys if key in _present(parts)]
     else:
-        groups = _groups(found, wanted, sets, declared, builder)
+        cases = wanted if wanted is DEFAULT_COLUMNS else [key for key in wanted if key not in of_sets]
+        for section in found:
+            if cases:
+                groups.append(by_method(section, *_columns(section, cases, declared), builder))
+            if sets:
+                groups += set_groups.by_set(section, sets, builder)
+    notes = []
+    if sets:
+        notes = [set_groups.READING, *(line for each in found for line in set_groups.without(each, sets))]
+    elif of_sets:
+        notes = [f"Not shown: values of all answers as one set (--columns {','.join(of_sets)})."]
     return Table(
         title=title,
         groups=tuple(groups),
-        notes=(*_set_notes(found, sets, of_sets), *_notes(found)),
+        notes=(*notes, *_notes(found, known)),
         footnotes=tuple(builder.footnotes.sentences),
         problems=tuple(_problems(found)),
         provenance=provenance.provenance(found),
         data=provenance.data_facts(found),
         subjects=tuple(builder.column(key) for key in keys),
     )
-
-
-def _groups(
-    found: Sequence[SplitSummary],
-    wanted: Sequence[str],
-    sets: Sequence[str],
-    declared: Values,
-    builder: GroupBuilder,
-) -> list[Group]:
-    """Per split: the values of cases, then those of sets, structure by structure."""
-    of_sets = set_groups.declared(found)
-    cases = wanted if wanted is DEFAULT_COLUMNS else [key for key in wanted if key not in of_sets]
-    groups = []
-    for section in found:
-        if cases:
-            groups.append(by_method(section, *_columns(section, cases, declared), builder))
-        if sets:
-            groups += set_groups.by_set(section, sets, builder)
-    return groups
-
-
-def _set_notes(found: Sequence[SplitSummary], wanted: Sequence[str], of_sets: Iterable[str]) -> list[str]:
-    """Notes on values of sets: how to read them, which are missing, or how to show them."""
-    if wanted:
-        lacking = [sentence for section in found for sentence in set_groups.without(section, wanted)]
-        return [set_groups.READING, *lacking]
-    ids = ",".join(of_sets)
-    return [f"Not shown: values of all answers as one set (--columns {ids})."] if ids else []
 
 
 # --------------------------------------------------------------------------------------------- columns
@@ -169,7 +181,7 @@ def _columns(section: SplitSummary, wanted: Sequence[str], declared: Values) -> 
         if (shown := stand_in(key, present)) is not None:
             keys.append(shown)
         elif key in declared and not (wanted is DEFAULT_COLUMNS and key in WHERE_KNOWN):
-            absent.setdefault(missing.lacking([declared[key]], *section.scores), []).append(key)
+            absent.setdefault(lacking(declared[key], section.scores), []).append(key)
     lost = [
         f"{section.split}: not shown: {', '.join(declared[key].label for key in each)} ({why})"
         for why, each in absent.items()
@@ -192,17 +204,6 @@ def _broken_down(found: Sequence[SplitSummary], wanted: Sequence[str], declared:
     if wanted is not DEFAULT_COLUMNS:
         return keys
     return keys[:1] or [key for key in declared if key in present]
-
-
-def _splits(found: Sequence[SplitSummary]) -> list[list[SplitSummary]]:
-    by_split: dict[str, list[SplitSummary]] = {}
-    for section in found:
-        by_split.setdefault(section.split, []).append(section)
-    return list(by_split.values())
-
-
-def _has(found: Sequence[SplitSummary], key: str) -> bool:
-    return key in _present(found)
 
 
 def _present(found: Iterable[SplitSummary]) -> set[str]:
@@ -240,45 +241,41 @@ def _decimals(numbers: Sequence[float]) -> int:
 
 
 # ----------------------------------------------------------------------------------------------- below
-def _notes(found: Sequence[SplitSummary]) -> list[str]:
+def _notes(found: Sequence[SplitSummary], known: compatibility.Newest) -> list[str]:
     """Notes of the data sets, and notes on results of other versions."""
-    notes = {note: None for section in found for note in section.notes}
-    known = compatibility.newest([score.header for section in found for score in section.scores])
+    notes = [note for section in found for note in section.notes]
+    fresh = []
     for section in found:
         for score in section.scores:
             if stale := known.stale_data(score.header):
-                notes[f"{section.split}: {score.label} was {stale}."] = None
-    fresh = [s.header for section in found for s in section.scores if not known.stale_data(s.header)]
+                notes.append(f"{section.split}: {score.label} was {stale}.")
+            else:
+                fresh.append(score.header)
     if other := compatibility.other_code(fresh):
-        notes[
+        notes.append(
             f"Some rows were scored by other code under the same version: {', '.join(other)}. Run bench "
             "score to bring them together."
-        ] = None
-    return list(notes)
+        )
+    return list(dict.fromkeys(notes))
 
 
 def _problems(found: Sequence[SplitSummary]) -> list[Problem]:
-    problems: dict[tuple[str, str, str, str], dict[str, None]] = {}
+    """Problems, with the refusals of a method on a split merged where they have more than two reasons."""
+    cases: dict[tuple[str, str, str, str], dict[str, None]] = {}
+    refusals: dict[tuple[str, str], dict[str, None]] = {}
     for section in found:
         for score in section.scores:
             for each in score.header.problems:
                 key = (section.split, score.label, each.status, each.message)
-                problems.setdefault(key, {}).update(dict.fromkeys(each.cases))
-    return _merged([Problem(*key, tuple(cases)) for key, cases in problems.items()])
-
-
-def _merged(problems: Sequence[Problem]) -> list[Problem]:
-    """Problems, with the refusals of a method on a split merged where they have more than two reasons."""
-    refusals: dict[tuple[str, str], list[Problem]] = {}
-    for each in problems:
-        if each.status == "unsupported":
-            refusals.setdefault((each.split, each.label), []).append(each)
-    found: list[Problem] = []
-    for each in problems:
-        mine = refusals.get((each.split, each.label), [])
-        if each.status != "unsupported" or len(mine) <= 2:
-            found.append(each)
-        elif each is mine[0]:
-            cases = tuple(case for other in mine for case in other.cases)
-            found.append(replace(each, cases=cases, more=len(mine) - 1))
-    return found
+                cases.setdefault(key, {}).update(dict.fromkeys(each.cases))
+                if each.status == "unsupported":
+                    refusals.setdefault(key[:2], {})[each.message] = None
+    problems = []
+    for (split, label, status, message), mine in cases.items():
+        reasons = list(refusals.get((split, label), ())) if status == "unsupported" else []
+        if len(reasons) <= 2:
+            problems.append(Problem(split, label, status, message, tuple(mine)))
+        elif message == reasons[0]:
+            every = [case for reason in reasons for case in cases[split, label, status, reason]]
+            problems.append(Problem(split, label, status, message, tuple(every), len(reasons) - 1))
+    return problems

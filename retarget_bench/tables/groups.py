@@ -7,15 +7,15 @@ from dataclasses import dataclass, field
 from retarget_bench.analysis.breakdown import CURVES
 from retarget_bench.analysis.statistics import ENOUGH_CLIPS
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary
-from retarget_bench.results.compatibility import Newest
+from retarget_bench.results.compatibility import Newest, metric_versions
 from retarget_bench.results.header import DeclaredValue, ResultHeader
-from retarget_bench.tables import missing
 from retarget_bench.tables.model import (
+    FAILED,
     NOT_APPLICABLE,
     NOT_RUN,
+    OTHER_VERSION,
     Cell,
     Column,
-    Common,
     Footnotes,
     Group,
     Mark,
@@ -26,6 +26,8 @@ from retarget_bench.tables.model import (
 FPS = "fps"
 ABSENT = "not run here"
 STALE = "other version of the data"
+NEEDS = {"touches": "self-contact labels", "contacts": "contact labels"}
+"""Needs of values in words, where their ids do not say it."""
 FPS_MEANING = "frames retargeted per second by one process and one thread, reading and writing aside"
 
 
@@ -48,30 +50,22 @@ class GroupBuilder:
         if key == FPS:
             return Column(FPS, "fps", "1/s", "higher", FPS_MEANING)
         value = self.declared[key]
-        metric = value.metric
-        return Column(
-            key,
-            value.label,
-            value.unit,
-            value.better,
-            value.meaning,
-            value.goal,
-            value.formula,
-            f"{metric} {self.newest.metrics.get(metric, '')}".strip(),
-        )
+        version = f"{value.metric} {self.newest.metrics.get(value.metric, '')}".strip()
+        facts = (value.unit, value.better, value.meaning, value.goal, value.formula)
+        return Column(key, value.label, *facts, version)
 
     def cell(self, section: SplitSummary, score: MethodSummary, key: str) -> Cell:
         """The cell of a method and a value, or the reason why it is missing."""
-        if absent := missing.of_row(score, self.newest):
-            return self.empty(absent)
+        if absent := self.absent(score):
+            return Cell(absent)
         if key == FPS:
             if score.fps is not None:
                 return Cell(self.shown(score.fps, key), score.fps, decimals=self.decimals[key])
-            elsewhere = score.header.method.external
-            told = "external predictions are not timed" if elsewhere else "speed was not measured"
-            return self.empty((NOT_APPLICABLE if elsewhere else NOT_RUN, told))
+            if score.header.method.external:
+                return self.footnotes.missing("external predictions are not timed")
+            return self.footnotes.missing("speed was not measured", NOT_RUN)
         if key not in score.means:
-            return self.empty(missing.of_value(score, key, self.declared[key], self.newest))
+            return self.missing(score, key)
         mean, ranking = score.means[key], section.rankings.get(key)
         why = ranking.left_out.get(score.label, "") if ranking else ""
         reason = f"not ranked by this column: {why}" if why else ""
@@ -94,9 +88,47 @@ class GroupBuilder:
         text = f"{number:.{self.decimals[key]}f}"
         return text if float(text) else text.removeprefix("-")
 
-    def empty(self, why: missing.MissingValue) -> Cell:
-        kind, reason = why
-        return self.footnotes.missing(reason, kind)
+    def absent(self, score: MethodSummary) -> str:
+        """The kind of all cells of a row without any number; "" where some cells have one."""
+        if self.newest.stale_data(score.header):
+            return OTHER_VERSION
+        if score.ok or score.means:
+            return ""
+        counts = score.header.counts
+        if counts.asked and counts.failed + counts.invalid:
+            return FAILED
+        return NOT_APPLICABLE if counts.asked and not counts.missing else NOT_RUN
+
+    def missing(self, score: MethodSummary, key: str) -> Cell:
+        """The cell of a method with answers that has no number for a value, and why."""
+        facts, header = self.declared[key], score.header
+        if stale := self.newest.stale_value(header, key):
+            return self.footnotes.missing(stale, OTHER_VERSION)
+        computed = metric_versions(header)
+        if facts.metric and computed and facts.metric not in computed:
+            reason = f"scored without the metric {facts.metric}; bench score adds it"
+        elif key not in header.values:
+            reason = "scored before this value existed; bench score adds it"
+        elif facts.with_self and header.split == "intra":
+            reason = "pools self pairs with intra, and there are no results on the self split"
+        elif refused := header.not_applicable.get(key):
+            return self.footnotes.missing(str(refused["reason"]))
+        else:
+            return self.footnotes.missing(lacking(facts, [score]))
+        return self.footnotes.missing(reason, NOT_RUN)
+
+
+def lacking(value: DeclaredValue, scores: Sequence[MethodSummary]) -> str:
+    """The needs of a value that no number of these rows shows to be met, as text."""
+    met = {
+        need
+        for score in scores
+        for key in score.means
+        if key in score.header.values
+        for need in score.header.values[key].needs
+    }
+    unmet = [NEEDS.get(need, need) for need in value.needs if need not in met]
+    return f"needs {' and '.join(unmet)}" if unmet else "undefined for all of these cases"
 
 
 def _mark(section: SplitSummary, score: MethodSummary, key: str) -> Mark:
@@ -118,42 +150,31 @@ def by_method(
     fresh = [score for score in section.scores if not builder.newest.stale_data(score.header)]
     if keys:
         rows.sort(key=lambda pair: _place(section, pair[1], keys[0], builder))
+    asked = max((score.asked for score in fresh), default=0)
+    frames = f", {section.frames} frames" if section.frames else ""
     there = {score.label for score in section.scores}
     missing = [label for label in builder.methods if label not in there]
+    alone = []
+    for key in keys:
+        having = [score for score in section.scores if not score.unranked and key in score.means]
+        if len(having) > 1 and key not in section.rankings and builder.declared[key].better != "none":
+            alone.append(
+                f"{section.split}: no method is ranked by {builder.column(key).label}, since no case has "
+                "a number of all ranked methods. Each number is over other cases."
+            )
     nothing = tuple(Cell(NOT_RUN) for _ in keys)
     return Group(
-        title=_title(section, fresh),
+        title=f"{section.split}: {count(asked, 'case')} of {count(section.clips, 'clip')} and "
+        f"{count(section.pairs, 'pair')}{frames}",
         split=section.split,
         columns=tuple(builder.column(key) for key in keys),
         ranked=tuple(row for row, score in rows if not row.mark),
         unranked=(
             *(row for row, score in rows if row.mark),
-            *(Row(label, ABSENT, nothing, "0", about(builder.methods[label])) for label in missing),
+            *(Row(label, ABSENT, nothing, "0", builder.methods[label].method.summary) for label in missing),
         ),
-        common=tuple(_common(section, key) for key in keys),
-        absent=(*absent, *_nothing_in_common(section, keys, builder)),
-    )
-
-
-def _nothing_in_common(section: SplitSummary, keys: Sequence[str], builder: GroupBuilder) -> list[str]:
-    """Sentences about columns without cases that all ranked methods have a number for."""
-    found = []
-    for key in keys:
-        having = [score for score in section.scores if not score.unranked and key in score.means]
-        if len(having) > 1 and key not in section.rankings and builder.declared[key].better != "none":
-            found.append(
-                f"{section.split}: no method is ranked by {builder.column(key).label}, since no case has "
-                "a number of all ranked methods. Each number is over other cases."
-            )
-    return found
-
-
-def _title(section: SplitSummary, scores: Sequence[MethodSummary]) -> str:
-    asked = max((score.asked for score in scores), default=0)
-    frames = f", {section.frames} frames" if section.frames else ""
-    return (
-        f"{section.split}: {count(asked, 'case')} of {count(section.clips, 'clip')} and "
-        f"{count(section.pairs, 'pair')}{frames}"
+        common=tuple(section.rankings.get(key) for key in keys),
+        absent=(*absent, *alone),
     )
 
 
@@ -161,17 +182,7 @@ def _row(section: SplitSummary, score: MethodSummary, keys: Sequence[str], build
     stale = bool(builder.newest.stale_data(score.header))
     n = "0" if stale else f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
     cells = tuple(builder.cell(section, score, key) for key in keys)
-    return Row(score.label, STALE if stale else score.unranked, cells, n, about(score.header))
-
-
-def about(header: ResultHeader) -> str:
-    """Summary of a method; "" where its header has none."""
-    return header.method.summary
-
-
-def _common(section: SplitSummary, key: str) -> Common | None:
-    ranking = section.rankings.get(key)
-    return Common(ranking.cases, ranking.clips) if ranking else None
+    return Row(score.label, STALE if stale else score.unranked, cells, n, score.header.method.summary)
 
 
 def _place(
@@ -209,7 +220,7 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         # not every body has every joint, nor every clip every second
         whole = heading not in ("joint", "part", *CURVES)
         asked = max(score.asked for score in section.scores) if whole else 0
-        n = max(asked, *(_counted(score, key) for score in section.scores))
+        n = max(asked, *(score.means[key].n for score in section.scores if key in score.means), 0)
         rows.append(Row(section.part, "", tuple(cells), f"{n}"))
     split = sections[0].split
     unit = f" in {value.unit}" if value.unit != "1" else ""
@@ -222,7 +233,7 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
                 label,
                 "1",
                 value.better,
-                about(first[label].header) or "a method",
+                first[label].header.method.summary or "a method",
                 value.goal,
                 mark=marks[label],
             )
@@ -230,18 +241,13 @@ def by_part(sections: Sequence[SplitSummary], key: str, heading: str, builder: G
         ),
         ranked=tuple(rows),
         unranked=(),
-        common=(None,) * len(labels),
         heading=heading,
         subject=key,
     )
 
 
-def _counted(score: MethodSummary, key: str) -> int:
-    return score.means[key].n if key in score.means else 0
-
-
 def _never_ranked(sections: Sequence[SplitSummary], label: str) -> str:
-    """Why a method is ranked in no part; "" where it is in any."""
+    """The reason why a method is ranked in no part; "" where it is in any."""
     scores = [score for section in sections for score in section.scores if score.label == label]
     reasons = {score.unranked for score in scores if score.asked}
     if not reasons or "" in reasons:

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 from typing import Literal
 
 from retarget_bench.analysis.statistics import Interval
+from retarget_bench.analysis.summary import Ranking
 
 ARROWS = {"lower": "↓", "higher": "↑", "target": "→", "none": ""}
 NOT_APPLICABLE, FAILED, NOT_RUN, OTHER_VERSION = "n/a", "failed", "not run", "other version"
@@ -106,21 +107,13 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Common:
-    """Number of cases, and of their source clips, for which all ranked methods have a column's value."""
-
-    cases: int
-    clips: int
-
-
-@dataclass(frozen=True)
 class Group:
     """One split: ranked rows, best first by the first column, then those that are not ranked.
 
     Splits of one data set may have different columns: without references only some values exist.
 
     heading: of the rows: ``method``, or the kind of breakdown.
-    common:  the cases that each column is ranked on; None where it is not ranked.
+    common:  the ranking by each column, with its number of cases; None where it is not ranked.
     absent:  sentences about requested columns without any value here.
     subject: the id of the value that is broken down; "" where the columns are values.
     counted: the unit of n.
@@ -132,7 +125,7 @@ class Group:
     columns: tuple[Column, ...]
     ranked: tuple[Row, ...]
     unranked: tuple[Row, ...]
-    common: tuple[Common | None, ...]
+    common: tuple[Ranking | None, ...] = ()
     heading: str = "method"
     absent: tuple[str, ...] = ()
     subject: str = ""

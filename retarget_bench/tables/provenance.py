@@ -15,17 +15,11 @@ def provenance(found: Sequence[SplitSummary]) -> tuple[Provenance, ...]:
     grouped: dict[tuple[Any, ...], dict[str, ResultHeader]] = {}
     for section in found:
         for score in section.scores:
-            alike = _facts(score.label, score.header)
-            grouped.setdefault(alike, {})[section.split] = score.header
+            header, method = score.header, score.header.method
+            versions, seeds = tuple(header.versions.items()), tuple(header.seeds)
+            alike = (score.label, method.version, method.code, header.revision, versions, seeds)
+            grouped.setdefault(alike, {})[section.split] = header
     return tuple(_entry(facts[0], headers) for facts, headers in grouped.items())
-
-
-def _facts(label: str, header: ResultHeader) -> tuple[Any, ...]:
-    """The facts in which two results of a method agree to share an entry."""
-    method = header.method
-    versions = tuple(header.versions.items())
-    seeds = tuple(header.seeds)
-    return label, method.version, method.code, header.revision, versions, seeds
 
 
 def _entry(label: str, headers: Mapping[str, ResultHeader]) -> Provenance:

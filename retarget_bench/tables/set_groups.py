@@ -2,14 +2,12 @@
 
 from collections import Counter
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import MethodSummary, SplitSummary
 from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results.header import DeclaredValue
-from retarget_bench.tables import missing
-from retarget_bench.tables.groups import STALE, GroupBuilder, about
+from retarget_bench.tables.groups import STALE, GroupBuilder
 from retarget_bench.tables.model import NOT_APPLICABLE, NOT_RUN, OTHER_VERSION, Cell, Group, Row, count
 
 FLOOR, FLOOR_MARK = "floor", "references, against other real motion"
@@ -20,20 +18,6 @@ READING = (
     "ranked. Compare them by their intervals and with the floor, the score of the references (or of real "
     "motion where there are none). Values with different n are not comparable."
 )
-
-
-@dataclass(frozen=True)
-class _Sets:
-    """The real windows and network that most methods were compared with, for one value and structure.
-
-    real, network: hashes; floor: of those, or None where no method has a value.
-    """
-
-    real: str = ""
-    network: str = ""
-    floor: float | None = None
-    n: int = 0
-    clips: int = 0
 
 
 def declared(found: Iterable[SplitSummary]) -> dict[str, DeclaredValue]:
@@ -74,14 +58,11 @@ def _structures(section: SplitSummary, keys: Sequence[str]) -> list[tuple[tuple[
         for each in score.sets:
             if each.value_id in keys:
                 values.setdefault((each.structure, each.kind), []).append(each)
-    return [
-        (which, "" if any(each.value is not None for each in found) else _reasons(found))
-        for which, found in sorted(values.items())
-    ]
-
-
-def _reasons(found: Sequence[SetValue]) -> str:
-    return "; ".join(dict.fromkeys(each.reason for each in found))
+    found = []
+    for which, mine in sorted(values.items()):
+        reasons = "; ".join(dict.fromkeys(each.reason for each in mine))
+        found.append((which, "" if any(each.value is not None for each in mine) else reasons))
+    return found
 
 
 def _group(
@@ -95,29 +76,38 @@ def _group(
         cells = tuple(_cell(score, values.get(key), key, builder, usual[key]) for key in keys)
         mark = STALE if builder.newest.stale_data(score.header) else score.unranked
         n = max((values[key].n for key in keys if key in values), default=0)
-        rows.append(Row(score.label, mark, cells, f"{n}", about(score.header)))
-    rows.sort(key=lambda row: _place(row.cells[0], builder.column(keys[0]).better))
+        rows.append(Row(score.label, mark, cells, f"{n}", score.header.method.summary))
+    sign = -1.0 if builder.column(keys[0]).better == "higher" else 1.0
+    rows.sort(key=lambda row: (row.cells[0].value is None, sign * (row.cells[0].value or 0.0)))
     n, clips = max((each.n, each.clips) for each in usual.values())
-    mark = (
-        APART_MARK if any(score.header.four_legged is not None for score in section.scores) else FLOOR_MARK
-    )
-    floors = tuple(_floor(key, each, builder) for key, each in usual.items())
+    apart = any(score.header.four_legged is not None for score in section.scores)
+    floors = []
+    for key, each in usual.items():
+        if each.floor is None:
+            floors.append(Cell(NOT_APPLICABLE))
+        else:
+            shown, decimals = builder.shown(each.floor, key), builder.decimals[key]
+            floors.append(Cell(shown, each.floor, decimals=decimals, n=each.n, clips=each.clips))
     return Group(
         title=f"{section.split}, all answers on bodies of structure {_named(structure, kind)} as one set: "
         f"{count(n, 'window')} of {count(clips, 'clip')}",
         split=section.split,
         columns=tuple(builder.column(key) for key in keys),
         ranked=tuple(row for row in rows if not row.mark),
-        unranked=(*(row for row in rows if row.mark), Row(FLOOR, mark, floors, f"{n}")),
-        common=(None,) * len(keys),
+        unranked=(
+            *(row for row in rows if row.mark),
+            Row(FLOOR, APART_MARK if apart else FLOOR_MARK, tuple(floors), f"{n}"),
+        ),
         counted="windows",
         structure=structure,
         kind=kind,
     )
 
 
-def _usual(section: SplitSummary, which: tuple[str, str], key: str) -> _Sets:
-    """The most common real windows of the newest results; methods that lack a case have others."""
+def _usual(section: SplitSummary, which: tuple[str, str], key: str) -> SetValue:
+    """A value of the newest network over the real windows that most methods were compared with.
+
+    Methods that lack a case have others. An empty value where no method has any."""
     values = [
         each
         for score in sorted(section.scores, key=lambda score: score.header.date)
@@ -125,31 +115,28 @@ def _usual(section: SplitSummary, which: tuple[str, str], key: str) -> _Sets:
         if (each.value_id, each.structure, each.kind) == (key, *which) and each.value is not None
     ]
     if not values:
-        return _Sets()
-    network = values[-1].network
-    fresh = [each for each in values if each.network == network]
+        return SetValue(key, which[0], 0, 0)
+    fresh = [each for each in values if each.network == values[-1].network]
     real = Counter(each.real for each in fresh).most_common(1)[0][0]
-    first = next(each for each in fresh if each.real == real)
-    return _Sets(real, network, first.floor, first.n, first.clips)
+    return next(each for each in fresh if each.real == real)
 
 
 def _cell(
-    score: MethodSummary, value: SetValue | None, key: str, builder: GroupBuilder, usual: _Sets
+    score: MethodSummary, value: SetValue | None, key: str, builder: GroupBuilder, usual: SetValue
 ) -> Cell:
-    if why := missing.of_row(score, builder.newest):
-        return builder.empty(why)
+    missing = builder.footnotes.missing
+    if absent := builder.absent(score):
+        return Cell(absent)
     if stale := builder.newest.stale_value(score.header, key):
-        return builder.empty((OTHER_VERSION, stale))
+        return missing(stale, OTHER_VERSION)
     if key not in score.header.set_values:
-        return builder.empty((NOT_RUN, f"scored without {key}; bench score adds it"))
+        return missing(f"scored without {key}; bench score adds it", NOT_RUN)
     if value is None:
-        return builder.empty((NOT_APPLICABLE, "no answer on a body of this structure"))
+        return missing("no answer on a body of this structure")
     if value.value is None:
-        return builder.empty((NOT_APPLICABLE, value.reason))
+        return missing(value.reason)
     if value.network != usual.network:
-        return builder.empty(
-            (OTHER_VERSION, "computed with another feature network than the newest results")
-        )
+        return missing("computed with another feature network than the newest results", OTHER_VERSION)
     reason = "" if value.real == usual.real else _other_windows(value, key, builder)
     if (seeds := len(score.header.seeds)) > 1:
         reason = "; ".join(filter(None, [f"of the first of its {seeds} seeds", reason]))
@@ -172,21 +159,3 @@ def _other_windows(value: SetValue, key: str, builder: GroupBuilder) -> str:
         f"over {count(value.n, 'window')} other than those of the other methods, since it did not answer "
         f"the same cases; its own floor is {floor}"
     )
-
-
-def _floor(key: str, usual: _Sets, builder: GroupBuilder) -> Cell:
-    if usual.floor is None:
-        return Cell(NOT_APPLICABLE)
-    return Cell(
-        builder.shown(usual.floor, key),
-        usual.floor,
-        decimals=builder.decimals[key],
-        n=usual.n,
-        clips=usual.clips,
-    )
-
-
-def _place(cell: Cell, better: str) -> tuple[bool, float]:
-    if cell.value is None:
-        return True, 0.0
-    return False, -cell.value if better == "higher" else cell.value

@@ -47,6 +47,3 @@ class Ablation:
     columns: tuple[AblationColumn, ...]
     rows: tuple[AblationRow, ...]
     notes: tuple[str, ...] = ()
-
-
-__all__ = ["Ablation", "AblationColumn", "AblationRow"]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from retarget_bench.analysis import statistics
+from retarget_bench.analysis.summary import means_over_clips
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
@@ -24,7 +24,6 @@ TASK = "retarget"
 PRINTED = "printed"
 DECIMALS = 4
 """Of our numbers: one more than papers print, since rows of one method differ by little."""
-NOT_PRINTED = "the paper prints no number here"
 
 Numbers = Mapping[str, Mapping[CaseInfo, float]]
 """Value id -> case -> number."""
@@ -32,35 +31,11 @@ Numbers = Mapping[str, Mapping[CaseInfo, float]]
 
 @dataclass(frozen=True)
 class TrainedRow:
-    """A row of an ablation with its weights. folder: of the training run."""
+    """A row of an ablation. method: as it was trained. ready: the same with the weights."""
 
     row: AblationRow
     method: Spec
-    folder: Path
-
-    @property
-    def ready(self) -> Spec:
-        """The method with the row's weights."""
-        return registry.canonical("methods", self.method.with_parameters(weights=str(self.folder)))
-
-
-@dataclass(frozen=True)
-class AblationFacts:
-    """What a table says of how its rows came about.
-
-    trained, tested: labels of data sets, the same where nothing else was asked. recipe: of every row.
-    """
-
-    trained: str
-    tested: str
-    recipe: str
-
-    @property
-    def data(self) -> str:
-        """The end of "the row was ..."."""
-        if self.trained == self.tested:
-            return f"trained and run here, on {self.tested}"
-        return f"trained here on {self.trained} and run on {self.tested}"
+    ready: Spec
 
 
 def find(method: Spec, name: str) -> Ablation:
@@ -116,7 +91,8 @@ def train_rows(
         else:
             reporter.say(f"{row.label}: training {spec}")
             train(mine, reporter)
-        made.append(TrainedRow(row, spec, out / "train" / spec.slug))
+        ready = registry.canonical("methods", spec.with_parameters(weights=str(mine.out)))
+        made.append(TrainedRow(row, spec, ready))
     return made
 
 
@@ -148,8 +124,8 @@ def _metrics(ablation: Ablation) -> tuple[str, ...]:
 def numbers_of(asked: plan.Plan, trained: Sequence[TrainedRow]) -> list[Numbers]:
     """What every row scored, from the results of a plan that was carried out."""
     places: dict[Spec, list[ResultPaths]] = {}
-    for cell in plan.evaluation_units(asked):
-        places.setdefault(cell.known_as, []).append(cell.paths)
+    for unit in plan.evaluation_units(asked):
+        places.setdefault(unit.known_as, []).append(unit.paths)
     return [_numbers(places[plan.known_as(each.ready)]) for each in trained]
 
 
@@ -168,111 +144,98 @@ def _numbers(places: Sequence[ResultPaths]) -> Numbers:
 
 # ------------------------------------------------------------------------------------------ the table
 def table(
-    ablation: Ablation, trained: Sequence[TrainedRow], found: Sequence[Numbers], told: AblationFacts
+    ablation: Ablation,
+    trained: Sequence[TrainedRow],
+    found: Sequence[Numbers],
+    trained_on: str,
+    tested_on: str,
+    recipe: str,
 ) -> Table:
     """Every row twice where it is printed: so, and as it came out here.
 
     Ours are means over clips of means per clip, over the cases that all rows have a number for.
+    trained_on, tested_on: labels of data sets. recipe: of every row.
     """
     footnotes = Footnotes()
-    common = {column.label: _common(column, found) for column in ablation.columns}
+    common = [_common(column, found) for column in ablation.columns]
     lines = []
     for each, numbers in zip(trained, found, strict=True):
         if each.row.printed:
-            lines.append(_printed(ablation, each.row, footnotes))
+            printed = tuple(_printed(each.row.printed.get(c.label), footnotes) for c in ablation.columns)
+            lines.append(Line(f"{each.row.label} ({PRINTED})", "", printed, ""))
         cells = tuple(
-            _cell(column, numbers, common[column.label], footnotes) for column in ablation.columns
+            _cell(column, numbers, cases, footnotes)
+            for column, cases in zip(ablation.columns, common, strict=True)
         )
-        lines.append(Line(each.row.label, "", cells, _n(cells), str(each.method)))
+        # columns may be over different splits
+        n = ", ".join(dict.fromkeys(str(cell.n) for cell in cells if cell.value is not None)) or "0"
+        lines.append(Line(each.row.label, "", cells, n, str(each.method)))
     group = Group(
         title=ablation.paper,
         split="",
         columns=tuple(_heading(column) for column in ablation.columns),
         ranked=tuple(lines),
         unranked=(),
-        common=(None,) * len(ablation.columns),
         heading="row",
     )
+    made = f"trained here on {trained_on} and run on {tested_on}"
+    if trained_on == tested_on:
+        made = f"trained and run here, on {tested_on}"
     return Table(
         title=ablation.title,
         groups=(group,),
         notes=(
-            f"Every row: {told.recipe}, trained on {told.trained}, tested on {told.tested}.",
-            *_counts(ablation, common, told.tested),
+            f"Every row: {recipe}, trained on {trained_on}, tested on {tested_on}.",
+            *_counts(ablation, common, tested_on),
             *ablation.notes,
         ),
         footnotes=tuple(footnotes.sentences),
         reading=f"Rows marked '{PRINTED}' are the paper's numbers, on the paper's data; the row under each "
-        f"was {told.data}: how rows differ can be compared, the numbers cannot.",
+        f"was {made}: how rows differ can be compared, the numbers cannot.",
     )
-
-
-def _n(cells: Sequence[Cell]) -> str:
-    """Of the cells' cases; columns may be over different splits."""
-    return ", ".join(dict.fromkeys(str(cell.n) for cell in cells if cell.value is not None)) or "0"
 
 
 def _common(column: AblationColumn, found: Sequence[Numbers]) -> list[CaseInfo]:
-    """The cases of a column's splits that every row has its value for."""
-    each = [set(numbers.get(column.value, ())) for numbers in found]
-    both = set.intersection(*each) if each else set()
-    return sorted((info for info in both if info.split in column.splits), key=lambda info: info.id)
+    """The cases of a column's splits that every row has its value for, clip by clip."""
+    both = set.intersection(*(set(numbers.get(column.value, ())) for numbers in found))
+    return sorted((info for info in both if info.split in column.splits), key=lambda i: (i.clip, i.id))
 
 
 def _heading(column: AblationColumn) -> Heading:
-    meaning = (
-        f"mean of {column.value} over {' and '.join(column.splits)} pairs"
-        if column.value
-        else column.missing
+    mean = f"mean of {column.value} over {' and '.join(column.splits)} pairs"
+    return Heading(
+        column.label, column.label, column.unit, "lower", mean if column.value else column.missing
     )
-    return Heading(column.label, column.label, column.unit, "lower", meaning)
 
 
-def _printed(ablation: Ablation, row: AblationRow, footnotes: Footnotes) -> Line:
-    cells = []
-    for column in ablation.columns:
-        text = row.printed.get(column.label)
-        if text is None:
-            cells.append(footnotes.missing(NOT_PRINTED))
-        else:
-            cells.append(Cell(text, float(text), decimals=_decimals(text)))
-    return Line(f"{row.label} ({PRINTED})", "", tuple(cells), "")
+def _printed(text: str | None, footnotes: Footnotes) -> Cell:
+    if text is None:
+        return footnotes.missing("the paper prints no number here")
+    return Cell(text, float(text), decimals=len(text.partition(".")[2]))
 
 
 def _cell(
-    column: AblationColumn, numbers: Numbers, common: Sequence[CaseInfo], footnotes: Footnotes
+    column: AblationColumn, numbers: Numbers, cases: Sequence[CaseInfo], footnotes: Footnotes
 ) -> Cell:
     if not column.value:
         return footnotes.missing(column.missing)
-    if not common:
-        return Cell(
-            FAILED, reason=EMPTY[FAILED], footnote=footnotes.number("no case that every row answered")
-        )
-    by_clip: dict[str, list[float]] = {}
-    for info in common:
-        by_clip.setdefault(info.clip, []).append(numbers[column.value][info])
-    means = np.array([[np.mean(mine) for mine in by_clip.values()]])
-    value = float(means.mean())
-    return Cell(
-        f"{value:.{DECIMALS}f}",
-        value,
-        interval=statistics.mean_intervals(means)[0],
-        decimals=DECIMALS,
-        n=len(common),
-        clips=len(by_clip),
-    )
+    if not cases:
+        note = footnotes.number("no case that every row answered")
+        return Cell(FAILED, reason=EMPTY[FAILED], footnote=note)
+    _, clips = np.unique([info.clip for info in cases], return_inverse=True)
+    mine = np.array([[numbers[column.value][info] for info in cases]])
+    (mean,) = means_over_clips(mine, clips)
+    assert mean is not None
+    text = f"{mean.value:.{DECIMALS}f}"
+    return Cell(text, mean.value, mean.interval, decimals=DECIMALS, n=mean.n, clips=mean.clips)
 
 
-def _counts(ablation: Ablation, common: Mapping[str, Sequence[CaseInfo]], label: str) -> list[str]:
+def _counts(ablation: Ablation, common: Sequence[Sequence[CaseInfo]], label: str) -> list[str]:
     """Over what our numbers are means, in a sentence; columns with the same cases together."""
     told: dict[str, list[str]] = {}
-    for column in ablation.columns:
-        if cases := common[column.label]:
+    for column, cases in zip(ablation.columns, common, strict=True):
+        if cases:
             pairs, clips = len({info.pair for info in cases}), len({info.clip for info in cases})
             what = f"{count(len(cases), 'case')}, {count(pairs, 'pair')}, {count(clips, 'clip')}"
             told.setdefault(what, []).append(column.label)
     return [f"n, {label}: {what} ({', '.join(which)})." for what, which in told.items()]
-
-
-def _decimals(text: str) -> int:
-    return len(text.partition(".")[2])

@@ -2,6 +2,7 @@
 
 import platform
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -33,9 +34,15 @@ def card(
 ) -> dict[str, Any]:
     """Plain data, as ``weights.py`` describes it."""
     losses = log.losses(folder, POINTS)
-    best = at.best
+    best, spec = at.best, Spec.parse(request.method)
+    # without the weights that were asked for: those that are trained were scored
+    scored = Spec(spec.name, {name: x for name, x in spec.parameters.items() if name != "weights"})
+    config = dict(vars(request.recipe))
+    if not request.limit.steps:  # the time was limited, not the preset's number of steps
+        del config["steps"]
+    unknown = [UNKNOWN] if request.init and not request.seen_all else []
     return {
-        "method": Spec.parse(request.method).name,
+        "method": spec.name,
         "version": request.version,
         "facts": dict(request.facts),
         "data": {
@@ -46,7 +53,7 @@ def card(
             "clips": sum(map(len, training_data.clips.values())),
             "hours": round(training_data.frames / request.recipe.fps / 3600, 3),
         },
-        "recipe": _recipe(request),
+        "recipe": config,
         "preset": request.preset,
         "budget": request.budget,
         "command": request.command,
@@ -62,27 +69,26 @@ def card(
         "curve": losses,
         "validation": list(at.validation),
         "scores": dict(best.scores) if best else {},
-        "scored_as": _scored_as(request.method) if best else "",
+        "scored_as": str(scored) if best else "",
         "training_manifest": joined(request.seen, manifest(data, training_data)),
-        "notes": _notes(request, training_data, at),
+        "notes": [*training_data.notes, *unknown, *([] if best else [UNWATCHED])],
     }
 
 
 def manifest(data: Dataset, training_data: TrainingData) -> dict[str, list[str]]:
     """What training and its validation have seen, as the data set tells it, without the characters,
     structures and clips that were left out; what was trained on where the data set tells nothing."""
-    if not isinstance(data, JointDataset):
-        return _manifest(data, {name: name for name in training_data.clips}, training_data)
-    found: dict[str, list[str]] = {}
-    for member in data.members:
-        kept = {own: name for own, name in member.names.items() if name in training_data.clips}
-        found = joined(found, _manifest(member.data, kept, training_data))
-    return found
+    if isinstance(data, JointDataset):
+        found: dict[str, list[str]] = {}
+        for member in data.members:
+            found = joined(found, _manifest(member.data, member.names, training_data))
+        return found
+    return _manifest(data, {name: name for name in training_data.clips}, training_data)
 
 
-def _manifest(data: Dataset, kept: Mapping[str, str], training_data: TrainingData) -> dict[str, list[str]]:
-    """The same of one data set. kept: those of its characters that were trained on -> as the material calls
-    them."""
+def _manifest(data: Dataset, names: Mapping[str, str], training_data: TrainingData) -> dict[str, list[str]]:
+    """The same of one data set. names: what it calls its characters -> what the training data call them."""
+    kept = {own: name for own, name in names.items() if name in training_data.clips}
     told = optional.data_manifest(data)
     if not told:
         structures = {training_data.characters[name].structure for name in kept.values()}
@@ -102,33 +108,13 @@ def joined(before: Mapping[str, Sequence[str]], now: Mapping[str, Sequence[str]]
     return {key: list(dict.fromkeys((*before.get(key, ()), *now.get(key, ())))) for key in keys}
 
 
-def _scored_as(method: str) -> str:
-    """Without the weights that were asked for: those that are trained were scored."""
-    spec = Spec.parse(method)
-    return str(Spec(spec.name, {name: x for name, x in spec.parameters.items() if name != "weights"}))
-
-
-def _recipe(request: Request) -> dict[str, Any]:
-    """Without the preset's number of steps where the time was limited instead."""
-    return {name: x for name, x in vars(request.recipe).items() if name != "steps" or request.limit.steps}
-
-
-def _notes(request: Request, training_data: TrainingData, at: Checkpoint) -> list[str]:
-    unknown = [UNKNOWN] if request.init and not request.seen_all else []
-    return [*training_data.notes, *unknown, *([] if at.best else [UNWATCHED])]
-
-
 def hardware(device: torch.device) -> str:
     """The GPU's name; or the processor's and how many threads torch uses on it."""
     if device.type == "cuda":
         return torch.cuda.get_device_name(device)
-    return f"{_processor()}, {torch.get_num_threads()} threads"
-
-
-def _processor() -> str:
-    try:
+    lines: list[str] = []
+    with suppress(OSError):
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
-    except OSError:
-        lines = []
     named = (line.partition(":")[2].strip() for line in lines if line.startswith("model name"))
-    return next(named, platform.processor() or platform.machine())
+    processor = next(named, platform.processor() or platform.machine())
+    return f"{processor}, {torch.get_num_threads()} threads"

@@ -67,10 +67,9 @@ def _training(card: Card) -> str:
 
 
 def _machine(card: Card) -> str:
-    parts = [str(card["hardware"])] if card.get("hardware") else []
-    parts += [f"torch {card['torch']}"] if card.get("torch") else []
-    parts += [f"{card['processes']} processes"] if card.get("processes", 1) > 1 else []
-    return ", ".join(parts)
+    several = f"{card['processes']} processes" if card.get("processes", 1) > 1 else ""
+    version = f"torch {card['torch']}" if card.get("torch") else ""
+    return ", ".join(part for part in (card.get("hardware", ""), version, several) if part)
 
 
 def _scores(scores: Card) -> str:

@@ -67,15 +67,12 @@ def write(folder: Path, checkpoint: Checkpoint) -> None:
         kept = before.get("best") if before else None
         if kept is None or kept["step"] != best.step:
             kept = _put(folder / f"best-{best.step}.safetensors", checkpoint.exported)
-        facts["best"] = {
-            "step": best.step,
-            "score": best.score,
-            "scores": best.scores,
-            "file": kept["file"],
-            "sha256": kept["sha256"],
-        }
+        facts["best"] = {**vars(best), "file": kept["file"], "sha256": kept["sha256"]}
     write_text(folder / NAME, json.dumps(facts, indent=1) + "\n")
-    _remove_others(folder, facts)
+    current = {facts["state"]["file"], facts["best"]["file"] if facts["best"] else ""}
+    for path in folder.glob("*.safetensors"):
+        if _OURS.search(path.name) and path.name not in current:
+            path.unlink(missing_ok=True)
 
 
 def read(folder: Path) -> Checkpoint | None:
@@ -133,10 +130,3 @@ def _get(folder: Path, known: Mapping[str, str]) -> dict[str, Tensor]:
         return safetensors.torch.load(data)
     except (OSError, safetensors.SafetensorError) as error:
         raise FileError(path, f"cannot be read ({error})") from error
-
-
-def _remove_others(folder: Path, facts: Mapping[str, Any]) -> None:
-    kept = {facts["state"]["file"], facts["best"]["file"] if facts["best"] else ""}
-    for path in folder.glob("*.safetensors"):
-        if _OURS.search(path.name) and path.name not in kept:
-            path.unlink(missing_ok=True)

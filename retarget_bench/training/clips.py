@@ -24,11 +24,6 @@ def training_clips(data: Dataset) -> Cast:
     return usable
 
 
-def held_out(data: Dataset) -> Dataset | None:
-    """The data set's own validation part: cases that training has no clip of."""
-    return optional.validation(data)
-
-
 def by_character(
     task: Function, names: Sequence[str], common: Mapping[str, Any], jobs: int, progress: Progress
 ) -> dict[str, Any]:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from math import cos, pi
 from typing import Literal
 
 from retarget_bench.errors import BenchError
@@ -42,8 +43,6 @@ class TrainingConfig:
 
     def rate_at(self, step: int, progress: float) -> float:
         """The learning rate of a step (from 0), when this share of the budget is used up."""
-        from math import cos, pi
-
         warm = min((step + 1) / self.warm_up, 1.0) if self.warm_up else 1.0
         if self.schedule == "cosine":
             low = 0.01 * self.rate

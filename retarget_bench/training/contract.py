@@ -97,6 +97,3 @@ class Trainable(Method, Protocol):
 
     def facts(self) -> Mapping[str, str | int | float | bool]:
         """The parameters that weights depend on: another value needs other weights."""
-
-
-__all__ = ["Batch", "Phase", "Terms", "Trainable", "TrainingModule"]

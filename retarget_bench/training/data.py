@@ -76,7 +76,10 @@ class TrainingData:
 
     characters: Mapping[str, Character]
     clips: Mapping[str, Sequence[ClipArrays]]
-    notes: Sequence[str] = field(default=())
+    notes: Sequence[str] = ()
+    _counted: dict[Any, tuple[Sequence[Sequence[int]], np.ndarray]] = field(
+        default_factory=dict, init=False, repr=False
+    )
 
     @cached_property
     def structures(self) -> Mapping[str, tuple[str, ...]]:
@@ -168,10 +171,6 @@ class TrainingData:
             self._counted[key] = starts, np.cumsum([len(mine) for mine in starts])
         return self._counted[key]
 
-    @cached_property
-    def _counted(self) -> dict[Any, tuple[Sequence[Sequence[int]], np.ndarray]]:
-        return {}
-
 
 def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress) -> TrainingData:
     """Every training clip that the method can take, in a fixed order.
@@ -193,11 +192,10 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
     notes = [f"not trained on {name}: {why}" for name, why in unfit.items()]
     notes += optional.training_notes(dataset(data))
-    notes += [
-        f"not trained on {number} clip{'s' * (number > 1)} of {name}, in which the body is another one"
-        for name, (_, number, _) in found.items()
-        if number
-    ]
+    for name, (_, number, _) in found.items():
+        if number:
+            clips = f"{number} clip{'s' * (number > 1)}"
+            notes.append(f"not trained on {clips} of {name}, in which the body is another one")
     notes += _unusable({name: unusable for name, (*_, unusable) in found.items() if unusable})
     return TrainingData({name: bodies[name] for name in kept}, kept, tuple(notes))
 

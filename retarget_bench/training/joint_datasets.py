@@ -16,7 +16,7 @@ from retarget_bench.files import free_name
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training.clips import held_out, training_clips
+from retarget_bench.training.clips import training_clips
 
 
 # -------------------------------------------------------------------------------------------- as specs
@@ -147,7 +147,7 @@ class JointDataset:
 
     def validation(self) -> JointDataset | None:
         """The cases of those that have a validation part; None where none has."""
-        found = [part for data in self._given if (part := held_out(data)) is not None]
+        found = [part for data in self._given if (part := optional.validation(data)) is not None]
         return JointDataset(found) if found else None
 
     @property
@@ -158,7 +158,7 @@ class JointDataset:
             for data in self._given
             for note in optional.training_notes(data)
         ]
-        unparted = [data.label.strip() for data in self._given if held_out(data) is None]
+        unparted = [data.label.strip() for data in self._given if optional.validation(data) is None]
         if 0 < len(unparted) < len(self._given):
             told.append(f"no part of {' and of '.join(unparted)} validates: other data chose the weights")
         return tuple(told)

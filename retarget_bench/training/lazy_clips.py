@@ -1,7 +1,7 @@
 """Training clips that are made on demand, as data sets offer them by ``training()``."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from copy import copy
 from typing import Generic, Self, TypeVar, overload
 
@@ -36,3 +36,32 @@ class LazyClips(Sequence[Motion], ABC, Generic[Listed]):
 
     def __iter__(self) -> Iterator[Motion]:
         return (self.made(each) for each in self.listed)
+
+
+class NamedClips(LazyClips[str]):
+    """Motions that are read by the names of their clips."""
+
+    def __init__(self, names: Sequence[str], read: Callable[[str], Motion]) -> None:
+        super().__init__(names)
+        self._read = read
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return self.listed
+
+    def made(self, each: str) -> Motion:
+        return self._read(each)
+
+
+Cast = Mapping[str, Mapping[str, NamedClips]]
+"""Structure -> character -> its clips."""
+
+
+def manifest(cast: Cast, aside: Iterable[str]) -> Mapping[str, Sequence[str]]:
+    """Characters, structures and clips of ``cast`` and of validation (``aside``): what weights carry."""
+    clips = {clip for mine in cast.values() for each in mine.values() for clip in each.names}
+    return {
+        "characters": sorted(name for mine in cast.values() for name in mine),
+        "structures": sorted(cast),
+        "clips": sorted({*clips, *aside}),
+    }

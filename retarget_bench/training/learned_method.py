@@ -1,21 +1,7 @@
 """Base class of learned methods: weights by name or by path, read when they are needed.
 
 A method derives from ``LearnedMethod``, hands its parameter ``weights`` on, says what its weights depend
-on in ``facts`` and takes ``self.tensors`` where it retargets:
-
-    class Mine(LearnedMethod):
-        card = MethodCard(...)
-
-        def __init__(self, cell: Literal["torch", "keras"] = "keras", weights: str = "puppets") -> None:
-            super().__init__(weights)
-            self.cell = cell
-
-        def facts(self):
-            return {"cell": self.cell}
-
-        def supports(self, source, target):
-            return self.untrained or None
-
+on in ``facts`` and takes ``self.tensors`` where it retargets; docs/weights.md has an example.
 Building one is cheap, whether or not there are weights: training builds it too.
 """
 
@@ -124,17 +110,13 @@ class LearnedMethod:
             return mine[self.weights]
         if self.weights == inspect.signature(type(self)).parameters["weights"].default:
             return None
-        if self._is_path:
-            return bundles.locate(self.weights)
+        path = Path(self.weights).expanduser()
+        if path.suffix in (".json", ".safetensors") or len(path.parts) > 1 or path.is_dir():
+            return bundles.locate(path)
         raise BenchError(
             f"{self.card.name} has no shipped weights of the name {self.weights!r}; "
             f"{'there are ' + ', '.join(mine) if mine else 'there are none'}, and a path leads to others"
         )
-
-    @property
-    def _is_path(self) -> bool:
-        path = Path(self.weights).expanduser()
-        return path.suffix in (".json", ".safetensors") or len(path.parts) > 1 or path.is_dir()
 
     @cached_property
     def _card(self) -> Mapping[str, Any] | None:

@@ -86,7 +86,12 @@ def read(folder: Path) -> list[dict[str, str]]:
         whole = text[: text.rfind("\n") + 1]
         rows = [dict(row) for row in csv.DictReader(io.StringIO(whole), strict=True)]
         for row in rows:
-            _check(row)
+            if missing := set(FIXED) - set(row):
+                raise ValueError(f"it has no {', '.join(sorted(missing))}")
+            int(row["step"])
+            for cell in row.values():
+                if cell != "":
+                    float(cell)
     except FileNotFoundError:
         return []
     except (OSError, ValueError, KeyError, TypeError, csv.Error) as error:
@@ -94,16 +99,6 @@ def read(folder: Path) -> list[dict[str, str]]:
             path, f"is not the log of a training run ({error}); without this file a new one is begun"
         ) from error
     return rows
-
-
-def _check(row: Mapping[str, str]) -> None:
-    """Raises ValueError, KeyError or TypeError unless every cell is empty or a number."""
-    int(row["step"])
-    for name, cell in row.items():
-        if name is None or cell != "":
-            float(cell)
-    if missing := set(FIXED) - set(row):
-        raise ValueError(f"it has no {', '.join(sorted(missing))}")
 
 
 # ------------------------------------------------------------------------------------------- curves
@@ -152,19 +147,19 @@ def losses(folder: Path, points: int) -> list[dict[str, float]]:
 
 
 def _losses(rows: Sequence[dict[str, str]], points: int = SMOOTHED) -> dict[str, Series]:
-    names = [name for name in (rows[0] if rows else ()) if name not in FIXED]
-    wanted = [name for name in names if name.split(" ")[0] != VALIDATION and name.split(".")[-1] != NORM]
-    return {name: _thinned(*_filled(rows, name), points) for name in wanted}
+    terms = [
+        name
+        for name in (rows[0] if rows else ())
+        if name not in FIXED and not name.startswith(f"{VALIDATION} ") and not name.endswith(f".{NORM}")
+    ]
+    return {name: _thinned(*_filled(rows, name), points) for name in terms}
 
 
 def _validation(rows: Sequence[dict[str, str]]) -> dict[str, Series]:
     """``SPLIT VALUE`` -> the steps of validations and what was measured."""
-    names = [name for name in (rows[0] if rows else ()) if name.startswith(VALIDATION + " ")]
-    return {
-        name.removeprefix(VALIDATION + " "): _filled(rows, name)
-        for name in names
-        if not name.endswith(" n")
-    }
+    head = f"{VALIDATION} "
+    names = [name for name in (rows[0] if rows else ()) if name.startswith(head)]
+    return {n.removeprefix(head): _filled(rows, n) for n in names if not n.endswith(" n")}
 
 
 def _filled(rows: Sequence[dict[str, str]], name: str) -> Series:

@@ -67,14 +67,14 @@ class Loop:
     ) -> None:
         """saved: called after every checkpoint, with whether its best weights are new."""
         self.module, self.config, self.budget, self.seed = module, config, budget, seed
-        self.device, self.folder, self.validator, self.show, self.saved = (
-            device,
-            folder,
-            validator,
-            show,
-            saved,
-        )
-        self.rows = _rows(config)
+        self.device, self.folder, self.validator = device, folder, validator
+        self.show, self.saved = show, saved
+        self.rows, rest = divmod(config.batch, parallel.world())
+        if rest:
+            raise BenchError(
+                f"a batch of {config.batch} cannot be shared evenly by {parallel.world()} processes; start "
+                "a number that divides it"
+            )
         module.modules.to(device)
         parallel.share_state(module.modules)
         self.phases = optimiser_phases(module, config, device)
@@ -135,9 +135,16 @@ class Loop:
         if self._log is None:
             return
         losses = self._log.means
-        scores = self._validate() if due and self.validator is not None else None
+        scores = None
+        if due and self.validator is not None:
+            scores = self.validator(self.module.modules, self.module.method())
         if row:
-            self._log.row(self._step, self._seconds, rate, _columns(scores))
+            columns = {
+                f"{log.VALIDATION} {split} {name}": value
+                for split, values in (scores or {}).items()
+                for name, value in values.items()
+            }
+            self._log.row(self._step, self._seconds, rate, columns)
         if row and (due or time.perf_counter() - self._saved > SAVED):
             self._save(scores)
         problem = self.validator.problem if scores is not None and self.validator is not None else ""
@@ -153,25 +160,20 @@ class Loop:
             found = dict(zip(measured, values, strict=True))
             for name, value in found.items():
                 if not math.isfinite(value):
-                    raise self._diverged(step, name)
+                    phase, _, term = name.partition(".")
+                    what = "the gradient" if term == "norm" else f"the loss term {term}"
+                    at = self.at.step
+                    kept = f"{self.folder} keeps step {at}" if at else "no checkpoint was made yet"
+                    raise BenchError(
+                        f"training diverged: at step {step} {what} of phase {phase} is not finite; {kept}. "
+                        "Try a lower learning rate or gradient clipping in the method's preset, or another "
+                        "--seed"
+                    )
             if self._log is not None:
                 self._log.add(found)
         self._pending = []
 
-    def _diverged(self, step: int, name: str) -> BenchError:
-        phase, _, term = name.partition(".")
-        what = "the gradient" if term == "norm" else f"the loss term {term}"
-        where = f"{self.folder} keeps step {self.at.step}" if self.at.step else "no checkpoint was made yet"
-        return BenchError(
-            f"training diverged: at step {step} {what} of phase {phase} is not finite; {where}. Try a "
-            "lower learning rate or gradient clipping in the method's preset, or another --seed"
-        )
-
-    # -------------------------------------------------------------------------- validation and checkpoints
-    def _validate(self) -> Scores:
-        assert self.validator is not None
-        return self.validator(self.module.modules, self.module.method())
-
+    # -------------------------------------------------------------------------- checkpoints
     def _save(self, scores: Scores | None) -> None:
         before, best = self.at, self.at.best
         history = before.validation
@@ -182,20 +184,16 @@ class Loop:
             if score < (best.score if best else math.inf):
                 best = Best(self._step, score, scores)
         new = best is not before.best
-        exported = self._exported() if new else before.exported
+        exported = before.exported
+        if new:
+            exported = {name: each.detach().cpu().clone() for name, each in self.module.export().items()}
         self.at = Checkpoint(self._step, self._seconds, {}, best, exported, history)
-        checkpoint.write(self.folder, replace(self.at, state=self._state()))
+        state = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
+        for phase in self.phases:
+            state |= {f"optimisers/{phase.name}/{key}": each for key, each in phase.state().items()}
+        checkpoint.write(self.folder, replace(self.at, state=state))
         self.saved(self.at, new)
         self._saved = time.perf_counter()
-
-    def _exported(self) -> dict[str, Tensor]:
-        return {name: each.detach().cpu().clone() for name, each in self.module.export().items()}
-
-    def _state(self) -> dict[str, Tensor]:
-        modules = {f"modules/{name}": each for name, each in self.module.modules.state_dict().items()}
-        for phase in self.phases:
-            modules |= {f"optimisers/{phase.name}/{key}": each for key, each in phase.state().items()}
-        return modules
 
     def _restore(self, start: Checkpoint) -> None:
         """Raises BenchError where the checkpoint is of another network."""
@@ -224,22 +222,3 @@ def _seeded(seed: int, step: int, rank: int, device: torch.device) -> np.random.
     else:
         torch.manual_seed(number)
     return np.random.default_rng(sequence)
-
-
-def _rows(config: TrainingConfig) -> int:
-    world = parallel.world()
-    if config.batch % world:
-        raise BenchError(
-            f"a batch of {config.batch} cannot be shared evenly by {world} processes; start a number that "
-            "divides it"
-        )
-    return config.batch // world
-
-
-def _columns(scores: Scores | None) -> dict[str, float]:
-    """``validation SPLIT VALUE`` -> value."""
-    return {
-        f"{log.VALIDATION} {split} {name}": value
-        for split, values in (scores or {}).items()
-        for name, value in values.items()
-    }

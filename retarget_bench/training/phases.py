@@ -40,13 +40,22 @@ class OptimiserPhase:
         self.optimiser = torch.optim.Adam(
             self.named.values(), lr=config.rate * phase.rate, betas=phase.betas, fused=True
         )
-        whole = _Losses(module, phase)
-        self._losses = _parallel(whole) if parallel.world() > 1 else whole
+        self._losses: nn.Module = _Losses(module, phase)
+        if parallel.world() > 1:
+            with warnings.catch_warnings():
+                warnings.simplefilter("ignore", FutureWarning)  # torch 2.4 does not know the new name
+                # no device_ids: inputs stay the very objects that they are, so that a phase can leave
+                # something in memory
+                self._losses = nn.parallel.DistributedDataParallel(
+                    self._losses, broadcast_buffers=False, find_unused_parameters=True
+                )
 
     def __call__(self, batch: Batch, memory: dict[str, Any], rate: float) -> dict[str, Tensor]:
         """Update the phase's modules once. ``phase.term`` -> its value, and the gradient's norm; empty
         where the training module leaves the phase out."""
-        self._alone()
+        mine = set(map(id, self.named.values()))
+        for parameter in self._all:  # only this phase's take gradients
+            parameter.requires_grad_(id(parameter) in mine)
         with torch.autocast(self._device.type, torch.bfloat16, enabled=self._mixed):
             terms = cast(Terms, self._losses(batch, memory))
         if not terms:
@@ -60,12 +69,6 @@ class OptimiserPhase:
         return {f"{self.name}.{key}": term.detach().float() for key, term in terms.items()} | {
             f"{self.name}.{NORM}": norm.detach().float()
         }
-
-    def _alone(self) -> None:
-        """Only this phase's parameters take gradients."""
-        mine = set(map(id, self.named.values()))
-        for parameter in self._all:
-            parameter.requires_grad_(id(parameter) in mine)
 
     def state(self) -> dict[str, Tensor]:
         """``parameter/entry`` -> what the optimiser keeps of it."""
@@ -98,16 +101,6 @@ class _Losses(nn.Module):
 
     def forward(self, batch: Batch, memory: dict[str, Any]) -> Terms:
         return self._held[0].losses(self._name, batch, memory)
-
-
-def _parallel(losses: _Losses) -> nn.Module:
-    """The same, with gradients averaged over all processes. Inputs stay the very objects that they are,
-    so that a phase can leave something in ``memory``: hence no ``device_ids``."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore", FutureWarning)  # the option's new name is not known to torch 2.4
-        return nn.parallel.DistributedDataParallel(
-            losses, broadcast_buffers=False, find_unused_parameters=True
-        )
 
 
 def optimiser_phases(

@@ -15,10 +15,11 @@ _PAIRS = 25
 """So many groups of pairs are one job."""
 
 
-def prepare(data: Spec, jobs: int) -> Iterator[tuple[int, int]]:
+def prepare(data: Spec, jobs: int, unusable: list[str]) -> Iterator[tuple[int, int]]:
     """Ask for all training clips and pairs once, so that a data set keeps them in its cache.
 
-    Yields what is done and the total: bodies, and groups of pairs. What is there already is read, so a
+    Yields what is done and the total: bodies, and groups of pairs. unusable: gets the clips that cannot be
+    used, each with the reason. What is there already is read, so a
     command that was interrupted goes on. Raises NotSupported where something cannot be made.
     """
     built = plan.dataset(data)
@@ -36,11 +37,13 @@ def prepare(data: Spec, jobs: int) -> Iterator[tuple[int, int]]:
         if job.error:
             raise NotSupported(f"{data}: its training motion cannot be made: {job.error}")
         done += weights[job.job]
+        unusable += job.result
         yield done, sum(weights)
 
 
-def make(job: Mapping[str, Any]) -> None:
-    """Make one body's clips, or some groups of pairs; what a worker process does."""
+def make(job: Mapping[str, Any]) -> list[str]:
+    """Make one body's clips, or some groups of pairs; what a worker process does. Gives clips that cannot
+    be used, with the reason."""
     register_plugins(job["plugins"])
     data = plan.dataset(job["dataset"])
     if "pairs" in job:
@@ -48,12 +51,14 @@ def make(job: Mapping[str, Any]) -> None:
         for index in job["pairs"]:
             assert pairs is not None
             pairs[index]
-        return
+        return []
     (clips,) = (
         mine[job["character"]] for mine in optional.training(data).values() if job["character"] in mine
     )
+    unusable = []
     for number in range(len(clips)):
         try:
             clips[number]
-        except Unusable:  # training says so
-            continue
+        except Unusable as error:
+            unusable.append(f"{error.clip} ({error.why})")
+    return unusable

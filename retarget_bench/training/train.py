@@ -9,6 +9,7 @@ from typing import Any, Protocol
 
 import torch
 
+from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.header_builder import versions
@@ -17,10 +18,8 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import checkpoint, joint_datasets, log, parallel, request, weights
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
-from retarget_bench.training.clips import held_out
 from retarget_bench.training.config import Budget, Precision, TrainingConfig
 from retarget_bench.training.data import TrainingData, gather
-from retarget_bench.training.lock import locked
 from retarget_bench.training.loop import Loop, TrainingStatus
 from retarget_bench.training.phases import set_deterministic
 from retarget_bench.training.request import Request
@@ -74,8 +73,13 @@ def train(asked: TrainingOptions, reporter: ProgressReporter) -> TrainingResult:
     set_deterministic(device)
     parallel.join(device)
     try:
-        with ExitStack() as held:
-            folder, wanted = parallel.first(lambda: _begun(asked, held))
+        with ExitStack() as held:  # in the first process the lock of the folder
+
+            def begun() -> tuple[Path, Request]:
+                held.enter_context(request.locked(folder_of(asked)))
+                return _settled(asked)
+
+            folder, wanted = parallel.first(begun)
             return _train(folder, wanted, asked, reporter, device)
     except torch.cuda.OutOfMemoryError as error:
         raise BenchError(
@@ -99,12 +103,6 @@ def finished(asked: TrainingOptions) -> bool:
     return ended and (folder / f"{weights.BEST}.json").exists()
 
 
-def _begun(asked: TrainingOptions, held: ExitStack) -> tuple[Path, Request]:
-    """What ``_settled`` gives, with the folder locked until all that is held is given back."""
-    held.enter_context(locked(folder_of(asked)))
-    return _settled(asked)
-
-
 def _train(
     folder: Path, wanted: Request, asked: TrainingOptions, reporter: ProgressReporter, device: torch.device
 ) -> TrainingResult:
@@ -118,21 +116,33 @@ def _train(
     module = plan.method(spec).training_module(training_data, config)  # type: ignore[attr-defined]
     start = checkpoint.read(folder)
     if wanted.init and start is None:
-        module.load(_beginning(wanted).tensors)
+        before = _initial_weights(spec, wanted.init_path)
+        if before.hash != wanted.init:
+            raise BenchError(
+                f"{wanted.init_path}: these are no longer the weights that this run began with"
+            )
+        module.load(before.tensors)
     module.modules.to(device)
-    validator = _judge(data, module, config.cases, device, reporter)
-    keeper = _Keeper(folder, wanted, training_data, device)
-    loop = Loop(
-        module,
-        config,
-        wanted.limit,
-        wanted.seed,
-        device,
-        folder,
-        validator,
-        _first_only(reporter.show),
-        keeper,
-    )
+    validator = _validator(data, module, config.cases, device, reporter)
+    drawn = time.perf_counter()
+
+    def write(at: Checkpoint, tensors: Mapping[str, torch.Tensor]) -> None:
+        """The best weights with their card; without validation the last ones."""
+        weights.write(folder, weights.BEST, tensors, card(wanted, data, training_data, at, folder, device))
+
+    def draw() -> None:
+        log.draw(folder, f"{wanted.method} on {data.label.strip()}")
+
+    def saved(at: Checkpoint, better: bool) -> None:
+        nonlocal drawn
+        if better:
+            write(at, at.exported)
+        if time.perf_counter() - drawn > DRAWN:
+            draw()
+            drawn = time.perf_counter()
+
+    show = _first_only(reporter.show)
+    loop = Loop(module, config, wanted.limit, wanted.seed, device, folder, validator, show, saved)
     if parallel.rank() == 0:
         request.write(folder, replace(wanted, job=parallel.job()))
         for note in training_data.notes:
@@ -144,7 +154,8 @@ def _train(
         reporter.began(wanted, start or Checkpoint(0, 0.0, {}))
     at = loop.run(start)
     if parallel.rank() == 0:
-        keeper.finish(at, module.export())
+        write(at, at.exported if at.best else module.export())
+        draw()
     return TrainingResult(folder, at, wanted)
 
 
@@ -153,22 +164,19 @@ def _first_only(call: Callable[..., Any]) -> Callable[..., Any]:
     return call if parallel.rank() == 0 else lambda *_: None
 
 
-def _judge(
+def _validator(
     data: Any, module: Any, cases: int, device: torch.device, reporter: ProgressReporter
 ) -> Validator | None:
-    """What validates, in the first process; None where there is nothing to validate on."""
+    """For the first process; None where there is nothing to validate on."""
     if parallel.rank() > 0:
         return None
-    aside = held_out(data)
-    validator = (
-        Validator(aside, module.method(), cases, device, reporter.loading) if aside is not None else None
-    )
-    if not validator:
-        why = (
-            UNPARTED if aside is None else "the method supports no validation case that has a right answer"
-        )
-        reporter.say(f"{why}: {UNWATCHED}")
-    return validator or None
+    why = UNPARTED
+    if (aside := optional.validation(data)) is not None:
+        if validator := Validator(aside, module.method(), cases, device, reporter.loading):
+            return validator
+        why = "the method supports no validation case that has a right answer"
+    reporter.say(f"{why}: {UNWATCHED}")
+    return None
 
 
 # -------------------------------------------------------------------------------------- what is asked
@@ -210,10 +218,16 @@ def _same(kept: Request, asked: TrainingOptions, method: Spec | None) -> Request
         if request.without_places(data) != request.without_places(kept.dataset):
             request.contradicted(kept, {"dataset": data})
         kept = replace(kept, dataset=data)
-    trainee = _Trainee(Spec.parse(kept.method))
-    trainee.same(kept)
+    spec = Spec.parse(kept.method)
+    built = _trainable(spec)
+    version = str(built.card.version)
+    if (version, dict(built.facts())) != (kept.version, dict(kept.facts)):
+        raise BenchError(
+            f"{kept.method} is not what this run began with (version {kept.version}, now {version}, or "
+            "other parameters); train anew in another folder"
+        )
     if asked.init is not None:
-        request.contradicted(kept, {"init": trainee.weights(asked.init).hash})
+        request.contradicted(kept, {"init": _initial_weights(spec, asked.init).hash})
     if joint_datasets.dataset(Spec.parse(kept.dataset)).content != kept.content:
         raise BenchError(_OTHER_DATA.format(kept.dataset))
     return kept
@@ -229,26 +243,28 @@ def _with_motion(wanted: Request, training_data: TrainingData) -> Request:
 def _new(asked: TrainingOptions, method: Spec) -> Request:
     if asked.dataset is None:
         raise BenchError("say what to train on: -d DATASET")
-    data = joint_datasets.canonical(asked.dataset)
-    trainee = _Trainee(method)
-    name = asked.preset or request.PRESET
-    config = request.preset(method.name, trainee.presets, name)
+    data_spec = joint_datasets.canonical(asked.dataset)
+    built, data = _trainable(method), joint_datasets.dataset(data_spec)
+    name = asked.preset or "default"
+    if name not in built.presets:
+        raise BenchError(f"{method.name} has no preset {name!r}; there are {', '.join(built.presets)}")
+    config: TrainingConfig = built.presets[name]
     if asked.budget and (limit := Budget.parse(asked.budget)).steps:
         config = replace(config, steps=limit.steps)
     config = replace(config, precision=asked.precision or config.precision)
-    before = trainee.weights(asked.init).card if asked.init else {}
+    before = _initial_weights(method, asked.init).card if asked.init else {}
     seen = before.get("training_manifest") or {}
     return Request(
         method=str(method),
-        dataset=str(data),
+        dataset=str(data_spec),
         preset=name,
         budget=asked.budget or "",
         seed=asked.seed or 0,
         recipe=config,
-        version=trainee.version,
-        facts=trainee.facts,
-        label=joint_datasets.dataset(data).label,
-        content=joint_datasets.dataset(data).content,
+        version=str(built.card.version),
+        facts=dict(built.facts()),
+        label=data.label,
+        content=data.content,
         init=str(before.get("hash", "")),
         init_path=asked.init or "",
         seen=seen,
@@ -261,10 +277,8 @@ def _new(asked: TrainingOptions, method: Spec) -> Request:
 def _amount(training_data: TrainingData, config: TrainingConfig) -> str:
     """How much there is to learn from, as a sentence: with a few minutes of motion people have forgotten a
     parameter of the data set, and clips that are shorter than a window are mostly padding."""
-    clips, bodies = (
-        [clip for mine in training_data.clips.values() for clip in mine],
-        len(training_data.clips),
-    )
+    clips = [clip for mine in training_data.clips.values() for clip in mine]
+    bodies = len(training_data.clips)
     minutes = training_data.frames / config.fps / 60
     by = f"{len(clips)} clips of {bodies} character{'s' * (bodies != 1)}"
     short = sum(clip.frames < config.window for clip in clips)
@@ -272,70 +286,19 @@ def _amount(training_data: TrainingData, config: TrainingConfig) -> str:
     return f"training on {minutes:.0f} minutes of motion: {by}{padded}"
 
 
-class _Trainee:
-    """What a method says of itself. Raises BenchError where it cannot be trained."""
-
-    def __init__(self, spec: Spec) -> None:
-        if spec.posts:
-            raise BenchError(f"{spec}: post-processors learn nothing; train {spec.alone}")
-        built: Any = plan.method(spec)
-        if not all(hasattr(built, name) for name in ("presets", "prepare", "training_module")):
-            raise BenchError(f"{spec.name} has nothing to train; bench info {spec.name} says what it is")
-        self._name, self._built = spec.name, built
-        self.presets, self.version = built.presets, str(built.card.version)
-        self.facts: Mapping[str, Any] = dict(built.facts())
-
-    def same(self, kept: Request) -> None:
-        """Raises BenchError where the run began with another version of the method."""
-        if (self.version, self.facts) != (kept.version, dict(kept.facts)):
-            raise BenchError(
-                f"{kept.method} is not what this run began with (version {kept.version}, now "
-                f"{self.version}, or other parameters); train anew in another folder"
-            )
-
-    def weights(self, given: str) -> weights.Bundle:
-        """Weights to begin with: the name of shipped ones, or a path. Raises BenchError."""
-        shipped: Mapping[str, Path] = getattr(self._built, "shipped", dict)()
-        return weights.read(
-            shipped.get(given, given), method=self._name, version=self.version, facts=self.facts
-        )
+def _trainable(spec: Spec) -> Any:
+    """A method by its spec. Raises BenchError where it cannot be trained."""
+    if spec.posts:
+        raise BenchError(f"{spec}: post-processors learn nothing; train {spec.alone}")
+    built = plan.method(spec)
+    if not all(hasattr(built, name) for name in ("presets", "prepare", "training_module")):
+        raise BenchError(f"{spec.name} has nothing to train; bench info {spec.name} says what it is")
+    return built
 
 
-def _beginning(asked: Request) -> weights.Bundle:
-    """The weights that a run begins with. Raises BenchError where they have changed since."""
-    found = _Trainee(Spec.parse(asked.method)).weights(asked.init_path)
-    if found.hash != asked.init:
-        raise BenchError(f"{asked.init_path}: these are no longer the weights that this run began with")
-    return found
-
-
-# -------------------------------------------------------------------------------------- what is kept
-class _Keeper:
-    """Writes weights with their card, and the picture of the curves."""
-
-    def __init__(
-        self, folder: Path, asked: Request, training_data: TrainingData, device: torch.device
-    ) -> None:
-        self._folder, self._asked, self._material, self._device = folder, asked, training_data, device
-        self._data = joint_datasets.dataset(Spec.parse(asked.dataset))
-        self._drawn = time.perf_counter()
-
-    def __call__(self, at: Checkpoint, better: bool) -> None:
-        """After a checkpoint: the best weights where they are new. Raises FileError."""
-        if better:
-            self._write(at, at.exported)
-        if time.perf_counter() - self._drawn > DRAWN:
-            self._draw()
-
-    def finish(self, at: Checkpoint, last: Mapping[str, torch.Tensor]) -> None:
-        """The best weights with the whole curve on their card; without validation the last ones."""
-        self._write(at, at.exported if at.best else last)
-        self._draw()
-
-    def _write(self, at: Checkpoint, tensors: Mapping[str, torch.Tensor]) -> None:
-        facts = card(self._asked, self._data, self._material, at, self._folder, self._device)
-        weights.write(self._folder, weights.BEST, tensors, facts)
-
-    def _draw(self) -> None:
-        log.draw(self._folder, f"{self._asked.method} on {self._data.label.strip()}")
-        self._drawn = time.perf_counter()
+def _initial_weights(spec: Spec, given: str) -> weights.Bundle:
+    """Weights to begin with: the name of shipped ones, or a path. Raises BenchError."""
+    built = _trainable(spec)
+    shipped: Mapping[str, Path] = getattr(built, "shipped", dict)()
+    version, facts = str(built.card.version), dict(built.facts())
+    return weights.read(shipped.get(given, given), method=spec.name, version=version, facts=facts)

@@ -47,7 +47,16 @@ class Validator:
         self._device = device
         cast = data.characters()
         self._cases: dict[str, list[list[Case]]] = {}
-        chosen = {split: choose(_offered(data, split, method), cases) for split in data.card.splits}
+
+        def refused(info: CaseInfo) -> bool:
+            """As far as that is known before loading."""
+            known = info.source in cast and info.target in cast
+            return known and method.supports(cast[info.source], cast[info.target]) is not None
+
+        chosen = {
+            split: choose([info for info in data.cases(TASK, split) if not refused(info)], cases)
+            for split in data.card.splits
+        }
         every = [info for infos in chosen.values() for info in infos]
         asked: dict[str, Case] = {}
         for number, info in enumerate(every, 1):
@@ -70,7 +79,14 @@ class Validator:
             rows = {split: self._rows(method, groups) for split, groups in self._cases.items()}
         if not any(rows.values()):
             raise BenchError(f"no validation case got an answer ({self.problem})")
-        return {split: self._means(each) for split, each in rows.items() if each}
+        scores: dict[str, dict[str, float]] = {}
+        for split, mine in rows.items():
+            for value in self.values:
+                if known := [float(row[value]) for row in mine if value in row]:
+                    scores.setdefault(split, {})[value] = sum(known) / len(known)
+            if mine:
+                scores.setdefault(split, {})["n"] = len(mine)
+        return scores
 
     def decisive(self, scores: Scores) -> float:
         """What is to be small: the mean over splits of the first value; infinite unless every case has
@@ -82,7 +98,8 @@ class Validator:
     def _rows(self, method: Method, groups: Sequence[Sequence[Case]]) -> list[Mapping[str, Any]]:
         rows: list[Mapping[str, Any]] = []
         for cases in groups:
-            contexts = [self._context_of(case) for case in cases]
+            seeds = [store.case_seed(0, "validation", case.info.id) for case in cases]
+            contexts = [Context(seed=seed, device=str(self._device)) for seed in seeds]
             for case, outcome in zip(cases, predict.predict_all(method, cases, contexts), strict=True):
                 if outcome.prediction is not None:
                     rows.append(score.score(self._metrics, case, predict.as_scored(outcome.prediction)))
@@ -91,16 +108,6 @@ class Validator:
                 else:
                     self.problem = f"{case.info.id}: {outcome.status}: {outcome.message}"
         return rows
-
-    def _means(self, rows: Sequence[Mapping[str, Any]]) -> dict[str, float]:
-        means: dict[str, float] = {}
-        for value in self.values:
-            if known := [float(row[value]) for row in rows if value in row]:
-                means[value] = sum(known) / len(known)
-        return means | {"n": len(rows)}
-
-    def _context_of(self, case: Case) -> Context:
-        return Context(seed=store.case_seed(0, "validation", case.info.id), device=str(self._device))
 
 
 def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:
@@ -116,17 +123,6 @@ def choose(infos: Sequence[CaseInfo], most: int) -> list[CaseInfo]:
         pairs[info.pair] += 1
         chosen.append(info)
     return chosen
-
-
-def _offered(data: Dataset, split: str, method: Method) -> list[CaseInfo]:
-    """The cases of a split that a method does not refuse, as far as that is known before loading."""
-    cast = data.characters()
-
-    def refused(info: CaseInfo) -> bool:
-        known = info.source in cast and info.target in cast
-        return known and method.supports(cast[info.source], cast[info.target]) is not None
-
-    return [info for info in data.cases(TASK, split) if not refused(info)]
 
 
 @contextmanager

@@ -1,18 +1,6 @@
 """Weights as files: ``NAME.safetensors`` and the card ``NAME.json``, which says where they come from.
 
-Tensors of many numbers are kept in half precision, others (biases, statistics) as they are. A card
-holds this, beside ``schema`` and ``hash``, which ``write`` adds; the first three are needed to load:
-
-    method, version, facts   what the weights fit: ``Trainable.facts()`` and the version of the method
-    data                     what they were trained on: ``spec``, ``label``, ``content``, ``hours``
-    recipe, preset, command  how
-    seed, steps, seconds, hardware, torch, processes
-    init                     hash of the weights that training began with, or null
-    losses                   term -> mean over the last steps
-    validation               a list of ``{"step": 500, "seconds": 61.0, "scores": {...}}``
-    scores                   those of the weights kept, measured with the method as ``scored_as`` spells it
-    training_manifest        ``characters``, ``structures``, ``kinds`` and/or ``clips`` that training had
-    notes                    sentences
+Tensors of many numbers are kept in half precision, others (biases, statistics) as they are.
 """
 
 from __future__ import annotations
@@ -20,9 +8,10 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.plugins.spec import Scalar, Spec
@@ -39,12 +28,65 @@ FEW = 4096
 BEST = "weights"
 """What ``bench train`` calls the best weights in its folder."""
 NEEDED = ("method", "version", "facts")
-_WHAT = "weights of a method"
+
+Text = Annotated[str, Field(description="a text")]
+Whole = Annotated[int, Field(description="a whole number")]
+Scores = Annotated[dict[str, dict[str, float]], Field(description="numbers by split and name")]
+
+
+class _Fields(BaseModel):
+    model_config = ConfigDict(strict=True, extra="allow")
+
+
+class _Data(_Fields):
+    hours: float = 0.0
+
+
+class _Validation(_Fields):
+    step: int
+    scores: dict[str, Annotated[dict[str, float], Field(min_length=1)]] = Field(min_length=1)
+
+
+class _Card(_Fields):
+    """The fields of a card; a description ends the sentence "its NAME has to be".
+
+    method, version, facts: what the weights fit: the method's version, and ``Trainable.facts()``.
+    data:         what they were trained on: ``spec``, ``label``, ``content``, ``hours``.
+    init:         hash of the weights that training began with.
+    losses:       term -> mean over the last steps. validation: also the ``seconds`` of each.
+    scores:       those of the weights kept, measured with the method as ``scored_as`` spells it.
+    training_manifest: ``characters``, ``structures``, ``kinds`` and/or ``clips`` that training had.
+    """
+
+    hash: Text
+    method: Text
+    version: Text
+    facts: dict[str, Scalar] = Field(description="parameters by name")
+    data: _Data = Field(_Data(), description="facts by name, hours a number")
+    recipe: dict[str, Scalar | None] = Field({}, description="values by name")
+    preset: Text = ""
+    command: Text = ""
+    seed: Whole = 0
+    steps: Whole = 0
+    step: Whole = 0
+    seconds: float = Field(0.0, description="a number")
+    hardware: Text = ""
+    torch: Text = ""
+    processes: Whole = 1
+    init: str | None = Field(None, description="a text or null")
+    losses: dict[str, float] = Field({}, description="numbers by name")
+    validation: list[_Validation] = Field(
+        [], description="a list, each with a step and with scores by split and name"
+    )
+    scores: Scores = {}
+    scored_as: Text = ""
+    training_manifest: dict[str, list[Scalar]] = Field({}, description="lists of names")
+    notes: list[str] = Field([], description="a list of sentences")
 
 
 @dataclass(frozen=True, eq=False)
 class Bundle:
-    """tensors: name -> tensor on the CPU, floats in single precision. card: see above."""
+    """tensors: name -> tensor on the CPU, floats in single precision. card: plain data, see ``_Card``."""
 
     tensors: Mapping[str, Tensor]
     card: Mapping[str, Any]
@@ -92,12 +134,14 @@ def locate(path: str | Path) -> Path:
 
 def read_card(path: str | Path) -> Mapping[str, Any]:
     """The card alone, which is quick, its known fields of their types. Raises FileError."""
-    from retarget_bench.training import card_fields
-
     place = locate(path)
-    card = files.read_card(place, SCHEMA, NEEDED, _WHAT)
-    if why := card_fields.wrong(card):
-        raise FileError(place, f"is damaged: {why}")
+    card = files.read_card(place, SCHEMA, NEEDED, "weights of a method")
+    try:
+        _Card.model_validate(card)
+    except ValidationError as error:
+        name = str(error.errors()[0]["loc"][0])
+        wanted = _Card.model_fields[name].description
+        raise FileError(place, f"is damaged: its {name} has to be {wanted}") from None
     return card
 
 
@@ -127,7 +171,7 @@ def check(
     version: str = "",
     facts: Mapping[str, Scalar] | None = None,
 ) -> None:
-    """Whether weights fit what is asked; raises BenchError that says what would."""
+    """Raises BenchError where weights do not fit what is asked, which says what would."""
     if method and card["method"] != method:
         raise BenchError(f"{path}: these are weights of {card['method']}, not of {method}")
     if version and card["version"] != version:

@@ -1,7 +1,7 @@
 """What each hand-written backward pass brings in a whole training step.
 
 Run it with ``python tests/benchmarks/backward_passes.py METHOD [--preset P] [--threads N] [--rounds N]
-[--rows N]``, METHOD being ``pan`` or ``humot``, with parameters in brackets if need be.
+[--rows N]``, METHOD being ``pan``, with parameters in brackets if need be.
 
 A step is one of ``bench train``: drawing a batch of the tiny puppets, losses, gradients, Adam, all phases.
 The forms take turns, one of them plain (``tests/methods/plain_passes.py``) and the others hand-written; the
@@ -13,7 +13,8 @@ Two shared cores, one thread if not said otherwise, processor time:
 | plain instead | pan | 2 threads | pan[variant=released], paper, 32 rows | decision |
 |---|---:|---:|---:|---|
 | MLP | 1.43 | 1.28 | 1.25 | stays |
-| attention in groups | 1.08 | 1.05 | 1.06 | dropped |
+| ... plain, a piece at a time, by ``checkpoint`` | 1.26 | | | |
+| attention in groups | 1.08 | 1.05 | 1.06 | dropped; masked attention of all rows is faster |
 | gathering rows | 1.02 | 1.01 | 0.94 | dropped |
 | forward kinematics | 1.05 | 1.03 | 0.98 | dropped (smrm 0.99, nkn 1.02) |
 | the last three | 1.19 | 1.10 | 1.13 | |
@@ -21,26 +22,28 @@ Two shared cores, one thread if not said otherwise, processor time:
 
 | plain instead | humot | humot[variant=paper_count], paper | decision |
 |---|---:|---:|---|
-| feed-forward layers | 1.01 | 1.15 | stays |
-| ... plain, all tokens at once | 1.07 | 1.02 | borderline: kept on the row above alone |
-| sums over tokens | 1.03 | 1.18 | stays |
-| mixing of channels | 1.00 | 1.22 | stays |
+| feed-forward layers, all tokens at once | 0.99 | 0.97 | dropped |
+| ... and mixing of channels by ``torch.split`` | 0.99 | 0.96 | dropped |
+| ... and sums over tokens likewise | 1.00 | 1.00 | dropped |
 | local interaction and its norm | 0.96 | 1.06 | dropped |
 | means of a frame | 1.01 | 0.98 | dropped |
 | adding them | 0.99 | 0.98 | dropped |
 | styles | 0.97 | 0.99 | dropped |
 | products of frequencies | 1.02 | 0.99 | dropped |
 | ... convolutions without frequencies | 1.24 | 1.06 | frequencies stay, recorded |
-| all | 1.16 | 1.49 | |
 
-HuMoT's columns are of a busy machine (5 to 9 rounds, wall time up to 0.1 apart from processor time); its
+Sums and mixing were worth 1.18 and 1.22 (``paper_count``; all 1.49) over plain forms that cut each sequence
+out of all tokens: the gradient of every cut is as large as all tokens. That of ``torch.split`` is one
+concatenation.
+
+HuMoT's columns are of a busy machine (4 to 15 rounds, wall time up to 0.1 apart from processor time); its
 runs on two threads scattered too much to be used. Dropped passes were measured before they were dropped,
 against plain forms that are not in all details those that took their place. There is no figure of a GPU:
 none was at hand.
 
-A whole step against the code that had all passes (interleaved processes, one thread, medians of 7 to 9
-rounds on a busy machine): pan 1.06 times the processor time, humot 1.00 to 1.08, humot[variant=paper_count]
-with 8 rows 1.02.
+A whole step against the code that had all passes (interleaved processes, one thread, medians of 11 rounds
+on a busy machine): pan 0.97 times the processor time. Against the code that had the last three of HuMoT's:
+humot 1.00, humot[variant=paper_count] with 32 rows 1.02.
 """
 
 from __future__ import annotations
@@ -70,11 +73,6 @@ from retarget_bench.training.phases import optimiser_phases, to_device
 
 PASSES: Mapping[str, Mapping[str, tuple[str, Callable[..., Any]]]] = {
     "pan": {"mlp": ("retarget_bench.methods.pan.network.layers._mlp", plain.mlp)},
-    "humot": {
-        "feed-forward": ("retarget_bench.methods.humot.network.block._feed_forward", plain.fed),
-        "sums": ("retarget_bench.methods.humot.network.attention._summed", plain.summed),
-        "mixing": ("retarget_bench.methods.humot.network.attention._mixed", plain.mixed),
-    },
 }
 
 

@@ -94,7 +94,7 @@ def told(root: Path, name: str, frames: int) -> None:
     shown = "shown" if after.character.hinges else "not shown"
     steps = [largest_step(each.motion) for each in found]
     print(f"{name}: axis of the elbow {shown}; left to the positions at most "
-          f"{1e3 * found[0].residual.worst:.4f} and {1e3 * found[1].residual.worst:.4f} mm; largest step "
+          f"{1e3 * found[0].worst:.4f} and {1e3 * found[1].worst:.4f} mm; largest step "
           f"{steps[0]:.1f} and {steps[1]:.1f} degrees, the file's {largest_step(after):.1f}; "
           f"{len(after.root) / taken[0]:.0f} and {len(after.root) / taken[1]:.0f} frames/s")  # fmt: skip
     for (part, first), (_, then) in zip(rows(before, found[0]), rows(after, found[1]), strict=True):

@@ -19,10 +19,9 @@ from torch import nn
 from tqdm import tqdm
 
 from retarget_bench.methods.humot import HuMoT
-from retarget_bench.methods.humot.design import PAPER_COUNT, SMALL, Design
 from retarget_bench.methods.humot.features import body
 from retarget_bench.methods.humot.network.layers import TemporalConvolution
-from retarget_bench.methods.humot.settings import Settings
+from retarget_bench.methods.humot.settings import PAPER_COUNT, SMALL, Design, Settings
 from retarget_bench.methods.humot.training import HumotTraining
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.config import TrainingConfig

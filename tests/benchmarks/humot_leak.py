@@ -28,7 +28,7 @@ import numpy as np
 from tqdm import tqdm
 
 from retarget_bench.analysis.statistics import LEVEL, mean_intervals
-from retarget_bench.api import SPLITS, Context, Dataset
+from retarget_bench.api import SPLITS, Context, Dataset, optional
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.methods.humot.features import body
@@ -36,7 +36,6 @@ from retarget_bench.methods.humot.training import held_out
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training import weights
-from retarget_bench.training.clips import held_out as validation
 from retarget_bench.training.clips import training_clips
 from retarget_bench.training.data import ClipArrays
 
@@ -118,7 +117,7 @@ def new(clips: Mapping[str, Motion], cut: Cut, count: int, draw: np.random.Gener
 
 def drawn(data: Dataset, method: Any, cut: Cut, count: int) -> list[list[Window]]:
     """The three kinds. Raises BenchError where no character has all of them."""
-    part = validation(data)
+    part = optional.validation(data)
     if part is None:
         raise BenchError(f"{data.label} has no validation part: no clips that were never trained on")
     others, draw = never(part), np.random.default_rng(0)

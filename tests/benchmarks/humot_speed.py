@@ -33,8 +33,8 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
 
 from humot_reference import PlainDecoder, PlainEncoder, batch
 
-from retarget_bench.methods.humot.design import PAPER_COUNT, SMALL, TEXT, Design
 from retarget_bench.methods.humot.network import Decoder, Encoder
+from retarget_bench.methods.humot.settings import PAPER_COUNT, SMALL, TEXT, Design
 
 DESIGNS = {"paper_count": PAPER_COUNT, "text": TEXT, "small": SMALL}
 FRAMES = 30

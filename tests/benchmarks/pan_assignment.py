@@ -15,7 +15,7 @@ import numpy as np
 
 from retarget_bench.evaluation import plan, predict
 from retarget_bench.evaluation.score import score
-from retarget_bench.methods.pan.body import FOUR, Assignment, in_layout, missing
+from retarget_bench.methods.pan.body import FOUR, Assignment, in_layout
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 
@@ -28,7 +28,7 @@ def through(name: str, bodies: object):
     for each in bodies:
         if each.structure == ODD:
             body = in_layout(each, method.structures[name].layout)
-            method._assignments[each] = Assignment(name, body, missing(body))
+            method._assignments[each] = Assignment(name, body)
     return method
 
 

@@ -36,9 +36,9 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "methods"))
 
 from pan_reference import S23, S28, PlainDecoder, PlainEncoder, PlainSkeletonEncoder
 
-from retarget_bench.methods.pan.design import RELEASED
 from retarget_bench.methods.pan.layout import Layout
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder
+from retarget_bench.methods.pan.settings import RELEASED
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.motion.skeleton import Skeleton

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,11 +12,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from retarget_bench.api import SPLITS
+from retarget_bench.api import SPLITS, Context
 from retarget_bench.datasets.cmu import PLACE, Cmu
+from retarget_bench.datasets.cmu.onto import BODIES, METHOD, fault
 from retarget_bench.datasets.cmu.takes import TESTED, TESTED_TAKES, VALIDATION, part_of, performer
 from retarget_bench.datasets.puppets import plugin as Puppets
-from retarget_bench.errors import BenchError
+from retarget_bench.datasets.puppets.corpus.families import VALIDATION_BODIES, families, only_tested
+from retarget_bench.errors import BenchError, Unusable
+from retarget_bench.evaluation import plan
+from retarget_bench.motion import rotation
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.joint_datasets import JointDataset
 from retarget_bench.verification import contract
@@ -178,3 +184,82 @@ def test_the_real_folder(real_data: Path, cache: Path) -> None:
     cases = {info.clip.partition("-")[0] for s in SPLITS for info in validation.cases("retarget", s)}
     assert len(cases) == 53
     assert not {name for mine in cast.values() for name in mine.names} & cases
+
+
+# ------------------------------------------------------------------------------------------ on other bodies
+@pytest.fixture
+def onto(folder: Callable[..., Path]) -> Cmu:
+    return Cmu(str(folder(("05_01", "05_02", "08_01", "17_01"), frames=300)), bodies=12)
+
+
+def test_takes_are_put_on_training_bodies_of_two_legs(onto: Cmu) -> None:
+    apart = {body.name for family in families() for body in family.bodies.values() if only_tested(body)}
+    cast = {name for mine in onto.training().values() for name in mine if not name.startswith("cmu")}
+    assert len(cast) > 8
+    assert not cast & (apart | set(VALIDATION_BODIES))
+    assert set(onto.training()) >= {"body22", "body28", "body23"}
+    assert "dog21" not in onto.training()
+    takes = [
+        take for mine in onto.training().values() for name in cast & set(mine) for take in mine[name].names
+    ]
+    assert Counter(takes) == dict.fromkeys(("05_01", "05_02", "08_01"), BODIES)
+    assert cast < set(onto.training_manifest()["characters"])
+    assert "17_01" not in takes
+
+
+def test_they_are_what_ik_makes_of_them(onto: Cmu) -> None:
+    take, name = "05_01", onto._onto.chosen["05_01"][0]  # type: ignore[union-attr]
+    (clips,) = (mine[name] for mine in onto.training().values() if name in mine)
+    made = clips[list(clips.names).index(take)]
+    expected = plan.method(METHOD).retarget(onto.motion(take), made.character, context=Context())
+    assert np.degrees(rotation.angle(made.rotations, expected.rotations)).max() < 1e-3  # type: ignore[union-attr]
+    assert np.abs(made.root - expected.root).max() < 1e-5  # type: ignore[union-attr]
+
+
+def test_pairs_of_takes_are_marked_inexact(onto: Cmu) -> None:
+    pairs = onto.training_pairs()
+    assert pairs is not None
+    assert Cmu(onto._root).training_pairs() is None
+    seen = set()
+    for index in range(0, len(pairs), 17):
+        pair = pairs[index]
+        source, target = pair.source.motion, pair.target.motion
+        assert not pair.exact
+        assert source.frames == target.frames
+        assert source.character.name != target.character.name
+        assert pair.source.touches is None
+        for each in (pair.source, pair.target):
+            assert each.contacts is not None
+            assert each.contacts.planted.shape == (source.frames, len(each.contacts.roles))
+        seen |= {source.character.name, target.character.name}
+    assert {"cmu05", "cmu08"} < seen
+    again = Cmu(onto._root, bodies=12).training_pairs()
+    assert again is not None
+    np.testing.assert_array_equal(again[100].target.motion.rotations, pairs[100].target.motion.rotations)
+
+
+def test_what_fails_a_check_is_left_out(onto: Cmu, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("retarget_bench.datasets.cmu.onto.LOWER", -10.0)
+    names = [name for mine in onto.training().values() for name in mine if not name.startswith("cmu")]
+    (clips,) = (mine[names[0]] for mine in onto.training().values() if names[0] in mine)
+    with pytest.raises(Unusable, match="below the floor"):
+        clips[0]
+    pairs = onto.training_pairs()
+    assert pairs is not None
+    with pytest.raises(IndexError, match="no performance"):
+        pairs[0]
+
+
+def test_checks_of_contact_speed_and_floor(onto: Cmu) -> None:
+    """A motion passes against itself; sliding, snapping and sinking ones do not."""
+    source = onto.motion("05_01")
+    still = replace(
+        source, rotations=source.rotations[:1].repeat(60, 0), root=source.root[:1].repeat(60, 0)
+    )
+    assert fault(source, source) == fault(still, still) == ""
+    slides = replace(still, root=still.root + 0.05 * np.arange(60)[:, None] * [0.0, 0.0, 1.0])
+    assert "contact (recall 0.00)" in fault(still, slides)
+    snaps = still.rotations.copy()
+    snaps[30, 5] = rotation.multiply(snaps[30, 5], rotation.from_rotation_vector(np.array([1.0, 0.0, 0.0])))
+    assert "too fast (57 degrees" in fault(still, replace(still, rotations=snaps))
+    assert "below the floor (by 0.1" in fault(still, replace(still, root=still.root - [0.0, 0.2, 0.0]))

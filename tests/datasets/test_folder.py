@@ -157,10 +157,10 @@ def test_wrong_folders_say_what_to_give(loose, tmp_path):
     (tmp_path / "none").mkdir()
     for parameters, said in {
         ("", ""): "--root DIR",
-        (str(tmp_path / "nowhere"), ""): "root: there is no",
+        (str(tmp_path / "nowhere"), ""): "there is no folder or file",
         (str(tmp_path / "none"), ""): "holds no BVH files",
         (str(tmp_path / "bad"), ""): r"none of the files of .* can be read: a\.bvh \(",
-        (str(loose), str(tmp_path / "nowhere.bvh")): "target: there is no",
+        (str(loose), str(tmp_path / "nowhere.bvh")): "there is no folder or file",
         (str(loose), str(tmp_path / "none")): "target .* holds no BVH files",
     }.items():
         with pytest.raises(BenchError, match=said):
@@ -188,5 +188,5 @@ def test_a_roles_file_names_what_is_not_recognised(mini, rigs, tmp_path):
     assert "left_arm" not in Folder(str(root)).characters()["walk"].roles
     assert "left_arm" in Folder(str(root), roles=str(roles)).characters()["walk"].roles
     assert Folder(str(root)).content != Folder(str(root), roles=str(roles)).content
-    with pytest.raises(BenchError, match="roles: there is no"):
+    with pytest.raises(BenchError, match="there is no folder or file"):
         Folder(str(root), roles=str(tmp_path / "nothing.toml")).characters()

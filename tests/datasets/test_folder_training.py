@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from retarget_bench.api import SPLITS
-from retarget_bench.datasets.folder import Folder
-from retarget_bench.datasets.folder.parts import part_of, unusable
+from retarget_bench.datasets.folder import Folder, part_of, unusable
 from retarget_bench.errors import BenchError, NotSupported, Unusable
 from retarget_bench.motion import bvh
 from retarget_bench.motion.character import Character

@@ -221,7 +221,6 @@ def test_the_folders_of_the_archive_that_are_no_characters_do_not_count(mini):
         ({"protocol": "folds", "fold": 5}, "folds are 0 to 4"),
         ({"protocol": "san", "fps": 60.0}, "protocol=san means fps=30"),
         ({"protocol": "san", "structure": "body22"}, "protocol=san means fps=30"),
-        ({"part": "training"}, "no part 'training'; cases are of test or validation"),
         ({"part": "validation"}, "protocol=all tests every clip and leaves none to train on"),
     ],
 )

@@ -15,10 +15,10 @@ from retarget_bench.datasets.puppets.bodies.characters import BODIES
 from retarget_bench.datasets.puppets.corpus.clips import clips
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.errors import BenchError, NotSupported
-from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.contact import CONTACT_ROLES
 from retarget_bench.motion.roles import HANDS
 from retarget_bench.motion.rotation import to_matrix
+from retarget_bench.motion.transfer import relative
 
 SAMPLE = Path(__file__).with_name("puppets_sample.json")
 """Written by ``json.dumps(sample(Puppets()))``."""

@@ -26,8 +26,8 @@ from retarget_bench.datasets.puppets.performances.people import KINDS
 from retarget_bench.datasets.puppets.performances.score import Foot, Hand, Plant, Score, Touch, Trunk
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
-from retarget_bench.datasets.puppets.solver.people import solve
 from retarget_bench.datasets.puppets.solver.reach import TOUCHES, gaps
+from retarget_bench.datasets.puppets.solver.solve import solve
 from retarget_bench.datasets.puppets.solver.touch_points import LOW, touch_point
 from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character

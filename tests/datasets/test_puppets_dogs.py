@@ -17,14 +17,14 @@ from retarget_bench.datasets.puppets.performances.dogs import KINDS
 from retarget_bench.datasets.puppets.performances.dogs.sequencing import BRIDGE, PARTS, sequence
 from retarget_bench.datasets.puppets.performances.score import LIMBS, DogScore
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.dogs import SECOND, solve
+from retarget_bench.datasets.puppets.solver.dogs import SECOND
 from retarget_bench.datasets.puppets.solver.paws import sizes_of
-from retarget_bench.datasets.puppets.solver.pose import Solution
+from retarget_bench.datasets.puppets.solver.solve import Solution, solve
 from retarget_bench.motion import rotation
-from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.roles import find, is_quadruped
+from retarget_bench.motion.transfer import relative
 
 FRAMES = {"dog_sequence": 450}
 USUAL_FRAMES = 110

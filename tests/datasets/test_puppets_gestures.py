@@ -21,12 +21,11 @@ from retarget_bench.datasets.puppets.performances.people import (
 )
 from retarget_bench.datasets.puppets.performances.people.arms import Move, Shape, moving
 from retarget_bench.datasets.puppets.performances.people.sequencing import BRIDGE, joined, stands
-from retarget_bench.datasets.puppets.performances.people.style import Style
+from retarget_bench.datasets.puppets.performances.people.style import Performer, Style
 from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.people import solve
-from retarget_bench.datasets.puppets.solver.pose import Solution
 from retarget_bench.datasets.puppets.solver.reach import out_of_reach
+from retarget_bench.datasets.puppets.solver.solve import Solution, solve
 from retarget_bench.datasets.puppets.solver.touch_points import KINDS as PLACES
 from retarget_bench.datasets.puppets.solver.touch_points import resting, touch_point, touching
 
@@ -104,7 +103,7 @@ def test_palms_meet_at_every_clap_and_only_then() -> None:
 
 def test_a_touching_hand_stays_while_the_shape_holds() -> None:
     moves = [Move(5, 20, Shape((0.3, -0.7, 0.0), touch="left_hip")), Move(40, 60)]
-    hand = moving(Stream("hand"), 80, Style.draw(Stream("style")), moves)
+    hand = moving(Performer(Stream("hand"), 80, Style.draw(Stream("style"))), moves)
     (touch,) = hand.touches
     assert touch.place == "left_hip"
     assert (touch.weight[20:41] == 1.0).all()

@@ -16,9 +16,8 @@ from retarget_bench.datasets.puppets.performances.people.walking import walk
 from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
-from retarget_bench.datasets.puppets.solver.people import solve
-from retarget_bench.datasets.puppets.solver.pose import Solution
 from retarget_bench.datasets.puppets.solver.reach import ground, stairs_misfit
+from retarget_bench.datasets.puppets.solver.solve import Solution, solve
 from retarget_bench.motion.ground import ground_height
 
 FLYING = ("jog", "run", "jump", "leap", "hop")

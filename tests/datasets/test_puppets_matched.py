@@ -17,7 +17,7 @@ from retarget_bench.datasets.puppets.corpus.matched import LOCOMOTION, Match, Pe
 from retarget_bench.datasets.puppets.performances.dogs.following import PARTNERS, follow
 from retarget_bench.datasets.puppets.performances.people import KINDS as PEOPLE
 from retarget_bench.datasets.puppets.randomness import Stream
-from retarget_bench.datasets.puppets.solver.dogs import solve
+from retarget_bench.datasets.puppets.solver.solve import solve
 from retarget_bench.motion.motion import Motion
 
 SPEED = 0.2

@@ -21,15 +21,14 @@ from retarget_bench.datasets.puppets.performances.people import KINDS
 from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.randomness import Stream
 from retarget_bench.datasets.puppets.solver.limbs import centre_of_mass
-from retarget_bench.datasets.puppets.solver.people import solve
-from retarget_bench.datasets.puppets.solver.pose import Solution
 from retarget_bench.datasets.puppets.solver.reach import out_of_reach
+from retarget_bench.datasets.puppets.solver.solve import Solution, solve
 from retarget_bench.datasets.puppets.solver.touch_points import touch_point, touching
 from retarget_bench.motion import rotation
-from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.character import Character
+from retarget_bench.motion.contact import CONTACT_ROLES
 from retarget_bench.motion.motion import Motion
-from retarget_bench.motion.roles import FEET
+from retarget_bench.motion.transfer import relative
 
 CLIPS = 4
 """Of each kind; each body performs one of them."""
@@ -70,7 +69,7 @@ class Take:
     @property
     def feet(self) -> np.ndarray:
         """``(frames, 4, 3)`` metres: ankle and toe joint, left and right."""
-        return self.places[:, [self.body.part[part] for part in FEET]]
+        return self.places[:, [self.body.part[part] for part in CONTACT_ROLES]]
 
     def point(self, part: str, offset: np.ndarray) -> np.ndarray:
         """``(frames, 3)``: a point of a joint's bone, given in the T-pose's axes."""
@@ -368,7 +367,7 @@ def test_copied_rotations_do_not_keep_contacts(takes: list[Take]) -> None:
             if not alike or source is take or not take.planted.any():
                 continue
             copied = take.body.positions(rotation.to_matrix(source.turned), take.at("hips"))
-            feet = copied[:, [take.body.part[part] for part in FEET]]
+            feet = copied[:, [take.body.part[part] for part in CONTACT_ROLES]]
             steps = np.linalg.norm(np.diff(feet, axis=0), axis=-1)
             slides.append(steps[take.planted[1:]].mean() / take.motion.character.height)
     assert np.mean(slides) > 5e-5  # a tenth of a millimetre a frame on a body of 1.7 m; the reference has 0

@@ -26,8 +26,9 @@ from retarget_bench.datasets.puppets.curves import (
 )
 from retarget_bench.datasets.puppets.performances.score import Score
 from retarget_bench.datasets.puppets.solver import limbs
-from retarget_bench.datasets.puppets.solver.limbs import arm_limb
-from retarget_bench.datasets.puppets.solver.people import Manner, solve
+from retarget_bench.datasets.puppets.solver.limbs import Limb, arm_limb
+from retarget_bench.datasets.puppets.solver.people import Manner
+from retarget_bench.datasets.puppets.solver.solve import solve
 from tests.examples import examples
 
 number = st.floats(-1.0, 1.0)
@@ -61,6 +62,12 @@ def test_carry_is_the_shortest_turn(a: np.ndarray, b: np.ndarray, v: np.ndarray)
     np.testing.assert_allclose(np.linalg.norm(matrices.carry(a, b, v)), np.linalg.norm(v), atol=1e-9)
 
 
+def bent(limb: Limb, start: np.ndarray, goal: np.ndarray, swivel: float) -> tuple[np.ndarray, np.ndarray]:
+    """Orientations of the two bones of one limb in one frame."""
+    upper, lower = limbs.bend((limb,), start[None], goal[None], np.eye(3)[None], np.array([[swivel]]))
+    return upper[0], lower[0]
+
+
 @examples(80)
 @given(
     direction=vector, share=st.floats(0.35, 0.98), swivel=st.floats(-1.5, 1.5), side=st.sampled_from(SIDES)
@@ -69,18 +76,18 @@ def test_a_limb_ends_where_it_should(direction: np.ndarray, share: float, swivel
     if np.linalg.norm(direction) < 0.1:
         return
     arm = arm_limb(side, BODIES["gibbon"])
-    start, frame = np.array([[0.3, 1.2, -0.4]]), np.eye(3)[None]
+    start = np.array([[0.3, 1.2, -0.4]])
     goal = start + matrices.unit(direction) * share * arm.longest
-    upper, lower = limbs.bend(arm, start, goal, frame, np.array([swivel]))
+    upper, lower = bent(arm, start, goal, swivel)
     for turn in (upper, lower):
         np.testing.assert_allclose(turn[0] @ turn[0].T, np.eye(3), atol=1e-9)
         assert np.linalg.det(turn[0]) > 0
-    elbow = start[0] + arm.upper * upper[0] @ arm.bone
-    wrist = elbow + arm.lower * lower[0] @ arm.bone
+    along, beyond = upper[0] @ arm.bones[0], lower[0] @ arm.bones[1]
+    wrist = start[0] + arm.upper * along + arm.lower * beyond
     np.testing.assert_allclose(wrist, goal[0], atol=1e-9)
     # law of cosines: the angle at the elbow follows from the distance alone
     inner = (arm.upper**2 + arm.lower**2 - (share * arm.longest) ** 2) / (2 * arm.upper * arm.lower)
-    assert abs((upper[0] @ arm.bone) @ (lower[0] @ arm.bone) + inner) < 1e-9
+    assert abs(along @ beyond + inner) < 1e-9
 
 
 def test_goals_out_of_reach_are_neared_smoothly() -> None:
@@ -98,10 +105,10 @@ def test_goals_out_of_reach_are_neared_smoothly() -> None:
 def test_natural_elbows_point_down_and_back() -> None:
     for side, out in (("left", 1.0), ("right", -1.0)):
         arm = arm_limb(side, BODIES["ada"])
-        start, frame, still = np.zeros((1, 3)), np.eye(3)[None], np.zeros(1)
+        start, bone = np.zeros((1, 3)), arm.bones[0]
         for goal in ([0.1 * out, -0.9, 0.1], [0.1 * out, 0.0, 0.8], [0.5 * out, 0.3, 0.5]):
-            upper, _ = limbs.bend(arm, start, np.array([goal]) * arm.longest, frame, still)
-            elbow, line = upper[0] @ arm.bone, matrices.unit(np.array(goal))
+            upper, _ = bent(arm, start, np.array([goal]) * arm.longest, 0.0)
+            elbow, line = upper[0] @ bone, matrices.unit(np.array(goal))
             off = elbow - line * (elbow @ line)
             assert off[1] < 0.05
             assert off[2] < 0.05 or off[1] < -0.2

@@ -9,7 +9,7 @@ import pytest
 from click.testing import CliRunner
 
 from retarget_bench.api import TrainingPair, optional
-from retarget_bench.commands.data import command
+from retarget_bench.commands.exchange import data as command
 from retarget_bench.datasets.puppets import plugin as Puppets
 from retarget_bench.datasets.puppets.bodies import rigs
 from retarget_bench.datasets.puppets.conventions import FPS
@@ -26,7 +26,7 @@ from retarget_bench.datasets.puppets.corpus.pairs import TROUPE
 from retarget_bench.datasets.puppets.corpus.training_bodies import LEAST_UNLIKE, training_bodies
 from retarget_bench.errors import BenchError, Unusable
 from retarget_bench.motion import rotation
-from retarget_bench.motion.alignment import relative
+from retarget_bench.motion.transfer import relative
 
 NUMBER = 120
 CAST = [body for family in families() for body in family.bodies.values()]

@@ -172,7 +172,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n", 1)[0])
     parser.add_argument("--because", required=True, help="why; it is logged")
     because = parser.parse_args().because
-    folder = golden.built_in() / frozen.FOLDER
+    folder = golden.built_in() / golden.MOTIONS
     folder.mkdir(parents=True, exist_ok=True)
     rows = freeze(folder)
     faults = "\n".join(f"- `{fault.__name__}`: {(fault.__doc__ or '').strip()}" for fault in FAULTS)

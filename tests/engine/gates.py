@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from retarget_bench.verification.gate import frozen, golden, snapshot
+from retarget_bench.verification.gate import frozen, golden, run
 
 FOLDER = golden.built_in()
 
@@ -13,7 +13,7 @@ def quiet(done, total):
 
 def metrics():
     missing = []
-    built = snapshot._metrics(snapshot.own_metrics(), missing)
+    built = run.built_metrics(run.own_metrics(), missing)
     assert not missing
     return built
 
@@ -21,13 +21,13 @@ def metrics():
 def measured(ours, folder=FOLDER, built=None):
     """What metrics say of the frozen motions now, as a snapshot with nothing else in it."""
     built = metrics() if built is None else built
-    found = frozen.measure(folder, built, quiet)
-    return replace(
+    found = replace(
         ours,
         metrics={each.card.name: each.card.version for each in built},
-        values=snapshot._value_facts(built) | snapshot._feature_facts(built, found.networks),
-        motions=frozen.hashes(folder),
-        frozen=found.table,
-        failures=found.failures,
+        values=run.value_facts(built),
+        frozen={},
+        failures={},
         methods={},
     )
+    frozen.measure(found, folder, built, quiet)
+    return found

@@ -10,7 +10,7 @@ import pytest
 from gates import FOLDER, measured, quiet
 
 from retarget_bench.errors import BenchError, FileError
-from retarget_bench.verification.gate import compare, frozen, golden, method_rows, packing, run
+from retarget_bench.verification.gate import compare, frozen, golden, method_rows, run
 from retarget_bench.verification.gate.compare import Status
 
 
@@ -66,12 +66,12 @@ def test_what_is_packed_is_what_is_read(tmp_path):
 def test_a_file_of_a_newer_version_or_of_something_else_is_refused(tmp_path):
     np.savez(tmp_path / "new.npz", tree=np.array('{"schema": 9, "thing": null}'))
     with pytest.raises(FileError, match=r"new\.npz: has schema 9 .* reads up to 1"):
-        packing.read(tmp_path / "new.npz")
+        frozen.read(tmp_path / "new.npz")
     np.savez(tmp_path / "odd.npz", tree=np.array('{"schema": 1, "thing": {"is": "Os", "fields": {}}}'))
     with pytest.raises(FileError, match=r"odd\.npz: holds something that this version cannot build: 'Os'"):
-        packing.read(tmp_path / "odd.npz")
+        frozen.read(tmp_path / "odd.npz")
     np.savez(tmp_path / "none.npz", x=np.zeros(3))
     with pytest.raises(FileError, match=r"none\.npz: is not a file of frozen motions"):
-        packing.read(tmp_path / "none.npz")
+        frozen.read(tmp_path / "none.npz")
     with pytest.raises(BenchError, match="a PurePosixPath cannot be stored"):
-        packing.write(tmp_path / "path.npz", {"where": PurePosixPath("x")})
+        frozen.write(tmp_path, frozen.FrozenCase("path", PurePosixPath("x"), {}, ""))

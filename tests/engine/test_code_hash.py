@@ -97,16 +97,11 @@ def own(tmp_path, monkeypatch):
         path = tmp_path / f"own_{name}.py"
         path.write_text(text, encoding="utf-8")
         monkeypatch.setattr(registry, "code_files", _files(registry.code_files, kind, f"own_{name}", path))
-        monkeypatch.setattr(registry, "home", _home(registry.home, f"own_{name}", tmp_path))
     return tmp_path
 
 
 def _files(usual, kind, name, path):
-    return lambda k, n: [path] if (k, n) == (kind, name) else usual(k, n)
-
-
-def _home(usual, name, folder):
-    return lambda k, n: folder if n == name else usual(k, n)
+    return lambda k, n: [(path.name, path)] if (k, n) == (kind, name) else usual(k, n)
 
 
 def changed(path: Path, before: str, after: str) -> None:
@@ -164,7 +159,6 @@ def test_shared_layers_count_for_post_processors_likewise(own, tmp_path, monkeyp
     path = tmp_path / "own_post.py"
     path.write_text(SHARED, encoding="utf-8")
     monkeypatch.setattr(registry, "code_files", _files(registry.code_files, "posts", "own_post", path))
-    monkeypatch.setattr(registry, "home", _home(registry.home, "own_post", tmp_path))
     alone, composed = Spec("own_method"), Spec("own_method", posts=(Spec("own_post"),))
     plan.method_code.cache_clear()
     first = plan.method_code(alone), plan.method_code(composed)
@@ -206,7 +200,40 @@ def test_a_metric_is_known_by_its_statements_and_by_those_of_the_comparison(own,
     changed(own / "own_metric.py", "100 *", "99 *")
     second = version()
     assert second != first
-    monkeypatch.setattr(plan, "module_code", lambda _: [])
+    monkeypatch.setattr(plan, "package_code", lambda _: [])
     assert version() not in (first, second)
     monkeypatch.undo()
+    plan.metric_versions.cache_clear()
+
+
+DRAWN = plan.SETS, "draw.py", "MOST = 1200"
+WINDOWED = plan.FEATURES, "windows.py", "HOP = 8"
+
+
+@pytest.mark.parametrize("name", ["fid", "position"])
+@pytest.mark.parametrize("where", [DRAWN, WINDOWED])
+def test_the_drawing_of_sets_and_the_feature_networks_count_for_set_metrics(
+    tmp_path, monkeypatch, name, where
+):
+    """With another constant stored values of sets are outdated, with another comment they are not."""
+    package, file, constant = where
+    copy, files = tmp_path / file, dict(package_code(package))
+    (inside,) = (inside for inside in files if inside.endswith(f"/{file}"))
+    text = files[inside].read_text(encoding="utf-8")
+    files[inside] = copy
+
+    def package_files(asked: str) -> list[tuple[str, Path]]:
+        return list(files.items() if asked == package else package_code(asked))
+
+    monkeypatch.setattr(plan, "package_code", package_files)
+
+    def version(text: str) -> str:
+        copy.write_text(text, encoding="utf-8")
+        plan.metric_versions.cache_clear()
+        return plan.metric_versions((name,))[name]
+
+    assert constant in text
+    first = version(text)
+    assert version(text.replace(constant, f"{constant}  # windows")) == first
+    assert (version(text.replace(constant, f"{constant}0")) != first) == (name == "fid")
     plan.metric_versions.cache_clear()

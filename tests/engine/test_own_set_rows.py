@@ -10,7 +10,7 @@ from retarget_bench.evaluation.set_metrics import SetValue, files
 from retarget_bench.results import store as records
 from retarget_bench.results.header import SCHEMA, STATUSES, parsed
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.tables.published import own_set_rows, published_tables
+from retarget_bench.tables.published import published_tables
 from retarget_bench.tables.published.layout import NOT_PRINTED, paper_table
 
 TABLE = published_tables.published("pan-table3")
@@ -55,7 +55,7 @@ def store(
 
 
 def rows(root: Path) -> dict[str, published_tables.OwnRow]:
-    return {row.label: row for row in own_set_rows.own_rows(TABLE, records.find_results(root))}
+    return {row.label: row for row in published_tables.own_rows(TABLE, records.find_results(root))}
 
 
 def test_directions_are_told_by_the_targets_legs_and_structures_are_averaged(tmp_path: Path) -> None:
@@ -89,7 +89,7 @@ def test_kinds_and_kid_have_columns_of_their_own(tmp_path: Path) -> None:
 def test_what_has_no_number_says_why(tmp_path: Path) -> None:
     why = "fid needs 1024 windows in each set, here 85"
     store(tmp_path, "mine", [value("dog", None, reason=why, floor=None), value("man", 9.0)])
-    drawn = paper_table(TABLE, own_set_rows.own_rows(TABLE, records.find_results(tmp_path)))
+    drawn = paper_table(TABLE, published_tables.own_rows(TABLE, records.find_results(tmp_path)))
     (mine,) = (row for row in drawn.groups[0].ranked if row.label == "mine")
     assert [cell.value for cell in mine.cells] == [9.0, None]
     assert mine.cells[1].reason == why
@@ -117,7 +117,7 @@ def test_the_floor_is_that_of_most_methods(tmp_path: Path) -> None:
 
 def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path: Path) -> None:
     store(tmp_path, "still", [value("dog", 7.0), value("dog", 1.0, "idle")], method={"control": True})
-    drawn = paper_table(TABLE, own_set_rows.own_rows(TABLE, records.find_results(tmp_path)))
+    drawn = paper_table(TABLE, published_tables.own_rows(TABLE, records.find_results(tmp_path)))
     printed, *others = drawn.groups
     assert [row.label for row in printed.ranked] == [
         f"{name} (printed)" for name in ("NKN*", "PMnet*", "SAN", "PAN")
@@ -129,7 +129,7 @@ def test_controls_stand_apart_and_the_papers_rows_only_where_it_prints(tmp_path:
 
 
 def test_without_results_the_printed_rows_are_there() -> None:
-    drawn = paper_table(TABLE, own_set_rows.own_rows(TABLE, []))
+    drawn = paper_table(TABLE, published_tables.own_rows(TABLE, []))
     assert len(drawn.groups[0].ranked) == 4
     assert any("between=legs]' makes some" in note for note in drawn.notes)
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench.commands import planning
+from retarget_bench.commands import run
 from retarget_bench.plugins import registry
 
 CLASHING = '''"""A metric that uses a built-in's value id."""
@@ -24,7 +24,7 @@ plugin = Clash
 
 
 def test_a_plain_run_has_the_variants_that_a_card_names() -> None:
-    specs = [str(spec) for spec in planning._default_methods()]
+    specs = [str(spec) for spec in run._default_methods()]
     assert len(specs) == len(set(specs))
     for wanted in ("", "[root_rule=none]", "[root_rule=reference]"):
         assert f"copy_rotations{wanted}" in specs
@@ -36,7 +36,7 @@ def test_a_metric_that_takes_anothers_value_id_is_left_out(
     monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
     (tmp_path / "clash.py").write_text(CLASHING)
     registry.add_file(tmp_path / "clash.py")
-    kept = planning._default_metrics()
+    kept = run._default_metrics()
     assert "clash" not in kept
     assert "position" in kept
     assert "both declare 'mpjpe_h.world'" in capsys.readouterr().err

@@ -13,7 +13,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from retarget_bench import cli
-from retarget_bench.analysis import summary, tie_groups
+from retarget_bench.analysis import summary
 from retarget_bench.analysis.statistics import Interval
 from retarget_bench.analysis.summary import Mean
 from retarget_bench.api import CaseInfo
@@ -178,7 +178,7 @@ def test_ties_join_a_method_with_its_own_double(tmp_path):
     (one,) = panel.result_matrices(store.find_results(root))
     ranking = summary.split_summary(one).rankings["mpjpe_h.world"]
     assert set(ranking.order[:2]) == {"twin", HOSTILE[0]}
-    assert tie_groups.tie_groups(tie_groups.separated(one, ranking, "mpjpe_h.world")) == [(0, 1)]
+    assert summary.tie_groups(summary.separated(one, ranking, "mpjpe_h.world")) == [(0, 1)]
 
 
 def test_speed_is_to_the_right_and_error_upwards(plotted, results):

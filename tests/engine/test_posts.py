@@ -17,7 +17,7 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict, runner
 from retarget_bench.plugins import registry
-from retarget_bench.plugins.post_processors import composed
+from retarget_bench.plugins.post_processors import Composed
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 
@@ -110,7 +110,7 @@ def test_a_method_sees_what_it_sees_alone():
 
     data = registry.create("datasets", "toy_cases")
     case = data.load(data.cases("retarget", "intra")[0])
-    method = composed(Nosy(), [registry.create("posts", "toy_post[does=look]")])
+    method = Composed(Nosy(), [registry.create("posts", "toy_post[does=look]")])
     for each in (Nosy(), method):
         outcome = predict.predict(each, case, predict.context_for(each, data, case, 5))
         assert outcome.status == "ok", outcome.message
@@ -156,7 +156,7 @@ def test_what_learned_methods_say_of_themselves_is_passed_on():
         weights_hash, weights_label = "abc", "local-abc"
         training_manifest = MappingProxyType({"characters": ["tall"]})
 
-    built = composed(Taught(), [registry.create("posts", "toy_post")])
+    built = Composed(Taught(), [registry.create("posts", "toy_post")])
     assert (built.weights_hash, built.weights_label) == ("abc", "local-abc")
     assert built.training_manifest == {"characters": ["tall"]}
     assert built.card.accepts == ("motion", "positions")

@@ -9,8 +9,8 @@ import pytest
 from probe_questions import short_questions
 
 from retarget_bench.motion import rotation
-from retarget_bench.motion.alignment import relative
 from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.transfer import relative
 from retarget_bench.verification.probe import rewriting
 from retarget_bench.verification.probe.asking import Subject
 

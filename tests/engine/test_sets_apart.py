@@ -14,7 +14,7 @@ from retarget_bench.evaluation import runner, set_metrics
 from retarget_bench.evaluation.plan import Plan, dataset
 from retarget_bench.evaluation.predict import context_for
 from retarget_bench.evaluation.set_metrics import draw, files
-from retarget_bench.evaluation.set_metrics.collect import NO_REFERENCE, collect
+from retarget_bench.evaluation.set_metrics.files import NO_REFERENCE, collect
 from retarget_bench.metrics.fid.frechet import frechet
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec

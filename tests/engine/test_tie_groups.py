@@ -10,8 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from stored import store
 
-from retarget_bench.analysis.summary import split_summary
-from retarget_bench.analysis.tie_groups import separated, tie_groups
+from retarget_bench.analysis.summary import separated, split_summary, tie_groups
 from retarget_bench.results.result_matrix import result_matrices
 
 

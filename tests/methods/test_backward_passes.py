@@ -8,13 +8,8 @@ import plain_passes as plain
 import pytest
 import torch
 
-from retarget_bench.methods.humot.network import attention, block
-from retarget_bench.methods.humot.network.tokens import RaggedTokens
 from retarget_bench.methods.pan.network import layers
 from retarget_bench.methods.pan.network.layers import DropoutMask
-
-WIDTH = 8
-COUNTS = {"one size": [3, 3], "mixed": [2, 4, 1]}
 
 
 def agree(ours, theirs, tensors, *rest):
@@ -54,56 +49,3 @@ def test_the_mlp_of_pan(activation, inputs, hidden, share, monkeypatch):
         return call
 
     agree(through(layers._mlp), through(plain.mlp), drawn((192, inputs), *shapes))
-
-
-def ragged_of(kind: str, padded: bool) -> RaggedTokens:
-    counts = COUNTS[kind]
-    frames = None
-    if padded:
-        frames = torch.ones(len(counts), 5, dtype=torch.bool)
-        frames[0, 3:] = False
-    return RaggedTokens(counts, 5, frames, torch.device("cpu"))
-
-
-def tokens_of(ragged: RaggedTokens) -> torch.Tensor:
-    return drawn((ragged.total, 5, WIDTH))[0].index_fill(0, ragged.blank, 0.0)
-
-
-@pytest.mark.parametrize("padded", [False, True])
-@pytest.mark.parametrize("wanted", [False, True])
-@pytest.mark.parametrize("kind", COUNTS)
-def test_sums_over_tokens_of_humot(kind, wanted, padded):
-    ragged = ragged_of(kind, padded)
-
-    def through(form):
-        return lambda tensors: tuple(each for each in form(*tensors, ragged, wanted) if each is not None)
-
-    tensors = [tokens_of(ragged), *drawn((WIDTH,), (WIDTH,))]
-    agree(through(attention._summed), through(plain.summed), tensors)
-
-
-@pytest.mark.parametrize("kind", COUNTS)
-def test_mixing_of_channels_of_humot(kind):
-    ragged = ragged_of(kind, False)
-    rows = len(ragged.counts)
-    tensors = [tokens_of(ragged), tokens_of(ragged), *drawn((rows, WIDTH, WIDTH), (rows, WIDTH))]
-
-    def through(form):
-        def call(given):
-            made = form(*given, ragged)
-            return made.index_fill(0, ragged.blank, 0.0)  # nothing reads blank tracks
-
-        return call
-
-    agree(through(attention._mixed), through(plain.mixed), tensors)
-
-
-@pytest.mark.parametrize("kind", COUNTS)
-def test_the_feed_forward_layers_of_humot(kind):
-    ragged = ragged_of(kind, False)
-    shapes = ((WIDTH,), (WIDTH,), (24, WIDTH), (24,), (WIDTH, 24), (WIDTH,))
-
-    def through(form):
-        return lambda tensors: form(tensors[0], ragged.pieces, *tensors[1:])
-
-    agree(through(block._feed_forward), through(plain.fed), [tokens_of(ragged), *drawn(*shapes)])

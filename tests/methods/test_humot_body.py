@@ -9,10 +9,19 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.evaluation.plan import dataset
-from retarget_bench.methods.humot.features import HEIGHTS, MAJOR, body, size_factor, stature, unfit, upright
-from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, kept, parents_among
+from retarget_bench.methods.humot.features import (
+    HEIGHTS,
+    MAJOR,
+    body,
+    parents_among,
+    size_factor,
+    stature,
+    unfit,
+    upright,
+)
+from retarget_bench.methods.humot.training import DROP_MAJOR, DROP_OTHER, kept
+from retarget_bench.motion.aligned import neutral_pose
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.neutral import neutral_pose
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins.spec import Spec
 

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from torch import Tensor, nn
 
-from retarget_bench.methods.humot.design import PAPER_COUNT, SMALL, TEXT, Design
 from retarget_bench.methods.humot.network import Decoder, Encoder
 from retarget_bench.methods.humot.network import block as blocks
+from retarget_bench.methods.humot.settings import PAPER_COUNT, SMALL, TEXT, Design
 from tests.examples import examples
 
 TINY = {"width": 16, "latent": 8, "heads": 4, "blocks": (2, 2), "template": (4, 6), "motion": (3, 5, 8)}

@@ -9,11 +9,11 @@ import pytest
 
 from retarget_bench.api import Context
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks.reduced import reduced
+from retarget_bench.evaluation.tasks.definitions import reduced
 from retarget_bench.methods.humot import HuMoT
 from retarget_bench.methods.humot.features import MAJOR, USUAL, body
 from retarget_bench.methods.humot.inference import HOP, WINDOW, Question, _fade, _pieces
-from retarget_bench.motion import neutral, rates, rotation
+from retarget_bench.motion import aligned, rates, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 
@@ -181,7 +181,7 @@ def test_a_part_is_centred_where_the_whole_body_is(method, monkeypatch, kept):
     )
     whole = BODIES["one"]
     turn = rotation.about(np.array([0.0, 1.0, 0.0]), 2.0)
-    places = rotation.rotate(turn, neutral.template(whole)) + np.array([3.0, 1.0, -2.0])
+    places = rotation.rotate(turn, aligned.template(whole)) + np.array([3.0, 1.0, -2.0])
     joints = [joint for role, joint in whole.joint_of.items() if role.startswith(kept)]
     part = reduced(whole, joints)
     assert joints
@@ -215,6 +215,6 @@ def test_bodies_go_through_as_they_are_where_that_is_asked_for():
     pair = dance("one", 20), BODIES["tall"]
     own, usual = (Question.of(*pair, "leg_length", each) for each in (False, True))
     assert (own.actor_size, own.body_size) == (1.0, 1.0)
-    pose, joint_of = neutral.template(BODIES["tall"]), BODIES["tall"].joint_of
+    pose, joint_of = aligned.template(BODIES["tall"]), BODIES["tall"].joint_of
     shoulder, ankle = (pose[joint_of[role], 1] for role in ("left_arm", "left_foot"))
     assert usual.body_size * (shoulder - ankle) == pytest.approx(USUAL)

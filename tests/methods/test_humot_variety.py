@@ -18,7 +18,7 @@ from retarget_bench.methods.humot.augmentation import (
     rotate_limbs,
 )
 from retarget_bench.methods.humot.features import USUAL, body, stature, upright
-from retarget_bench.motion import neutral
+from retarget_bench.motion import aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
 from tests.examples import examples
@@ -62,7 +62,7 @@ def test_reshaped_motion_is_what_the_same_rotations_do_on_other_bones(seed):
     np.testing.assert_allclose(found[:, 0], mine.see(motion)[:, 0])
     np.testing.assert_allclose(
         reproportion(mine.template, factors, mine),
-        upright(neutral.template(other)[list(mine.joints)]),
+        upright(aligned.template(other)[list(mine.joints)]),
         atol=1e-9,
     )
 

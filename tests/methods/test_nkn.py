@@ -187,7 +187,7 @@ def test_exported_weights_make_the_same_method_again():
 
 
 def test_weights_of_another_size_are_refused():
-    with pytest.raises(BenchError, match="do not fit"):
+    with pytest.raises(BenchError, match="of another structure"):
         training_module(plugin(**SMALL)).load(training_module(plugin(hidden=8)).export())
 
 

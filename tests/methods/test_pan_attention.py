@@ -26,15 +26,14 @@ def asked(method, motion) -> asking.Attention:
 def marked(method, name, by_frame=False) -> None:
     """The encoder of a structure says in the place of weights which edge it is, or which frame."""
     encoder = method.structures[name].encoder
-    parts = len(encoder.rows.tokens)
 
     def attention(seen):
         rows, frames, edges = seen.shape[:3]
         which = torch.arange(frames if by_frame else edges) / 1000.0
         each = which[:, None] if by_frame else which[None]
+        parts = encoder.count
         mask = torch.zeros(parts, edges)
-        for part, group in enumerate(encoder.rows.tokens):
-            mask[part, [encoder.rows.edges[key - parts] for key in group.keys[1:]]] = 1.0
+        mask[:, encoder.edges] = (encoder.hidden[:parts, parts:] == 0.0).float()
         return (each[:, None] * mask).expand(rows, frames, parts, edges)
 
     encoder.attention = attention
@@ -129,7 +128,7 @@ def test_a_body_of_no_known_structure_is_explained():
     """Section 6.2.3: what it lacks has no joint to show a weight on, so that weights add up to less."""
     hugo = plan.dataset(Spec.parse("puppets[size=tiny]")).characters()["hugo"]
     method = fresh()
-    assignment = method.assignment(hugo).taken
+    assignment = method.assignment(hugo).body
     marked(method, "plain" if len(assignment.layout.parents) == 22 else "short_spine")
     found = asked(method, method_bodies.dance(hugo, 4))
     assert sorted(found.joints) == list(range(17))

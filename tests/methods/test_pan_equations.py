@@ -10,11 +10,10 @@ import torch
 from pan_reference import S23, S28, bones, close, codes, motion
 from torch import nn
 
-from retarget_bench.methods.pan.design import PAPER
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder
-from retarget_bench.methods.pan.network.attention import Attention, Blocks
-from retarget_bench.methods.pan.network.groups import Group
-from retarget_bench.methods.pan.network.layers import mlp
+from retarget_bench.methods.pan.network.attention import Attention
+from retarget_bench.methods.pan.network.layers import DropoutMask, mlp
+from retarget_bench.methods.pan.settings import PAPER
 
 
 @pytest.fixture(autouse=True)
@@ -53,9 +52,9 @@ def code_of(j: int, width: int = 32) -> np.ndarray:
 
 def test_equation_2_codes_the_index_of_a_slot():
     encoder = Encoder(S28, PAPER)
-    expected = np.stack([code_of(edge) for edge in encoder.rows.edges])
+    expected = np.stack([code_of(edge) for edge in encoder.edges.tolist()])
     np.testing.assert_allclose(encoder.code.numpy(), expected, atol=1e-6)
-    assert sorted(encoder.rows.edges) == list(range(28))
+    assert sorted(encoder.edges.tolist()) == list(range(28))
 
 
 def test_equation_3_adds_embedding_and_code():
@@ -92,15 +91,13 @@ def test_equations_4_and_5_are_masked_attention(heads):
     layer = Attention(replace(PAPER, heads=heads))
     nn.init.normal_(layer.qkv.bias)
     rows = torch.randn(5, 6, 32)
-    groups = [((0, 1), (0, 1, 4)), ((2,), (2, 5)), ((3, 4, 5), (3, 4, 5))]
     sees = np.zeros((6, 6), dtype=bool)
-    for queries, keys in groups:
+    for queries, keys in [((0, 1), (0, 1, 4)), ((2,), (2, 5)), ((3, 4, 5), (3, 4, 5))]:
         sees[np.ix_(queries, keys)] = True
     sees[4, 5] = False
-    first, second, third = (
-        Group(queries, keys, tuple(map(tuple, sees[np.ix_(queries, keys)]))) for queries, keys in groups
-    )
-    found = layer(rows, Blocks([first, second], third, heads), None)
+    hidden = torch.zeros(6, 6).masked_fill(~torch.from_numpy(sees), -torch.inf)
+    found = layer(rows, hidden, None)
+    torch.testing.assert_close(layer(rows, hidden[:3], DropoutMask(0.0, rows.device)), found[:, :3])
     for frame in range(5):
         expected = attended(layer, rows[frame].double().numpy(), sees, heads)
         np.testing.assert_allclose(found[frame].detach().numpy(), expected, atol=1e-5)

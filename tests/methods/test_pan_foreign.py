@@ -15,7 +15,7 @@ from retarget_bench.api import Context
 from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
 from retarget_bench.methods.pan.body import in_layout
-from retarget_bench.motion import alignment, kinematics, roles, rotation
+from retarget_bench.motion import kinematics, roles, rotation, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.skeleton import Skeleton
@@ -66,7 +66,7 @@ def filled(character: Character, like: Character) -> Character:
 def performed(motion: Motion, body: Character) -> Motion:
     """The motion by a body that ``filled`` made: joints that were lacking turn with their parents."""
     character = motion.character
-    turned = alignment.relative(motion)
+    turned = transfer.relative(motion)
     found = np.zeros((motion.frames, len(body.skeleton), 4))
     for joint, (role, parent) in enumerate(zip(body.roles, body.skeleton.parents, strict=True)):
         same = character.joint_of.get(role, -1)
@@ -135,7 +135,7 @@ def test_as_a_target_it_is_the_body_with_bones_of_no_length(points, mixamo_like)
     assert (found.frames, found.fps, found.skeleton) == (37, 30.0, points.skeleton)
     both = [(points.joint_of[role], body.joint_of[role]) for role in points.joint_of]
     mine, theirs = (list(each) for each in zip(*both, strict=True))
-    turned, wanted_turns = alignment.relative(found)[:, mine], alignment.relative(wanted)[:, theirs]
+    turned, wanted_turns = transfer.relative(found)[:, mine], transfer.relative(wanted)[:, theirs]
     assert rotation.angle(turned, wanted_turns).max() < 1e-3
     legs = [role for role in points.joint_of if roles.body_part(role).endswith("leg")]
     assert len(legs) == 6
@@ -146,7 +146,7 @@ def test_as_a_target_it_is_the_body_with_bones_of_no_length(points, mixamo_like)
 def test_what_networks_are_told_of_its_bones(points, mixamo_like):
     """Edges that lead to joints which it lacks are bones of no length, all others its own in full."""
     method = trained(("body28",))
-    body = method.assignment(points).taken
+    body = method.assignment(points).body
     bones = np.linalg.norm(method.settings.features.bones(body), axis=1)
     unit = method.settings.features.unit(points)
     positions = kinematics.forward(points.skeleton, points.reference_pose, np.zeros(3))[0]

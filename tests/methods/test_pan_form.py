@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from itertools import product
+from types import SimpleNamespace
 
 import method_bodies
 import numpy as np
@@ -11,9 +12,10 @@ import pan_material
 import pytest
 from scipy.spatial.transform import Rotation
 
+from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import plan
 from retarget_bench.methods.pan import Pan
-from retarget_bench.methods.pan.body import aligned, in_layout, missing
+from retarget_bench.methods.pan.body import aligned, assign, in_layout
 from retarget_bench.methods.pan.features import Features
 from retarget_bench.motion import rates, rotation
 from retarget_bench.plugins.spec import Spec
@@ -165,7 +167,6 @@ def test_a_body_with_fewer_joints_has_bones_of_no_length():
     absent = [rank for rank, joint in enumerate(body.joints) if joint < 0]
     assert {known.roles[rank] for rank in absent} == {"spine_3", "left_toe", "right_toe"}
     assert not np.abs(body.bones[[rank - 1 for rank in absent]]).any()
-    assert missing(body) == ""
     motion = method_bodies.dance(few, 20)
     for features in FORMS:
         assert apart(motion, there_and_back(features, motion, body, "predicted")) < 1e-9
@@ -202,9 +203,10 @@ def test_a_body_without_any_known_part_is_named():
         *(f"{side}{part}" for side in ("Left", "Right") for part in ("UpLeg", "Leg", "Foot", "Toe")),
         structure="torso",
     )
-    assert missing(in_layout(torso, known)) == ""
     legs = replace(known, names=("left_leg",), parts=known.parts[:1])
-    assert "no joint of any part that these weights know (left leg)" in missing(in_layout(torso, legs))
+    assert assign(torso, {"one": SimpleNamespace(layout=known)}).structure == "one"
+    with pytest.raises(NotSupported, match=r"no joint of any part that these weights know \(left leg\)"):
+        assign(torso, {"one": SimpleNamespace(layout=legs)})
 
 
 def _turn(quaternion) -> Rotation:

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from retarget_bench.methods.pan import Pan, losses
 from retarget_bench.methods.pan.features import Features
-from retarget_bench.methods.pan.kinematics import Kinematics, world
 from retarget_bench.methods.pan.losses import ends_of
 from retarget_bench.methods.pan.settings import BETWEEN_LEGS, SETTINGS
+from retarget_bench.methods.pan.structure import Kinematics, world
 from retarget_bench.methods.pan.training_data import statistics_of
 from retarget_bench.motion import facing
 from retarget_bench.training.layers.adversarial import least_squares
@@ -170,7 +170,7 @@ def by_hand(module, batch):
     shown, again, back = {}, {}, {}
     for there, side in enumerate(batch["sides"]):
         for here in (0, 1):
-            at = [side[f"{key}_of"][here] for key in ("which", "bones", "unit", "turn")]
+            at = [side["asked"][key].chunk(3)[here] for key in ("which", "bones", "unit", "turn")]
             shown[here, there] = _answered(module, names[there], codes[here], *at)
             again[here, there] = parts[there].encoder(shown[here, there].edges)
     for here, side in enumerate(batch["sides"]):
@@ -273,26 +273,26 @@ def test_judges_learn_from_what_they_are_shown():
 
 def test_variants_have_the_weights_of_the_record():
     paper, released = (SETTINGS[name].weights for name in ("paper", "released"))
-    assert (paper.edges, paper.latent, paper.again) == (1.0, 2.5, 2.5)
-    assert (paper.positions, paper.again_positions, paper.adversarial, paper.ends) == (
+    assert (paper.edges, paper.cycle, paper.again) == (1.0, 2.5, 2.5)
+    assert (paper.kinematic, paper.again_positions, paper.adversarial, paper.ends) == (
         100.0,
         100.0,
         1.0,
         0.0,
     )
-    assert (released.edges, released.latent, released.again, released.again_positions) == (
+    assert (released.edges, released.cycle, released.again, released.again_positions) == (
         1.0,
         2.5,
         0.0,
         2.5,
     )
-    assert (released.positions, released.root, released.ends, released.adversarial) == (100, 100, 50, 1)
+    assert (released.kinematic, released.root, released.ends, released.adversarial) == (100, 100, 50, 1)
     legs = BETWEEN_LEGS["paper"].weights
-    assert (legs.edges, legs.latent, legs.again, legs.positions) == (1.0, 2.5, 2.5, 100.0)
+    assert (legs.edges, legs.cycle, legs.again, legs.kinematic) == (1.0, 2.5, 2.5, 100.0)
     assert (legs.velocity, legs.turns, legs.adversarial) == (1000.0, False, 1.0)
     code = BETWEEN_LEGS["released"]
-    assert (code.weights.edges, code.weights.moves, code.weights.positions) == (1.0, 100.0, 0.01)
-    assert (code.weights.latent, code.weights.again_positions, code.weights.velocity) == (
+    assert (code.weights.edges, code.weights.moves, code.weights.kinematic) == (1.0, 100.0, 0.01)
+    assert (code.weights.cycle, code.weights.again_positions, code.weights.velocity) == (
         1e-3,
         1e-3,
         1000.0,

@@ -23,10 +23,10 @@ from pan_reference import (
 )
 from torch import Tensor, nn
 
-from retarget_bench.methods.pan.design import PAPER, RELEASED, Design
 from retarget_bench.methods.pan.layout import Layout
 from retarget_bench.methods.pan.network import Decoder, Discriminator, Encoder, SkeletonEncoder
 from retarget_bench.methods.pan.network.layers import LEVELS, DropoutMask
+from retarget_bench.methods.pan.settings import PAPER, RELEASED, Design
 
 LAYOUTS = {"S23": S23, "S28": S28, "three": THREE}
 DESIGNS = {

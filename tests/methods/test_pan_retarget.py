@@ -144,10 +144,10 @@ def test_parameters_that_cannot_be(odd, problem):
 
 def test_what_a_parameter_says_wins_over_the_variant():
     found = Pan(variant="paper", cycle=0.0, root="height", facing=2.0, kinematic=10.0).settings
-    assert (found.weights.latent, found.features.root, found.features.smoothing) == (0.0, "height", 2.0)
-    assert (found.weights.positions, found.weights.again_positions) == (10.0, 10.0)
+    assert (found.weights.cycle, found.features.root, found.features.facing) == (0.0, "height", 2.0)
+    assert (found.weights.kinematic, found.weights.again_positions) == (10.0, 10.0)
     without = Pan(kinematic=0.0).settings.weights
-    assert (without.positions, without.again_positions, without.root) == (0.0, 0.0, 0.0)
+    assert (without.kinematic, without.again_positions, without.root) == (0.0, 0.0, 0.0)
 
 
 # --------------------------------------------------------------------------------------- statistics

@@ -47,7 +47,7 @@ def test_chunks_of_any_size_give_what_the_whole_gives(chunk, root):
     module = smrm_material.training_module(root=root)
     source = smrm_material.dances("one", (90,))[0]
     whole, parts = (
-        retargeted(module.generator, module.features, [source], [BODIES["legs"]], size)[0]
+        retargeted(module.generator.eval(), module.features, [source], [BODIES["legs"]], size)[0]
         for size in (90, chunk)
     )
     assert apart(whole, parts) < 1e-6

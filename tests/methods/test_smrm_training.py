@@ -271,7 +271,7 @@ def test_exported_weights_are_taken_over_and_others_refused():
         one.generator.turns.weight.add_(1.0)
     other.load(one.export())
     assert torch.equal(other.generator.turns.weight, one.generator.turns.weight)
-    with pytest.raises(BenchError, match="not of an smrm with 32 hidden numbers"):
+    with pytest.raises(BenchError, match="of another structure"):
         smrm_material.training_module(hidden=32).load(one.export())
 
 

@@ -12,10 +12,10 @@ from typing import Any
 
 import numpy as np
 
+from retarget_bench.api import Sample
 from retarget_bench.metrics.fid import SHIPPED
 from retarget_bench.metrics.fid.frechet import frechet
-from retarget_bench.metrics.fid.kernel import kid
-from retarget_bench.metrics.fid.neighbours import fit
+from retarget_bench.metrics.fid.pairs import Fits, Kid
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.training.features import network
@@ -186,7 +186,6 @@ class Study:
         found = []
         for half, (real, clips) in enumerate(self.real):
             made, other = self._features(1 - half, harm, amount)
-            found.append(
-                (frechet(real, made), kid(real, made, clips, other), *fit(real, made, clips, other))
-            )
+            pair = Sample(real, clips), Sample(made, other)
+            found.append((frechet(real, made), Kid()(*pair), *Fits()(*pair)))
         return Noticed(min(len(clips) for _, clips in self.real), *np.mean(found, axis=0).tolist())

@@ -10,10 +10,22 @@ from hypothesis import strategies as st
 
 from retarget_bench.api import Sample
 from retarget_bench.metrics.fid import Fid
-from retarget_bench.metrics.fid.frechet import factor, frechet, trace, without
-from retarget_bench.metrics.fid.kernel import kid
-from retarget_bench.metrics.fid.neighbours import fit
+from retarget_bench.metrics.fid.frechet import factor, frechet, without
+from retarget_bench.metrics.fid.pairs import Fits, Kid
 from tests.examples import examples
+
+
+def kid(a, b, groups_a, groups_b) -> float:
+    return Kid()(Sample(a, groups_a), Sample(b, groups_b))
+
+
+def fit(real, made, groups_real, groups_made, k=5):
+    return Fits(k)(Sample(real, groups_real), Sample(made, groups_made))
+
+
+def trace(sample: np.ndarray) -> float:
+    """Of the covariance: the scale on which a distance is large or small."""
+    return float(sample.var(axis=0, ddof=1).sum())
 
 
 def sets(seed: int, n: int, d: int, m: int | None = None) -> tuple[np.ndarray, np.ndarray]:

@@ -11,6 +11,7 @@ import torch
 from click.testing import CliRunner
 from metric_cases import character, sides
 
+from retarget_bench.api.comparison import structure_joints
 from retarget_bench.commands.train_features import command
 from retarget_bench.errors import FileError, NotSupported
 from retarget_bench.metrics.fid import SHIPPED
@@ -241,7 +242,7 @@ def test_a_structure_that_is_held_out_borrows_motion_at_the_same_places(puppets)
         assert source.borrowed
         lender = next(c for c in puppets.characters().values() if c.structure == source.lender)
         own = next(c for c in puppets.characters().values() if c.structure == source.structure)
-        assert len(set(source.joints)) == len(source.joints) == len(windows.joints_of(own))
+        assert len(set(source.joints)) == len(source.joints) == len(structure_joints(own))
         for joint, role in zip(source.joints, source.roles, strict=True):
             theirs = lender.roles[joint]
             if role and role.startswith(("left", "right")):

@@ -10,14 +10,13 @@ from hypothesis import strategies as st
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.motion import bvh, kinematics, rotation
-from retarget_bench.motion.alignment import from_relative, relative
 from retarget_bench.motion.body import PosedBody, quarter_turns
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.correspondence import carry
 from retarget_bench.motion.importer import load
 from retarget_bench.motion.reference_pose import reference_pose
 from retarget_bench.motion.roles import find
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.transfer import from_relative, orientations, relative
 from tests.examples import examples
 
 X, Y, Z = np.eye(3)
@@ -106,7 +105,7 @@ def test_a_motion_written_on_another_rig_is_the_same_relative_to_the_reference_p
     apart = rotation.angle(relative(motion), relative(MOTION))
     assert apart.max() < 1e-6
     # and there and back again
-    back = from_relative(T_POSE, carry(relative(motion), other, T_POSE))
+    back = from_relative(T_POSE, orientations(motion, T_POSE))
     assert rotation.angle(back, MOVES).max() < 1e-6
 
 
@@ -201,7 +200,7 @@ def test_carried_limbs_agree_with_motionbuilder(real_data, source):
     mine = load(real_data / f"same_pairs/{source}.bvh").motion
     theirs = load(real_data / f"same_pairs/result/{number}.bvh").motion
     body, count = theirs.character, min(mine.frames, theirs.frames)
-    turned = from_relative(body, carry(relative(mine), mine.character, body))[5:count]
+    turned = from_relative(body, orientations(mine, body))[5:count]
     ours = body.motion(turned, theirs.root[5:count], theirs.fps)
     for limb in LIMBS:
         apart = degrees(
@@ -223,7 +222,7 @@ def test_mixamo_characters_exchange_plain_local_rotations(real_data):
         clips[name] = body.motion(recording.rotations, recording.root, recording.fps)
     for source in clips.values():
         for target in (clip.character for clip in clips.values()):
-            turned = from_relative(target, carry(relative(source), source.character, target))
+            turned = from_relative(target, orientations(source, target))
             for role, joint in target.joint_of.items():
                 if (mine := source.character.joint_of.get(role)) is not None:
                     apart = rotation.angle(turned[:, joint], source.rotations[:, mine])
@@ -276,7 +275,7 @@ def test_every_clip_of_a_rig_gives_the_same_reference_pose(real_data, pattern):
 def test_knees_and_elbows_bend_the_right_way_on_a_t_pose_body(real_data, file):
     """Carried to the exact T-pose body: shins swing back, forearms forward."""
     motion = load(real_data / file).motion
-    carried = from_relative(T_POSE, carry(relative(motion), motion.character, T_POSE))[:1500]
+    carried = from_relative(T_POSE, orientations(motion, T_POSE))[:1500]
     for role, axis in (
         ("left_leg", X),
         ("right_leg", X),

@@ -7,9 +7,8 @@ import numpy as np
 import pytest
 
 from retarget_bench.motion import bvh, rotation
-from retarget_bench.motion.alignment import from_relative, relative
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.correspondence import carry
+from retarget_bench.motion.transfer import from_relative, orientations, relative
 
 LIMITS = {
     "hips": 2.0,
@@ -28,12 +27,13 @@ def test_orientations_agree_between_the_rigs(real_data, take):
     copy = bvh.read(real_data / f"cmu_iclone/002_{take}.bvh", scale=0.01)
     iclone = Character.of("iclone", copy.skeleton, sample=copy.rotations)
     count = min(len(turned), len(copy.rotations))
-    ours = relative(cmu.motion(turned[:count], root[:count], 60.0))
+    moving = cmu.motion(turned[:count], root[:count], 60.0)
+    ours = relative(moving)
     theirs = relative(iclone.motion(copy.rotations[:count], copy.root[:count], 60.0))
     for role, limit in LIMITS.items():
         apart = rotation.angle(ours[:, cmu.joint_of[role]], theirs[:, iclone.joint_of[role]])
         assert np.degrees(apart).mean() < limit, role
-    carried = iclone.motion(from_relative(iclone, carry(ours, cmu, iclone)), copy.root[:count], 60.0)
+    carried = iclone.motion(from_relative(iclone, orientations(moving, iclone)), copy.root[:count], 60.0)
     again = iclone.motion(copy.rotations[:count], copy.root[:count], 60.0)
     for role in ("left_arm", "right_leg"):
         joint = iclone.joint_of[role]

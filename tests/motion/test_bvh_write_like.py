@@ -194,7 +194,7 @@ def test_real_files_keep_their_dress(tmp_path, real_data):
         like = importer.load(path)
         some = performance(like, frames=8)
         assert write_like.write(tmp_path / "out.bvh", some, like) == (), path
-        reading = like.findings.reading
+        reading = like.findings
         unit = str(reading.unit[1])
         roots = [
             importer.load(tmp_path / "out.bvh", unit=unit, up=reading.up, root=root).motion

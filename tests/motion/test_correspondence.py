@@ -9,10 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.motion import bvh, rotation
-from retarget_bench.motion.alignment import from_relative, relative
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.correspondence import carry, correspondence, shares
 from retarget_bench.motion.skeleton import Skeleton
+from retarget_bench.motion.transfer import correspondence, from_relative, orientations, shares
 
 
 @pytest.mark.parametrize(
@@ -90,7 +89,7 @@ def test_what_follows_its_parent_does_not_turn_against_it():
     moves = performance(source, 30)
     target = body(Spine_split=("Spine", (0.0, 0.05, 0.0)), Hat=("Head", (0.0, 0.1, 0.0)))
     motion = source.motion(moves, np.zeros((30, 3)), 30.0)
-    turned = from_relative(target, carry(relative(motion), source, target))
+    turned = from_relative(target, orientations(motion, target))
     names, theirs = target.skeleton.names, source.skeleton.names
     for name in ("Spine_split", "Hat"):
         rest = rotation.identity(30)

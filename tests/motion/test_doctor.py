@@ -108,7 +108,7 @@ def test_real_files_with_traps(real_data):
     crawl = load(real_data / "lafan1/ground1_subject5.bvh").findings
     assert any("up axis is a guess" in warning for warning in crawl.warnings)
     bandai = load(real_data / "bandai_namco/dataset-1_bow_giant_001.bvh").findings
-    assert any("joint_Root" in note for note in bandai.reading.notes)
+    assert any("joint_Root" in note for note in bandai.notes)
     dog = load(real_data / "dog/Dog_example.bvh").findings
     assert dog.quadruped
     assert "four legs" in dog.text()

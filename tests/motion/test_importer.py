@@ -40,16 +40,16 @@ def written(motion: Motion, path, *, unit: float = 1.0, turn: np.ndarray | None 
 @pytest.mark.parametrize("unit", ["m", "cm", "mm", "dm", "cmu"])
 def test_units_are_found_by_the_size_of_the_body(walk, tmp_path, unit):
     found = load(written(walk, tmp_path / "a.bvh", unit=UNITS[unit]))
-    assert found.findings.reading.unit == (unit, UNITS[unit])
-    assert not found.findings.reading.unit_told
+    assert found.findings.unit == (unit, UNITS[unit])
+    assert not found.findings.unit_told
     np.testing.assert_allclose(found.motion.positions, walk.positions, atol=2e-4)
 
 
 @pytest.mark.parametrize(("unit", "metres"), [("inch", 0.0254), ("0.3048", 0.3048), ("mm", 0.001)])
 def test_a_unit_can_be_told(walk, tmp_path, unit, metres):
     found = load(written(walk, tmp_path / "a.bvh", unit=metres), unit=unit)
-    assert found.findings.reading.unit == (unit, metres)
-    assert found.findings.reading.unit_told
+    assert found.findings.unit == (unit, metres)
+    assert found.findings.unit_told
     np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-3)
 
 
@@ -59,11 +59,11 @@ def test_up_axes_are_found_from_feet_to_head(walk, tmp_path, axis):
     turn = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[axis])))
     path = written(walk, tmp_path / "a.bvh", turn=turn)
     for found in (load(path), load(path, up=axis)):
-        assert found.findings.reading.up == axis
+        assert found.findings.up == axis
         np.testing.assert_allclose(found.motion.positions, walk.positions, atol=1e-5)
         assert found.motion.character.measures.root_offset == pytest.approx(1.0)
         assert found.findings.floor == pytest.approx(lowest_foot(walk), abs=1e-5)
-    assert found.findings.reading.up_told
+    assert found.findings.up_told
 
 
 def lowest_foot(motion: Motion) -> float:
@@ -115,7 +115,7 @@ def test_a_skeleton_without_any_known_joint_is_still_read(tmp_path):
     pose = Character.of("rope", rope).motion(rotation.identity(1, 2), np.zeros((1, 3)), 25.0)
     bvh.write(path, pose, scale=100.0)
     found = load(path)
-    assert found.findings.reading.unit[0] == "cm"
+    assert found.findings.unit[0] == "cm"
     assert found.motion.skeleton.bone_lengths[1] == pytest.approx(1.7)
     assert set(found.motion.character.roles) == {None}
 
@@ -144,7 +144,7 @@ REAL = {
 def test_units_axes_and_rest_poses_of_real_files(real_data, file):
     found = load(real_data / file).findings
     unit, up, pose = REAL[file]
-    assert (found.reading.unit[0], found.reading.up) == (unit, up)
+    assert (found.unit[0], found.up) == (unit, up)
     assert found.rest_pose.startswith(pose)
     assert 0.6 < found.height < 2.5
 

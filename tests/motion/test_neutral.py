@@ -7,9 +7,9 @@ import pytest
 
 from retarget_bench.errors import SkeletonError
 from retarget_bench.evaluation.plan import dataset
-from retarget_bench.evaluation.tasks.reduced import reduced
+from retarget_bench.evaluation.tasks.definitions import reduced
+from retarget_bench.motion.aligned import neutral_pose, template
 from retarget_bench.motion.character import Character
-from retarget_bench.motion.neutral import neutral_pose, template
 from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.plugins.spec import Spec
 

@@ -160,15 +160,6 @@ def test_between_is_the_shortest_turn(u: np.ndarray, v: np.ndarray, flip: float)
         assert scipy(q).magnitude() == pytest.approx(straight, abs=1e-7)
 
 
-@given(q=quaternions, axis=directions)
-def test_twist_leaves_a_swing_across_the_axis(q: np.ndarray, axis: np.ndarray) -> None:
-    twist = rotation.twist(q, axis)
-    assert np.linalg.norm(np.cross(twist[1:], unit(axis))) < 1e-12
-    if np.hypot(q[0], q[1:] @ unit(axis)) > 1e-6:
-        swing = rotation.multiply(q, rotation.conjugate(twist))
-        assert abs(swing[1:] @ unit(axis)) < 1e-9
-
-
 @given(q=quaternions, p=quaternions, share=st.floats(0, 1))
 def test_slerp_goes_at_constant_speed(q: np.ndarray, p: np.ndarray, share: float) -> None:
     whole = rotation.angle(q, p)
@@ -197,7 +188,6 @@ def test_vectors_without_direction_give_the_identity() -> None:
         rotation.between(up, zero),
         rotation.between(zero, zero),
         rotation.about(zero, 1.0),
-        rotation.twist(np.array(HALF_TURNS[0]), up),
     ):
         np.testing.assert_allclose(q, IDENTITY, atol=1e-15)
 
@@ -251,7 +241,6 @@ def cases() -> dict[str, tuple]:
         "between_same": (rotation.between, u, 2 * u),
         "between_opposite": (rotation.between, u, -2 * u),
         "about": (lambda a, t: rotation.about(a, t[:, 0]), v, u),
-        "twist": (rotation.twist, q, u),
         "continuous": (rotation.continuous, q),
     }
     orders = ("ZXY", "XYZ", "ZXZ", "YXY")
@@ -304,15 +293,12 @@ def test_gradients_are_right_at_special_points(name: str) -> None:
 
 
 @pytest.mark.parametrize("start", [IDENTITY, *HALF_TURNS])
-@pytest.mark.parametrize(
-    "name", ["to_rotation_vector", "from_matrix", "twist", "slerp", "to_euler", "angle"]
-)
+@pytest.mark.parametrize("name", ["to_rotation_vector", "from_matrix", "slerp", "to_euler", "angle"])
 def test_gradients_are_right_along_the_sphere(name: str, start: tuple[float, ...]) -> None:
     """At the identity and close to half turns (beyond which these functions jump), by differences."""
     functions = {
         "to_rotation_vector": rotation.to_rotation_vector,
         "from_matrix": lambda q: rotation.from_matrix(rotation.to_matrix(q)),
-        "twist": lambda q: rotation.twist(q, torch.tensor([0.3, 0.8, -0.5], dtype=q.dtype)),
         "slerp": lambda q: rotation.slerp(torch.tensor(IDENTITY, dtype=q.dtype), q, 0.3),
         "to_euler": lambda q: rotation.to_euler(q, "ZXY"),
         "angle": lambda q: rotation.angle(torch.tensor((0.8, 0.0, 0.6, 0.0), dtype=q.dtype), q),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from retarget_bench.analysis.statistics import Interval
+from retarget_bench.analysis.summary import Ranking
 from retarget_bench.tables.model import (
     FAILED,
     NOT_APPLICABLE,
@@ -12,7 +13,6 @@ from retarget_bench.tables.model import (
     OTHER_VERSION,
     Cell,
     Column,
-    Common,
     Group,
     Problem,
     Provenance,
@@ -69,7 +69,7 @@ def make_table(label: str = "ours", words: str = "words") -> Table:
             "47",
         ),
     )
-    common = (Common(47, 43), Common(46, 42), None)
+    common = (Ranking((), frozenset(), 47, 43, {}, {}), Ranking((), frozenset(), 46, 42, {}, {}), None)
     cross = Group("cross: 47 cases", "cross", COLUMNS, ranked, unranked, common, absent=(words,))
     return Table(
         title=f"data {words}",

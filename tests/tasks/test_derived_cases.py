@@ -121,7 +121,7 @@ def test_bodies_without_all_major_joints_are_not_asked_for_them():
 
 def test_seeds_and_numbers_stay_what_they_are():
     case = "puppets/ada>ada/walk-001/noise-5cm"
-    assert definitions.seed_of("denoise", case) == GOLDEN_SEED
+    assert definitions.case_seed(0, "denoise", case) == GOLDEN_SEED
     assert definitions.gaussian(GOLDEN_SEED, (3,)).tolist() == pytest.approx(GOLDEN_NOISE, abs=1e-12)
     assert definitions.drawn(GOLDEN_SEED, 22, 6) == GOLDEN_JOINTS
 

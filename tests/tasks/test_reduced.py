@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from retarget_bench.errors import SkeletonError
-from retarget_bench.evaluation.tasks.reduced import reduced
+from retarget_bench.evaluation.tasks.definitions import reduced
 from retarget_bench.motion import kinematics
 
 sys.path.insert(0, str(Path(__file__).parent / "toys"))

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from retarget_bench.commands import planning
+from retarget_bench.commands import run
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import context_for
 from retarget_bench.plugins import registry
@@ -17,7 +17,7 @@ OWN = {"identity", "gaussian_filter", "savitzky_golay", "linear_joints", "neares
 
 def asked(task: str) -> tuple[set[str], set[str]]:
     """The methods and metrics of a plain run."""
-    made = planning.make_plan(
+    made = run.make_plan(
         (), dataset="puppets", root=None, splits=("self",), out=Path("none"), jobs=1, seed=0, task=task
     )
     return {str(spec) for spec in made.methods}, set(made.metrics)

@@ -35,7 +35,7 @@ TOY = Ablation(
     notes=("a note",),
 )
 SPEC, DATA = Spec.parse("toy_trainee"), Spec.parse("toy_walks")
-HERE = ablation_runner.AblationFacts("toys", "toys", "preset quick")
+HERE = ("toys", "toys", "preset quick")
 
 
 def info(pair: str, clip: str, split: str) -> CaseInfo:
@@ -95,9 +95,7 @@ def test_the_table_has_the_numbers_of_the_results(asked, tmp_path):
     assert len(wanted.methods) == 2
     places = runner.run(wanted, lambda done, total: None)
     found = ablation_runner.numbers_of(wanted, trained)
-    table = ablation_runner.table(
-        TOY, trained, found, ablation_runner.AblationFacts("walks", "walks", "preset quick")
-    )
+    table = ablation_runner.table(TOY, trained, found, "walks", "walks", "preset quick")
     names = [row.label for row in table.groups[0].rows]
     assert names == ["plain (printed)", "plain", "slow (printed)", "slow"]
     ours = table.groups[0].rows[1].cells
@@ -120,8 +118,8 @@ def test_ours_are_means_per_clip_over_common_cases():
     cases = [info(pair, clip, "cross") for pair in ("a>b", "b>a") for clip in ("x", "y")]
     numbers = dict(zip(cases, (1.0, 5.0, 3.0, 100.0), strict=True))
     other = dict.fromkeys(cases[:3], 2.0)
-    trained: Any = [ablation_runner.TrainedRow(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
-    table = ablation_runner.table(TOY, trained, [{"mpjpe_m": numbers}, {"mpjpe_m": other}], HERE)
+    trained: Any = [ablation_runner.TrainedRow(row, SPEC, SPEC) for row in TOY.rows]
+    table = ablation_runner.table(TOY, trained, [{"mpjpe_m": numbers}, {"mpjpe_m": other}], *HERE)
     cell = table.groups[0].rows[1].cells[0]
     assert (cell.value, cell.n, cell.clips) == (pytest.approx(((1 + 3) / 2 + 5) / 2), 3, 2)
     assert table.groups[0].rows[1].cells[1].value is None  # no intra pair
@@ -131,8 +129,8 @@ def test_ours_are_means_per_clip_over_common_cases():
 def test_many_clips_have_an_interval():
     cases = [info("a>b", f"clip {k}", "cross") for k in range(20)]
     numbers = {case: 1.0 + 0.1 * (k % 5) for k, case in enumerate(cases)}
-    trained: Any = [ablation_runner.TrainedRow(row, SPEC, None) for row in TOY.rows]  # type: ignore[arg-type]
-    table = ablation_runner.table(TOY, trained, [{"mpjpe_m": numbers}] * 2, HERE)
+    trained: Any = [ablation_runner.TrainedRow(row, SPEC, SPEC) for row in TOY.rows]
+    table = ablation_runner.table(TOY, trained, [{"mpjpe_m": numbers}] * 2, *HERE)
     cell = table.groups[0].rows[1].cells[0]
     assert cell.interval.low < cell.value < cell.interval.high
 

@@ -14,8 +14,9 @@ import torch
 from click.testing import CliRunner
 
 from retarget_bench import cli
+from retarget_bench.api import optional
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation import header_builder, plan, runner
+from retarget_bench.evaluation import plan, runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -67,7 +68,7 @@ def test_without_weights_it_can_be_built_and_says_what_is_missing(shifter):
     )
     with pytest.raises(BenchError, match="has no shipped weights of the name 'walks'"):
         _ = asked.tensors
-    assert header_builder._manifest(asked) is None
+    assert optional.method_manifest(asked) is None
 
 
 def test_shipped_weights_are_those_beside_the_method(shifter):

@@ -7,7 +7,7 @@ import pytest
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.training import lock, request, train, weights
+from retarget_bench.training import request, train, weights
 from retarget_bench.training.card_text import described
 
 
@@ -52,18 +52,21 @@ def test_weights_that_do_not_say_what_they_have_seen_are_noted_for_good(toy_run,
 # ------------------------------------------------------------------------------- one process, one motion
 def test_a_folder_in_which_another_process_trains_is_refused(toy_run, tmp_path):
     toy_run(preset="quick", stop=6)
-    with lock.locked(tmp_path / "run"), pytest.raises(BenchError, match="another process is training in"):
+    with (
+        request.locked(tmp_path / "run"),
+        pytest.raises(BenchError, match="another process is training in"),
+    ):
         toy_run(resume=True)
     done, _ = toy_run(resume=True)
     assert done.at.step == 10
-    assert not (tmp_path / "run" / lock.NAME).exists()
+    assert not (tmp_path / "run" / request.LOCK).exists()
 
 
 def test_a_run_keeps_its_folder_as_long_as_it_trains(toy_run, tmp_path, monkeypatch):
     said = []
 
     def look(*_):
-        with pytest.raises(BenchError) as caught, lock.locked(tmp_path / "run"):
+        with pytest.raises(BenchError) as caught, request.locked(tmp_path / "run"):
             pass
         said.append(str(caught.value))
         raise KeyboardInterrupt

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from retarget_bench.commands.scene_options import scene_of
+from retarget_bench.commands.render import scene_of
 from retarget_bench.figures import method_order, palette
 from retarget_bench.viewer import results_library, scene_builder
 from retarget_bench.viewer.case_list import CaseList

@@ -18,7 +18,6 @@ from retarget_bench.files import digest
 from retarget_bench.motion.mesh import Mesh
 
 from ..cache import Arrays, kept
-from . import flesh
 from .flesh import Flesh
 from .structures import Body
 
@@ -164,31 +163,19 @@ def mesh(body: Body, pose: np.ndarray) -> Mesh:
 
 
 def _built(body: Body) -> Arrays:
-    """Drawn once to count vertices, and again with the step that gives the right number of them."""
-    step = _step(body)
-    coarse, _ = _drawn(filled(body, _THINNEST * step), step)
+    """Drawn once to count vertices, and again with the step that gives the right number of them. The first
+    step of the grid, metres, is from the area of the cones, as if half of each lay on the outside."""
+    solid = Flesh(body, 0.0)
+    lengths, radius = np.sqrt((solid.line**2).sum(axis=-1)), solid.radii.mean(axis=-1)
+    area = float((2.0 * np.pi * radius * (lengths + 2.0 * radius)).sum())
+    step = round((_DENSITY * 0.4 * area / VERTICES) ** 0.5, 4)
+    coarse, _ = _drawn(Flesh(body, _THINNEST * step), step)
     step = round(step * (len(coarse) / VERTICES) ** 0.5, 4)
-    solid = filled(body, _THINNEST * step)
+    solid = Flesh(body, _THINNEST * step)
     vertices, faces = _drawn(solid, step)
     return {"vertices": vertices, "faces": faces, "weights": solid.weights(vertices)}
-
-
-def filled(body: Body, least: float) -> Flesh:
-    """A body's flesh, no limb of it thinner than the radius ``least``."""
-    cones = flesh.dog_cones if "tail_1" in body.part else flesh.person_cones
-    return Flesh(body, cones(body), least)
 
 
 def _drawn(solid: Flesh, step: float) -> tuple[np.ndarray, np.ndarray]:
     low, high = solid.box
     return surface(solid.field, low - 2.0 * step, high + 2.0 * step, step)
-
-
-def _step(body: Body) -> float:
-    """Step of the grid, metres, from the area of the cones as if they did not overlap by more than a
-    half."""
-    solid = filled(body, 0.0)
-    lengths = np.sqrt((solid.line**2).sum(axis=-1))
-    radius = solid.radii.mean(axis=-1)
-    area = float((2.0 * np.pi * radius * (lengths + 2.0 * radius)).sum())
-    return round((_DENSITY * 0.4 * area / VERTICES) ** 0.5, 4)

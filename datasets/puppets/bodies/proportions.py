@@ -150,7 +150,7 @@ def drawn(name: str, sex: str, age: int = ADULT) -> Proportions:
         spread = _CHILD_SPREAD * middle
     stature = middle + stream.normal(spread)
     own = [stream.normal() for _ in _VARYING]
-    values = _mixing() @ np.array(own)
+    values = np.linalg.cholesky(correlation()) @ np.array(own)
     factors = {
         part: math.exp(size * float(value))
         for part, size, value in zip(_VARYING, _SPREAD, values, strict=True)
@@ -164,10 +164,6 @@ def correlation() -> np.ndarray:
     for row, values in enumerate(_CORRELATION):
         rows[row, : row + 1] = values
     return rows + np.tril(rows, -1).T
-
-
-def _mixing() -> np.ndarray:
-    return np.linalg.cholesky(correlation())
 
 
 def _built(sex: str, stature: float, age: int, own: Mapping[str, float]) -> Proportions:

@@ -9,7 +9,7 @@
 All are drawn over one body: ``positions`` says where each part lies, a structure says which parts it has.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 
@@ -21,37 +21,66 @@ from retarget_bench.motion.roles import is_role
 from ..conventions import SIDES, sign
 from .proportions import Proportions
 
+Places = Mapping[str, np.ndarray | tuple[float, float, float]]
+Row = tuple[str, str, str]
+"""Joint name, part, parent's part."""
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class Structure:
-    """names: of the joints. parts: what each joint is. parents: -1 for the root.
-
+    """rows:    the joints of the rig, the root first.
     bending: the parts of the spine that bend, with their share of the whole bend.
     levels:  all parts of the spine, with their height over the root, shares of the trunk; the last is the
              chest.
-    silent:  parts that never turn on their own.
-    hidden:  how many of the last parts are no joints of the rig: leaves that the solver alone knows of.
-    roles:   per joint of the rig what the engine knows it as, or None.
+    hidden:  further rows: leaves that are no joints of the rig and that the solver alone knows of.
+    rigid:   parts that never turn on their own, beside those that split or end a bone.
+    told:    what the engine knows a part as, where that is not the part's own name.
+    contact_roles: what contacts are labelled on, as far as the rig has it.
     """
 
     name: str
-    names: tuple[str, ...]
-    parts: tuple[str, ...]
-    parents: tuple[int, ...]
-    bending: tuple[tuple[str, float], ...]
-    levels: tuple[tuple[str, float], ...]
-    silent: tuple[str, ...]
-    hidden: int = 0
-    roles: tuple[str | None, ...] = field(default=(), repr=False)
+    rows: Sequence[Row]
+    bending: Mapping[str, float]
+    levels: Mapping[str, float]
+    hidden: Sequence[Row] = ()
+    rigid: tuple[str, ...] = ()
+    told: Mapping[str, str] = field(default_factory=dict)
+    contact_roles: tuple[str, ...] = CONTACT_ROLES
 
     @property
     def joints(self) -> int:
         """Number of joints of the rig: the first of the parts."""
-        return len(self.parts) - self.hidden
+        return len(self.rows)
+
+    @cached_property
+    def names(self) -> tuple[str, ...]:
+        """Names of the joints of the rig."""
+        return tuple(name for name, _, _ in self.rows)
+
+    @cached_property
+    def parts(self) -> tuple[str, ...]:
+        return tuple(part for _, part, _ in (*self.rows, *self.hidden))
+
+    @cached_property
+    def parents(self) -> tuple[int, ...]:
+        """Index of each part's parent; -1 of the root."""
+        parents = (parent for _, _, parent in (*self.rows, *self.hidden))
+        return tuple(self.parts.index(parent) if parent else -1 for parent in parents)
+
+    @cached_property
+    def silent(self) -> tuple[str, ...]:
+        """Parts that never turn on their own."""
+        return (*(part for part in self.parts if part.endswith(("_split", "_end", "_top"))), *self.rigid)
+
+    @cached_property
+    def roles(self) -> tuple[str | None, ...]:
+        """What the engine knows each joint of the rig as, or None."""
+        told = (self.told.get(part, part) for _, part, _ in self.rows)
+        return tuple(role if is_role(role) else None for role in told)
 
     @property
     def chest(self) -> str:
-        return self.levels[-1][0]
+        return [*self.levels][-1]
 
     @property
     def collars(self) -> bool:
@@ -60,41 +89,51 @@ class Structure:
 
     @property
     def contacts(self) -> tuple[int, ...]:
-        """Indices of ``CONTACT_ROLES`` that are joints of the rig."""
-        return tuple(k for k, role in enumerate(CONTACT_ROLES) if role in self.roles)
+        """Indices of ``contact_roles`` that are joints of the rig."""
+        return tuple(k for k, role in enumerate(self.contact_roles) if role in self.roles)
 
     @property
     def labelled(self) -> tuple[str, ...]:
         """The roles of the joints whose contacts are labelled."""
-        return tuple(CONTACT_ROLES[column] for column in self.contacts)
+        return tuple(self.contact_roles[column] for column in self.contacts)
 
     @property
     def lever(self) -> float:
         """How far the base of the neck comes forward when the spine bends, shares of the trunk a radian."""
-        height = dict(self.levels)
-        return sum(share * (1.0 - height[part]) for part, share in self.bending)
+        return sum(share * (1.0 - self.levels[part]) for part, share in self.bending.items())
 
     def positions(self, sizes: Proportions) -> dict[str, np.ndarray]:
-        """Part -> ``(3,)`` metres, standing in the T-pose on the floor."""
-        found = _trunk(sizes, dict(self.levels))
-        for side in SIDES:
-            out = np.array([sign(side), 1.0, 1.0])
-            limbs = {**_leg(sizes), **_arm(sizes)}
-            found |= {f"{side}_{part}": out * np.array(place) for part, place in limbs.items()}
+        """Part -> ``(3,)`` metres, standing on the floor; people in the T-pose."""
+        found = both_sides(*self.layout(sizes))
         return {part: found[part] for part in self.parts}
 
     def tips(self, sizes: Proportions) -> dict[str, np.ndarray]:
         """Where the last bones end, from their joint; parts that are ends themselves have none."""
-        ends = {}
-        for side in SIDES:
-            toe = np.array([0.0, 0.0, sizes.toes])
-            ends[f"{side}_hand"] = np.array([sign(side) * sizes.hand, 0.0, 0.0])
-            ends[f"{side}_toe"] = toe
-            ends[f"{side}_foot"] = np.array([0.0, -sizes.ankle, 0.0])
-        ends["head"] = np.array([0.0, sizes.head, 0.0])
         parents = {self.parts[parent] for parent in self.parents[: self.joints] if parent >= 0}
-        rig = self.parts[: self.joints]
-        return {part: end for part, end in ends.items() if part in rig and part not in parents}
+        last = {part for part in self.parts[: self.joints] if part not in parents}
+        return {part: end for part, end in both_sides(*self.ends(sizes)).items() if part in last}
+
+    def layout(self, sizes: Proportions) -> tuple[Places, Places]:
+        """Places of the parts of trunk and head, and of those of the left side."""
+        return _trunk(sizes, self.levels), {**_leg(sizes), **_arm(sizes)}
+
+    def ends(self, sizes: Proportions) -> tuple[Places, Places]:
+        """Likewise where bones end."""
+        sides = {
+            "hand": (sizes.hand, 0.0, 0.0),
+            "toe": (0.0, 0.0, sizes.toes),
+            "foot": (0.0, -sizes.ankle, 0.0),
+        }
+        return {"head": (0.0, sizes.head, 0.0)}, sides
+
+
+def both_sides(middle: Places, left: Places) -> dict[str, np.ndarray]:
+    """What lies in the middle, and what lies on the left, on either side."""
+    found = {part: np.array(place) for part, place in middle.items()}
+    for side in SIDES:
+        out = np.array([sign(side), 1.0, 1.0])
+        found |= {f"{side}_{part}": out * np.array(place) + 0.0 for part, place in left.items()}
+    return found
 
 
 # ---------------------------------------------------------------------------------------- the body
@@ -112,12 +151,12 @@ def _spine(sizes: Proportions, height: float) -> np.ndarray:
     return np.array([0.0, sizes.leg + sizes.pelvis + height * sizes.trunk, ahead])
 
 
-def _trunk(sizes: Proportions, levels: Mapping[str, float]) -> dict[str, np.ndarray]:
+def _trunk(sizes: Proportions, levels: Mapping[str, float]) -> Places:
     neck = _spine(sizes, 1.0)
     head = neck + np.array([0.0, sizes.neck, 0.25 * sizes.neck + 0.3 * sizes.hunch])
     return {
         "hips": _spine(sizes, 0.0),
-        "pelvis": np.array([0.0, sizes.leg + 0.3 * sizes.pelvis, 0.0]),
+        "pelvis": (0.0, sizes.leg + 0.3 * sizes.pelvis, 0.0),
         **{part: _spine(sizes, height) for part, height in levels.items()},
         "neck": neck,
         "head": head,
@@ -125,8 +164,7 @@ def _trunk(sizes: Proportions, levels: Mapping[str, float]) -> dict[str, np.ndar
     }
 
 
-def _leg(sizes: Proportions) -> dict[str, tuple[float, float, float]]:
-    """Outward, up and forward from the middle of the floor."""
+def _leg(sizes: Proportions) -> Places:
     out = sizes.hip_half
     return {
         "up_leg": (out, sizes.leg, 0.0),
@@ -137,7 +175,7 @@ def _leg(sizes: Proportions) -> dict[str, tuple[float, float, float]]:
     }
 
 
-def _arm(sizes: Proportions) -> dict[str, tuple[float, float, float]]:
+def _arm(sizes: Proportions) -> Places:
     up = sizes.leg + sizes.pelvis + sizes.trunk - sizes.shoulder_drop
     ahead = float(_spine(sizes, 0.64)[2]) + 0.4 * sizes.hunch
     out = sizes.shoulder_half
@@ -151,46 +189,13 @@ def _arm(sizes: Proportions) -> dict[str, tuple[float, float, float]]:
 
 
 # ------------------------------------------------------------------------------------ the structures
-Row = tuple[str, str, str]
-"""Joint name, part, parent's part."""
-
-
-def _structure(
-    name: str,
-    rows: list[Row],
-    bending: dict[str, float],
-    levels: dict[str, float],
-    *,
-    hidden: list[Row] | None = None,
-    silent: tuple[str, ...] = (),
-    roles: Mapping[str, str] | None = None,
-) -> Structure:
-    """``rows``: the root first. hidden: likewise, what only the solver knows. roles: where they are not
-    the part's own name."""
-    more, told = hidden or [], roles or {}
-    parts = [part for _, part, _ in rows + more]
-    known = (told.get(part, part) for _, part, _ in rows)
-    return Structure(
-        name=name,
-        names=tuple(joint for joint, _, _ in rows),
-        parts=tuple(parts),
-        parents=tuple(parts.index(parent) if parent else -1 for _, _, parent in rows + more),
-        bending=tuple(bending.items()),
-        levels=tuple(levels.items()),
-        silent=(*(part for part in parts if part.endswith(("_split", "_end", "_top"))), *silent),
-        hidden=len(more),
-        roles=tuple(role if is_role(role) else None for role in known),
-    )
-
-
-def _both(rows: list[Row], sides: tuple[str, ...] = SIDES) -> list[Row]:
+def paired(rows: list[Row], sides: tuple[str, ...] = SIDES) -> list[Row]:
     """The rows for one side, then for the other; ``*`` stands for the side, ``?`` for its first letter."""
-    centre = ("hips", "pelvis", "spine_3")
     return [
         (
             joint.replace("*", side.capitalize()).replace("?", side[0]),
             f"{side}_{part}",
-            parent if parent in centre else f"{side}_{parent}",
+            parent if parent.startswith(("hips", "pelvis", "spine")) else f"{side}_{parent}",
         )
         for side in sides
         for joint, part, parent in rows
@@ -204,51 +209,49 @@ def _legs(toe: str, root: str = "hips", end: str = "") -> list[Row]:
         ("*Foot", "foot", "leg"),
         (toe, "toe", "foot"),
     ]
-    return _both([*rows, (end, "toe_end", "toe")] if end else rows)
+    return paired([*rows, (end, "toe_end", "toe")] if end else rows)
 
 
-_ARMS = [
+ARMS = [
     ("*Shoulder", "shoulder", "spine_3"),
     ("*Arm", "arm", "shoulder"),
     ("*ForeArm", "forearm", "arm"),
     ("*Hand", "hand", "forearm"),
 ]
-_SPLIT_ARMS = [
-    _ARMS[0],
-    ("*Shoulder_split", "shoulder_split", "shoulder"),
-    ("*Arm", "arm", "shoulder_split"),
-    *_ARMS[2:],
-]
 _SPINE = [("Spine", "spine_1", "hips"), ("Spine1", "spine_2", "spine_1"), ("Spine2", "spine_3", "spine_2")]
-_SPLIT_SPINE = [
-    *_SPINE[:2],
-    ("Spine1_split", "spine_2_split", "spine_2"),
-    ("Spine2", "spine_3", "spine_2_split"),
-]
 _HEAD = [("Neck", "neck", "spine_3"), ("Head", "head", "neck")]
 
 _BENDING = {"spine_1": 0.30, "spine_2": 0.35, "spine_3": 0.35}
 _LEVELS = {"spine_1": 0.14, "spine_2": 0.38, "spine_3": 0.64}
 
-BODY22 = _structure(
-    "body22", [("Hips", "hips", ""), *_legs("*Toe"), *_SPINE, *_HEAD, *_both(_ARMS)], _BENDING, _LEVELS
+BODY22 = Structure(
+    "body22", [("Hips", "hips", ""), *_legs("*Toe"), *_SPINE, *_HEAD, *paired(ARMS)], _BENDING, _LEVELS
 )
 
-BODY28 = _structure(
+BODY28 = Structure(
     "body28",
     [
         ("Hips", "hips", ""),
         *_legs("*ToeBase", end="*Toe_End"),
-        *_SPLIT_SPINE,
+        *_SPINE[:2],
+        ("Spine1_split", "spine_2_split", "spine_2"),
+        ("Spine2", "spine_3", "spine_2_split"),
         *_HEAD,
         ("HeadTop_End", "head_top", "head"),
-        *_both(_SPLIT_ARMS),
+        *paired(
+            [
+                ARMS[0],
+                ("*Shoulder_split", "shoulder_split", "shoulder"),
+                ("*Arm", "arm", "shoulder_split"),
+                *ARMS[2:],
+            ]
+        ),
     ],
     _BENDING,
     {"spine_1": 0.14, "spine_2": 0.30, "spine_2_split": 0.46, "spine_3": 0.62},
 )
 
-BODY23 = _structure(
+BODY23 = Structure(
     "body23",
     [
         ("Hips", "hips", ""),
@@ -256,18 +259,18 @@ BODY23 = _structure(
         *_legs("*ToeBase", root="pelvis"),
         *_SPINE,
         *_HEAD,
-        *_both(_ARMS),
+        *paired(ARMS),
     ],
     _BENDING,
     _LEVELS,
-    silent=("pelvis",),
+    rigid=("pelvis",),
 )
 
-H36M17 = _structure(
+H36M17 = Structure(
     "h36m17",
     [
         ("pelvis", "hips", ""),
-        *_both(
+        *paired(
             [("?_hip", "up_leg", "hips"), ("?_knee", "leg", "up_leg"), ("?_ankle", "foot", "leg")],
             SIDES[::-1],
         ),
@@ -276,7 +279,7 @@ H36M17 = _structure(
         # the joint called neck lies at the base of the skull, the one called head at the crown
         ("neck", "head", "spine_3"),
         ("head", "head_top", "head"),
-        *_both(
+        *paired(
             [
                 ("?_shoulder", "arm", "spine_3"),
                 ("?_elbow", "forearm", "arm"),
@@ -286,9 +289,9 @@ H36M17 = _structure(
     ],
     bending={"spine_1": 0.90, "spine_3": 0.10},
     levels={"spine_1": 0.40, "spine_3": 1.0},
-    hidden=[("", "neck", "spine_3"), *_both([("", "shoulder", "spine_3"), ("", "toe", "foot")])],
-    silent=("left_shoulder", "right_shoulder"),
-    roles={"spine_3": "spine_2", "head": "neck", "head_top": "head"},
+    hidden=[("", "neck", "spine_3"), *paired([("", "shoulder", "spine_3"), ("", "toe", "foot")])],
+    rigid=("left_shoulder", "right_shoulder"),
+    told={"spine_3": "spine_2", "head": "neck", "head_top": "head"},
 )
 
 STRUCTURES = {each.name: each for each in (BODY22, BODY28, BODY23, H36M17)}
@@ -326,30 +329,24 @@ class Body:
         return found
 
     @cached_property
+    def places(self) -> Mapping[str, np.ndarray]:
+        """Part -> ``(3,)`` metres, its joint in the T-pose."""
+        return self.structure.positions(self.proportions)
+
+    @cached_property
     def offsets(self) -> np.ndarray:
-        structure, positions = self.structure, self.structure.positions(self.proportions)
-        return np.array(
-            [
-                positions[part] - (positions[structure.parts[parent]] if parent >= 0 else 0.0)
-                for part, parent in zip(structure.parts, structure.parents, strict=True)
-            ]
-        )
+        places = np.stack(list(self.places.values()))
+        up = np.array(self.structure.parents)
+        return places - np.where(up[:, None] >= 0, places[up], 0.0)
 
     @cached_property
     def tips(self) -> Mapping[str, np.ndarray]:
         """Part -> where its last bone ends, from its joint, for joints without children."""
         return self.structure.tips(self.proportions)
 
-    def offset(self, part: str) -> np.ndarray:
-        return self.offsets[self.part[part]]
-
     def reach(self, part: str, ancestor: str) -> np.ndarray:
-        """``(3,)`` from an ancestor's joint to a part's joint in the T-pose."""
-        total, joint = np.zeros(3), self.part[part]
-        while joint != self.part[ancestor]:
-            total = total + self.offsets[joint]
-            joint = self.structure.parents[joint]
-        return total
+        """``(3,)`` from one part's joint to another's in the T-pose."""
+        return self.places[part] - self.places[ancestor]
 
     def positions(self, orientations: np.ndarray, root: np.ndarray) -> np.ndarray:
         """Positions ``(frames, parts, 3)`` from world orientations ``(frames, parts, 3, 3)`` against the

@@ -1,7 +1,5 @@
 """Cross-fades: channels of two performances joined over a bridge of frames without a jump."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..curves import bump, smooth
@@ -25,14 +23,20 @@ def bridged(
     return np.concatenate([a, on + smooth(after / (length + 1.0)) * (back - on), b])
 
 
+def followed(
+    a: np.ndarray | None, b: np.ndarray | None, frames_a: int, frames_b: int, length: int
+) -> np.ndarray:
+    """A channel that is 0 on the bridge, and in a performance that has none."""
+    shape = next(x.shape[1:] for x in (a, b) if x is not None)
+    parts = ((a, frames_a), (None, length), (b, frames_b))
+    return np.concatenate([np.zeros((frames, *shape)) if x is None else x for x, frames in parts])
+
+
 def either(
     a: np.ndarray | None, b: np.ndarray | None, frames_a: int, frames_b: int, length: int
 ) -> np.ndarray | None:
-    """A channel that is 0 on the bridge, and in a performance that has none."""
-    if a is None and b is None:
-        return None
-    one = np.zeros(frames_a) if a is None else a
-    return np.concatenate([one, np.zeros(length), np.zeros(frames_b) if b is None else b])
+    """The same, or nothing where neither performance has the channel."""
+    return None if a is None and b is None else followed(a, b, frames_a, frames_b, length)
 
 
 def joined_trunk(a: Trunk, b: Trunk, frames_a: int, frames_b: int, length: int) -> Trunk:
@@ -48,18 +52,15 @@ def joined_trunk(a: Trunk, b: Trunk, frames_a: int, frames_b: int, length: int) 
 def joined_hand(a: Hand, b: Hand, length: int) -> Hand:
     """A hand that leaves one place and settles on another one, or stays on the same."""
     start = len(a.swivel) + length
-    later = (replace(plant, strike=plant.strike + start, off=plant.off + start) for plant in b.plants)
     aim, aimed = _joined_aim(a, b, length)
+    channels = ("upright", "middle", "swivel", "wrist")
     return Hand(
         reach=_round_the_shoulder(bridged(a.reach, b.reach, length), len(a.swivel), length),
-        upright=bridged(a.upright, b.upright, length),
-        middle=bridged(a.middle, b.middle, length),
-        swivel=bridged(a.swivel, b.swivel, length),
-        wrist=bridged(a.wrist, b.wrist, length),
+        **{name: bridged(getattr(a, name), getattr(b, name), length) for name in channels},
         touches=_joined_touches(a, b, length),
         aim=aim,
         aimed=aimed,
-        plants=(*a.plants, *later),
+        plants=(*a.plants, *(plant.later(start) for plant in b.plants)),
     )
 
 
@@ -74,16 +75,16 @@ def _round_the_shoulder(reach: np.ndarray, start: int, length: int) -> np.ndarra
 
 
 def _joined_touches(a: Hand, b: Hand, length: int) -> tuple[Touch, ...]:
-    nothing = {"a": np.zeros(len(a.swivel)), "b": np.zeros(len(b.swivel))}
+    zeros = [np.zeros(len(hand.swivel)) for hand in (a, b)]
     one, two = ({touch.place: touch.weight for touch in hand.touches} for hand in (a, b))
     return tuple(
-        Touch(name, bridged(one.get(name, nothing["a"]), two.get(name, nothing["b"]), length, 0.0, 1.0))
+        Touch(name, bridged(one.get(name, zeros[0]), two.get(name, zeros[1]), length, 0.0, 1.0))
         for name in dict.fromkeys((*one, *two))
     )
 
 
 def _joined_aim(a: Hand, b: Hand, length: int) -> tuple[np.ndarray | None, np.ndarray]:
-    """Where only one is aimed the other keeps its aim, unfollowed."""
+    """Aims of both hands in turn; where only one is aimed the other keeps its aim, unfollowed."""
     aimed = [np.zeros(len(hand.swivel)) + hand.aimed for hand in (a, b)]
     share = bridged(aimed[0], aimed[1], length, 0.0, 1.0)
     if a.aim is None and b.aim is None:
@@ -97,14 +98,6 @@ def joined_air(a: Air | None, b: Air | None, frames_a: int, frames_b: int, lengt
     """Ways through the air; on the bridge both feet are on the floor."""
     if a is None and b is None:
         return None
-    parts = [a or _no_air(frames_a), _no_air(length), b or _no_air(frames_b)]
-    return Air(
-        *(
-            np.concatenate([getattr(part, name) for part in parts])
-            for name in ("reach", "weight", "swivel", "point")
-        )
-    )
-
-
-def _no_air(frames: int) -> Air:
-    return Air(np.zeros((frames, 3)), np.zeros(frames), np.zeros(frames), np.zeros(frames))
+    names = ("reach", "weight", "swivel", "point")
+    each = ((getattr(a, name, None), getattr(b, name, None)) for name in names)
+    return Air(*(followed(one, two, frames_a, frames_b, length) for one, two in each))

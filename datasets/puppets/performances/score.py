@@ -9,7 +9,8 @@ right one, so that one sentence describes both.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import Self
 
 import numpy as np
 
@@ -48,6 +49,11 @@ class Plant:
     level: float = 0.0
     hurry: float = 0.0
     riser: float = 0.0
+
+    def later(self, frames: int) -> Self:
+        """The same stay so many frames later."""
+        times = {name: getattr(self, name) + frames for name in ("strike", "flat", "lift", "off")}
+        return replace(self, **times)
 
 
 @dataclass(frozen=True, eq=False)
@@ -120,6 +126,10 @@ class HandPlant:
     lift: float = 0.0
     level: float = 0.0
     crouch: bool = False
+
+    def later(self, frames: int) -> Self:
+        """The same stay so many frames later."""
+        return replace(self, strike=self.strike + frames, off=self.off + frames)
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,4 +1,4 @@
-"""One performance by one dog, in closed form and over all frames at once.
+"""Dogs: what a performance asks of a body on four legs, and its poses.
 
 Paws follow their plants. The line from the hip joints to the shoulder joints goes where the score wants it,
 no higher than the paws allow; the back bends evenly about that line. Blades swing with the fore legs, and
@@ -10,19 +10,17 @@ from functools import cache
 
 import numpy as np
 
+from retarget_bench.motion import rotation
+
 from ..bodies.dogs import TAIL_DOWN
 from ..bodies.structures import Body
-from ..conventions import SIDES, sign
-from ..curves import lower_envelope
-from ..matrices import about, align, cross, dot, from_vector, part_way, unit
+from ..conventions import SIDES, across, along, sign
+from ..curves import lower_envelope, soft_min
+from ..matrices import about, from_vector, length, part_way, rotated, unit
 from ..performances.score import LIMBS, DogScore
-from .limbs import Limb, bend
-from .paws import THICK, Grounds, PawPath, across, along, grounds, paw_paths, sizes_of
-from .pose import Pose, Solution
-
-_PASSES = 4
-_LEFT = np.array([1.0, 0.0, 0.0])
-_DOWN = np.array([0.0, -1.0, 0.0])
+from .limbs import Limb, X, Y, bend
+from .paws import PARTS, THICK, ends, paw_path, sizes_of
+from .pose import Pose
 
 
 @dataclass(frozen=True)
@@ -39,213 +37,135 @@ class DogManner:
     blades: float = 0.55
 
 
-USUAL, SECOND = DogManner(), DogManner(knees=0.20, elbows=0.18, front=0.25, blades=0.38)
+SECOND = DogManner(knees=0.20, elbows=0.18, front=0.25, blades=0.38)
 
 
-def solve(score: DogScore, body: Body, manner: DogManner = USUAL) -> Solution:
-    """The performance of ``score`` by ``body``; its contacts are those of ``dogs.PAWS``."""
-    ground = grounds(score, body)
-    paths = paw_paths(score, body, ground)
-    lowered = np.zeros((score.frames, 2))
-    for _ in range(_PASSES):
-        pose = _posed(score, body, manner, ground, paths, lowered)
-        lowered = lowered + _too_high(pose, body, paths)
-    pose = _posed(score, body, manner, ground, paths, lowered)
-    planted, pivoting = (
-        np.stack([getattr(paths[limb], label) for limb in LIMBS], axis=-1)
-        for label in ("planted", "pivoting")
-    )
-    return pose.solution(planted, pivoting)
+class Dog:
+    """The demands of a score on a body, computed once, and how far both ends of the trunk are lowered."""
+
+    passes = 5
+
+    def __init__(self, score: DogScore, body: Body, manner: DogManner) -> None:
+        self.score, self.body, self.manner, self.sizes = score, body, manner, sizes_of(body)
+        self.ends = ends(score, body)
+        self.paths = {limb: paw_path(score.paws[limb], limb, body, self.ends) for limb in LIMBS}
+        self.lowered = {end: np.zeros(score.frames) for end in PARTS}
+
+    def pose(self) -> Pose:
+        """The pose with its ends lowered so far."""
+        pose = Pose(self.body, self.score.frames)
+        self._set_trunk(pose)
+        self._set_head_and_tail(pose)
+        for end in PARTS:
+            self._set_legs(pose, end)
+        return pose
+
+    def adjust(self, pose: Pose) -> None:
+        """Lower rump and shoulders that are too high in a pose for the paws to stay down."""
+        for end, (top, _, _) in PARTS.items():
+            over = np.zeros(self.score.frames)
+            reach = 0.955 * limb_of(self.body, end).longest
+            for side in SIDES:
+                path = self.paths[f"{side}_{end}"]
+                apart = pose.at(f"{side}_{top}") - path.joint
+                flat = (apart[:, [0, 2]] ** 2).sum(axis=-1)
+                rise = np.sqrt(np.maximum(reach * reach - flat, 0.04 * reach * reach))
+                over = np.maximum(over, np.where(path.down, apart[:, 1] - rise, 0.0))
+            self.lowered[end] = self.lowered[end] - lower_envelope(-over, 4)
+
+    def _set_trunk(self, pose: Pose) -> None:
+        body, trunk = self.body, self.score.trunk
+        rear, fore = self._place("hind"), self._place("fore")
+        line = unit(fore - rear)
+        to_hips = _middle(body, "up_leg", "hips")
+        drawn = _middle(body, "arm", "hips") - to_hips
+        slope = np.arcsin(line[:, 1]) - float(np.arctan2(drawn[1], drawn[2]))
+        base = about(1, np.arctan2(line[:, 0], line[:, 2])) @ about(0, -slope)
+        turn, arch, roll = trunk.chest.T
+        bend = np.stack([arch, turn, -roll], axis=-1)
+        base = base @ from_vector(-0.5 * bend)
+        hips = base @ from_vector(trunk.pelvis[:, [1, 0, 2]] * [1.0, 1.0, -1.0])
+        # where the shoulder joints come to lie, blades at rest on the chest, says how far all must turn
+        pose.set("hips", hips)
+        pose.bend_spine(base, bend, -0.5 * self.manner.front)
+        chest = pose.at("spine_2") + pose.of("spine_2") @ _middle(body, "arm", "spine_2")
+        made = chest - hips @ to_hips
+        back = rotation.to_matrix(rotation.between(made, line))
+        place = rear + self.score.anchor[:, None] * (fore - rotated(back, made) - rear)
+        pose.positions[0] = place - back @ hips @ to_hips
+        pose.set("hips", back @ hips)
+        pose.bend_spine(back @ base, bend, -0.5 * self.manner.front)
+        pose.set_both("shoulder", [pose.of("spine_2")] * 2)
+
+    def _place(self, end: str) -> np.ndarray:
+        """``(frames, 3)`` metres: where one end of the trunk should be."""
+        score, ground = self.score, self.ends[end]
+        left, ahead = score.sway[:, :1], score.sway[:, 1:]
+        sway = self.sizes.leg * (left * across(score.heading) + ahead * along(score.heading))
+        x, z = (ground.floor + sway).T
+        return np.stack([x, ground.height - self.lowered[end], z], axis=-1)
+
+    def _set_head_and_tail(self, pose: Pose) -> None:
+        score, sizes, ahead = self.score, self.sizes, self.ends["fore"].heading
+        turn, down, left = score.trunk.gaze.T
+        neck = about(1, ahead + 0.45 * turn) @ about(0, score.neck + 0.2 * down)
+        pose.set("neck", part_way(pose.of("spine_2"), neck, np.array(0.8)))
+        pose.set("head", about(1, ahead + turn) @ about(0, down) @ about(2, -left))
+        behind = self.ends["hind"].heading
+        for part, (raised, aside) in (("tail_1", score.tail[:, :2].T), ("tail_2", score.tail[:, 2:].T)):
+            # it hangs from the rump, but not lower than the floor allows, with a round corner
+            room = (pose.at(part)[:, 1] - 0.5 * THICK * sizes.leg) / (0.5 * sizes.tail)
+            lowest = np.arcsin(0.95 * np.tanh(np.maximum(room, 0.0) / 0.95))
+            down = soft_min(TAIL_DOWN - raised, lowest, np.sqrt(0.02))
+            pose.set(part, about(1, behind + aside) @ about(0, TAIL_DOWN - down))
+
+    def _set_legs(self, pose: Pose, end: str) -> None:
+        """Both legs of an end: upper and lower bones, and paws; of fore legs, the blades before."""
+        score, manner, (top, middle, last), hind = self.score, self.manner, PARTS[end], end == "hind"
+        paths = [self.paths[f"{side}_{end}"] for side in SIDES]
+        airs = [score.paws[f"{side}_{end}"].air for side in SIDES]
+        goal, base = np.stack([path.joint for path in paths]), pose.of("hips" if hind else "spine_2")
+        for k, side in enumerate(SIDES):
+            if air := airs[k]:
+                reach = air.reach * self.sizes.fore_leg * [sign(side), 1.0, 1.0]
+                held = pose.at(f"{side}_{top}") + rotated(about(1, score.heading), reach)
+                goal[k] += air.weight[:, None] * (held - goal[k])
+        if not hind:
+            # a blade turns about its top as the leg below it swings
+            below = rotated(np.swapaxes(base, -1, -2), goal - pose.both("shoulder"))
+            drawn = self.body.reach("left_hand", "left_shoulder")
+            swung = np.arctan2(below[..., 2], -below[..., 1]) - float(np.arctan2(drawn[2], -drawn[1]))
+            pose.set_both("shoulder", base @ about(0, -0.7 * np.tanh(manner.blades * swung / 0.7)))
+        outward = manner.knees + score.spread[:, 0] if hind else -manner.elbows - score.spread[:, 1]
+        swivel = np.stack([sign(side) * outward for side in SIDES])
+        upper, lower = bend((limb_of(self.body, end),) * 2, pose.both(top), goal, base, swivel)
+        pose.set_both(top, upper)
+        pose.set_both(middle, lower)
+        for k, side in enumerate(SIDES):
+            paw = paths[k].orientation
+            if air := airs[k]:
+                paw = part_way(paw, lower[k] @ about(0, np.array(0.5)), air.weight)
+            pose.set(f"{side}_{last}", paw)
 
 
-def _posed(
-    score: DogScore,
-    body: Body,
-    manner: DogManner,
-    ground: Grounds,
-    paths: dict[str, PawPath],
-    lowered: np.ndarray,
-) -> Pose:
-    pose = Pose(body, score.frames)
-    _set_trunk(pose, score, manner, ground, lowered)
-    _set_head(pose, score, ground)
-    _set_tail(pose, score, ground)
-    for limb in LIMBS:
-        _set_limb(pose, limb, score, manner, paths[limb])
-    return pose
-
-
-# ---------------------------------------------------------------------------------------- the trunk
-def _set_trunk(
-    pose: Pose, score: DogScore, manner: DogManner, ground: Grounds, lowered: np.ndarray
-) -> None:
-    body, sizes = pose.body, sizes_of(pose.body)
-    rear = _over(ground.hind, ground.hind_height - lowered[:, 0], score, sizes.leg)
-    fore = _over(ground.fore, ground.fore_height - lowered[:, 1], score, sizes.leg)
-    line = unit(fore - rear)
-    drawn = _middle(body, "arm") - _middle(body, "up_leg")
-    slope = np.arcsin(line[:, 1]) - float(np.arctan2(drawn[1], drawn[2]))
-    base = about(1, np.arctan2(line[:, 0], line[:, 2])) @ about(0, -slope)
-    turn, arch, roll = score.trunk.chest.T
-    bent = np.stack([arch, turn, -roll], axis=-1)
-    base = base @ from_vector(-0.5 * bent)
-    hips = base @ from_vector(score.trunk.pelvis[:, [1, 0, 2]] * [1.0, 1.0, -1.0])
-    shares = (0.5 - 0.5 * manner.front, 0.5 + 0.5 * manner.front)
-    loin = base @ from_vector(shares[0] * bent)
-    chest = loin @ from_vector(shares[1] * bent)
-    for part, orientation in (("hips", hips), ("spine_1", loin), ("spine_2", chest)):
-        pose.set(part, orientation)
-    made = _between(pose)
-    back = _shortest(unit(made), line)
-    place = rear + score.anchor[:, None] * (fore - (back @ made[..., None])[..., 0] - rear)
-    pose.positions[0] = place - back @ hips @ _middle(body, "up_leg")
-    for part, orientation in (("hips", hips), ("spine_1", loin), ("spine_2", chest)):
-        pose.set(part, back @ orientation)
-    for side in SIDES:
-        pose.set(f"{side}_shoulder", pose.of("spine_2"))
-
-
-def _over(floor: np.ndarray, height: np.ndarray, score: DogScore, leg: float) -> np.ndarray:
-    """``(frames, 3)`` where one end of the trunk should be."""
-    left, ahead = score.sway[:, :1], score.sway[:, 1:]
-    flat = floor + leg * (left * across(score.heading) + ahead * along(score.heading))
-    return np.stack([flat[:, 0], height, flat[:, 1]], axis=-1)
-
-
-def _middle(body: Body, part: str) -> np.ndarray:
-    """Between a pair of joints, from the root, standing."""
-    return 0.5 * (body.reach(f"left_{part}", "hips") + body.reach(f"right_{part}", "hips"))
-
-
-def _between(pose: Pose) -> np.ndarray:
-    """The line from the middle of the hip joints to that of the shoulder joints, blades at rest on the
-    chest."""
-    body = pose.body
-    from_chest = 0.5 * (body.reach("left_arm", "spine_2") + body.reach("right_arm", "spine_2"))
-    rear = pose.of("hips") @ _middle(body, "up_leg")
-    return pose.at("spine_2") + pose.of("spine_2") @ from_chest - rear
-
-
-def _shortest(start: np.ndarray, end: np.ndarray) -> np.ndarray:
-    """Matrices turning unit vectors ``(frames, 3)`` the shortest way onto others."""
-    axis = cross(start, end)
-    x, y, z = axis[:, 0], axis[:, 1], axis[:, 2]
-    zero = np.zeros_like(x)
-    skew = np.stack([zero, -z, y, z, zero, -x, -y, x, zero], axis=-1).reshape(-1, 3, 3)
-    return np.eye(3) + skew + skew @ skew / (1.0 + dot(start, end))[..., None]
-
-
-def _set_head(pose: Pose, score: DogScore, ground: Grounds) -> None:
-    turn, down, left = score.trunk.gaze.T
-    ahead = ground.fore_heading
-    neck = about(1, ahead + 0.45 * turn) @ about(0, score.neck + 0.2 * down)
-    pose.set("neck", part_way(pose.of("spine_2"), neck, np.full(score.frames, 0.8)))
-    pose.set("head", about(1, ahead + turn) @ about(0, down) @ about(2, -left))
-
-
-def _set_tail(pose: Pose, score: DogScore, ground: Grounds) -> None:
-    """The tail hangs from the rump but keeps off the floor."""
-    length, thick = 0.5 * sizes_of(pose.body).tail, THICK * sizes_of(pose.body).leg
-    behind = ground.hind_heading
-    for part, (raised, aside) in (("tail_1", (0, 1)), ("tail_2", (2, 3))):
-        room = (pose.at(part)[:, 1] - 0.5 * thick) / length
-        lowest = np.arcsin(0.95 * np.tanh(np.maximum(room, 0.0) / 0.95))
-        down = TAIL_DOWN - score.tail[:, raised]
-        # not lower than the floor allows, with a round corner
-        down = 0.5 * (down + lowest - np.sqrt((down - lowest) ** 2 + 0.02))
-        pose.set(part, about(1, behind + score.tail[:, aside]) @ about(0, TAIL_DOWN - down))
-
-
-# ----------------------------------------------------------------------------------------- the legs
-_PARTS = {"hind": ("up_leg", "leg", "foot"), "fore": ("arm", "forearm", "hand")}
+def _middle(body: Body, part: str, ancestor: str) -> np.ndarray:
+    """``(3,)`` from a joint to between a pair of joints, standing."""
+    return 0.5 * (body.reach(f"left_{part}", ancestor) + body.reach(f"right_{part}", ancestor))
 
 
 @cache
-def limb_of(body: Body, limb: str) -> Limb:
-    """The two bones of a leg as if drawn straight down; elbows point back, stifles forward."""
-    side, end = limb.split("_")
-    _, middle, last = _PARTS[end]
-    upper, lower = body.offset(f"{side}_{middle}"), body.offset(f"{side}_{last}")
-    hinge = _LEFT if end == "hind" else -_LEFT
+def limb_of(body: Body, end: str) -> Limb:
+    """The upper two bones of either leg; elbows point back, stifles forward."""
+    joints = [body.part[f"left_{part}"] for part in PARTS[end][1:]]
+    bones = body.offsets[joints]
+    (upper, lower), hinge = length(bones).tolist(), X if end == "hind" else -X
     return Limb(
-        bone=_DOWN,
-        hinge=hinge,
-        upper=float(np.sqrt(upper @ upper)),
-        lower=float(np.sqrt(lower @ lower)),
-        ease=_DOWN,
+        unit(bones),
+        np.stack([hinge, hinge]),
+        upper,
+        lower,
+        ease=-Y,
         natural=hinge,
         tightest=np.radians(24.0),
         exact=0.97,
     )
-
-
-@cache
-def _straightening(body: Body, part: str, limb: str) -> np.ndarray:
-    """``(3, 3)`` turning the bone that ends in a part of a limb, as it is drawn, to straight down."""
-    drawn, hinge = unit(body.offset(part)), limb_of(body, limb).hinge
-    across = unit(hinge - drawn * float(drawn @ hinge))
-    return np.asarray(align(drawn, across, _DOWN[None], hinge[None])[0])
-
-
-def _set_limb(pose: Pose, limb: str, score: DogScore, manner: DogManner, paw: PawPath) -> None:
-    side, end = limb.split("_")
-    top, middle, last = (f"{side}_{part}" for part in _PARTS[end])
-    body, goal, hind = pose.body, paw.joint, end == "hind"
-    if not hind:
-        goal = _held_up(pose, limb, score, goal)
-        _swing_blade(pose, side, manner, goal)
-    base = pose.of("hips" if hind else "spine_2")
-    outward = (manner.knees if hind else manner.elbows) + score.spread[:, 0 if hind else 1]
-    drawn = limb_of(body, limb)
-    swivel = sign(side) * outward * (1.0 if hind else -1.0)
-    upper, lower = bend(drawn, pose.at(top), goal, base, swivel)
-    lower = lower @ _straightening(body, last, limb)
-    pose.set(top, upper @ _straightening(body, middle, limb))
-    pose.set(middle, lower)
-    pose.set(last, _paw(limb, score, paw, lower))
-
-
-def _held_up(pose: Pose, limb: str, score: DogScore, goal: np.ndarray) -> np.ndarray:
-    air = score.paws[limb].air
-    if air is None:
-        return goal
-    side = limb.split("_")[0]
-    c, s = np.cos(score.heading), np.sin(score.heading)
-    out, up, ahead = (air.reach * sizes_of(pose.body).fore_leg * [sign(side), 1.0, 1.0]).T
-    held = pose.at(f"{side}_arm") + np.stack([out * c + ahead * s, up, ahead * c - out * s], axis=-1)
-    return goal + air.weight[:, None] * (held - goal)
-
-
-def _paw(limb: str, score: DogScore, paw: PawPath, forearm: np.ndarray) -> np.ndarray:
-    air = score.paws[limb].air
-    if air is None:
-        return paw.orientation
-    return part_way(paw.orientation, forearm @ about(0, np.full(score.frames, 0.5)), air.weight)
-
-
-def _swing_blade(pose: Pose, side: str, manner: DogManner, goal: np.ndarray) -> None:
-    """The blade turns about its top as the leg below it swings."""
-    chest = pose.of("spine_2")
-    top = pose.at(f"{side}_shoulder")
-    below = np.swapaxes(chest, -1, -2) @ (goal - top)[..., None]
-    body = pose.body
-    drawn = body.reach(f"{side}_hand", f"{side}_shoulder")
-    swung = np.arctan2(below[:, 2, 0], -below[:, 1, 0]) - float(np.arctan2(drawn[2], -drawn[1]))
-    swung = 0.7 * np.tanh(manner.blades * swung / 0.7)
-    pose.set(f"{side}_shoulder", chest @ about(0, -swung))
-
-
-def _too_high(pose: Pose, body: Body, paths: dict[str, PawPath]) -> np.ndarray:
-    """``(frames, 2)`` metres by which rump and shoulders are too high for the paws to stay down."""
-    found = []
-    for end in ("hind", "fore"):
-        over = np.zeros(pose.positions.shape[1])
-        for side in SIDES:
-            limb = limb_of(body, f"{side}_{end}")
-            apart = pose.at(f"{side}_{_PARTS[end][0]}") - paths[f"{side}_{end}"].joint
-            flat = (apart[:, [0, 2]] ** 2).sum(axis=-1)
-            length = 0.955 * limb.longest
-            rise = np.sqrt(np.maximum(length * length - flat, 0.04 * length * length))
-            over = np.maximum(over, np.where(paths[f"{side}_{end}"].down, apart[:, 1] - rise, 0.0))
-        found.append(-lower_envelope(-over, 4))
-    return np.stack(found, axis=-1)

@@ -1,7 +1,6 @@
 """Arms and hands: where a hand goes, and how collar bone and elbow follow."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
 from itertools import zip_longest
 
 import numpy as np
@@ -9,10 +8,10 @@ import numpy as np
 from ..bodies.structures import Body
 from ..conventions import SIDES, sign
 from ..curves import bump, plateau, ramp, smooth
-from ..matrices import about, apply, cross, dot, length, part_way, rotated, unit
-from ..performances.score import Hand, HandPlant, Score, Touch
+from ..matrices import about, cross, dot, length, part_way, rotated, unit
+from ..performances.score import HandPlant, Score
 from .kneeling import all_fours, knee_ahead
-from .limbs import Limb, arm_limb, bend_all
+from .limbs import arm_limb, bend
 from .pose import Pose
 from .scaling import hand_reach
 from .touch_points import LOW, OF_ARM, finger_tips, palm, resting, touch_point
@@ -73,10 +72,6 @@ def plant_path(plant: HandPlant, side: str, body: Body, frames: int) -> np.ndarr
     return plant_wrist(plant, side, body) + up[:, None] * np.array([0.0, 1.0, 0.0])
 
 
-def any_planted(score: Score) -> bool:
-    return any(hand.plants for hand in score.hands.values())
-
-
 def crouching(score: Score, short: dict[str, np.ndarray]) -> np.ndarray:
     """``(frames,)`` metres by which the hips go lower for hands that are ``short`` ``(frames,)`` of their
     places: smooth, since a hand's worst lack is spread over its coming and going."""
@@ -89,94 +84,46 @@ def crouching(score: Score, short: dict[str, np.ndarray]) -> np.ndarray:
     return np.sqrt(np.sqrt(total))
 
 
-_MOST = 0.34
-"""How far hips sink for planted hands, leg lengths."""
-
-
-def eased_crouch(sunk: np.ndarray | float, body: Body) -> np.ndarray:
-    """How far hips sink ``(frames,)`` that ought to sink so far."""
-    most = _MOST * body.proportions.leg
-    return np.asarray(most * np.tanh(sunk / most))
-
-
 Hold = tuple[np.ndarray, np.ndarray]
 """Orientations ``(frames, 3, 3)`` that a hand is turned to, and shares ``(frames,)``."""
 
 
-@dataclass(frozen=True, eq=False)
-class _Held:
-    """A hand on its own body: from part's joint ``wrist`` (3,) metres, ``turn`` (3, 3) against that, so far
-    as ``weight`` ``(frames,)`` is 1."""
+class Arm:
+    """The demands of a score on one arm, computed once for all passes."""
 
-    part: str
-    wrist: np.ndarray
-    turn: np.ndarray
-    weight: np.ndarray
-
-
-@dataclass(frozen=True, eq=False)
-class HandPlan:
-    """The demands of a score on a hand, computed once for all passes.
-
-    on_chest, upright: ``(frames, 3)`` metres from the chest's joint, in its axes and in the world's: added
-    up, they are where a free hand goes. floored: whether fingers are kept out of a flat floor. swivel:
-    ``(frames,)`` of the elbow. wrist: ``(frames, 3, 3)`` of a free hand against its forearm. aim: what it
-    is turned to, or None. touches: places on the body. plants: where the wrist goes ``(frames, 3)``, how
-    far ``(frames,)``, and how the hand is turned.
-    helped: ``(frames,)`` how far the hand is put on something that bending forward brings nearer.
-    """
-
-    side: str
-    limb: Limb
-    on_chest: np.ndarray
-    upright: np.ndarray
-    floored: bool
-    swivel: np.ndarray
-    wrist: np.ndarray
-    aim: Hold | None
-    touches: Sequence[_Held]
-    plants: Sequence[tuple[np.ndarray, np.ndarray, Hold]]
-    helped: np.ndarray
-
-
-def plan(score: Score, side: str, body: Body, elbows: float) -> HandPlan:
-    hand, trunk = score.hands[side], score.trunk
-    shoulder = body.reach(f"{side}_arm", body.structure.chest)
-    middle = shoulder * np.array([0.0, 1.0, 1.0])
-    reach = hand_reach(hand, side, body)
-    upright = hand.upright[:, None]
-    yaw = about(1, score.heading + trunk.pelvis[:, 0] + trunk.chest[:, 0])
-    aim = None
-    if hand.aim is not None:
-        aim = (yaw @ _aimed(hand.aim, side), np.zeros(score.frames) + hand.aimed)
-    touches = [_held(touch, side, body) for touch in hand.touches]
-    low = [held.weight for held in touches if held.part in LOW]
-    return HandPlan(
-        side,
-        arm_limb(side, body),
-        shoulder + hand.middle[:, None] * (middle - shoulder) + (1.0 - upright) * reach,
-        upright * apply(yaw, reach),
-        score.stairs is None,
-        sign(side) * (hand.swivel + elbows),
-        _wrist(hand, side),
-        aim,
-        touches,
-        [_planted(plant, side, body, score.frames) for plant in hand.plants],
-        sum(low, start=np.zeros(score.frames)),
-    )
-
-
-def _held(touch: Touch, side: str, body: Body) -> _Held:
-    spot = touch_point(touch.place, body)
-    turn, wrist = resting(spot, side, body.proportions)
-    return _Held(spot.part, wrist, turn, touch.weight)
-
-
-def _planted(plant: HandPlant, side: str, body: Body, frames: int) -> tuple[np.ndarray, np.ndarray, Hold]:
-    share = plant_weight(plant, frames)
-    turn = np.broadcast_to(plant_rotation(plant, side), (frames, 3, 3))
-    # turned early, so that no finger is in the floor on its way down
-    return plant_path(plant, side, body, frames), share, (turn, 1.0 - (1.0 - share) ** 3)
+    def __init__(self, score: Score, side: str, body: Body, elbows: float) -> None:
+        hand, trunk, frames = score.hands[side], score.trunk, score.frames
+        self.side, self.limb = side, arm_limb(side, body)
+        # (frames, 3) metres from the chest's joint, in its axes and in the world's: added up, they are
+        # where a free hand goes
+        shoulder = body.reach(f"{side}_arm", body.structure.chest)
+        middle = shoulder * np.array([0.0, 1.0, 1.0])
+        reach, upright = hand_reach(hand, side, body), hand.upright[:, None]
+        yaw = about(1, score.heading + trunk.pelvis[:, 0] + trunk.chest[:, 0])
+        self.on_chest = shoulder + hand.middle[:, None] * (middle - shoulder) + (1.0 - upright) * reach
+        self.upright = upright * rotated(yaw, reach)
+        # fingers are kept out of a flat floor
+        self.floored = score.stairs is None
+        # (frames,) of the elbow, and a free hand's orientations (frames, 3, 3) against its forearm
+        self.swivel, s = sign(side) * (hand.swivel + elbows), sign(side)
+        bent, sideways, up = hand.wrist.T
+        self.wrist = about(0, -up) @ about(1, -s * sideways) @ about(2, -s * bent)
+        self.aim: list[Hold] = []
+        if hand.aim is not None:
+            self.aim = [(yaw @ _aimed(hand.aim, side), np.zeros(frames) + hand.aimed)]
+        # places on the body: part, orientation (3, 3) and wrist (3,) in its axes, how far (frames,)
+        spots = [(touch_point(touch.place, body), touch.weight) for touch in hand.touches]
+        self.touches = [(spot.part, *resting(spot, side, body.proportions), far) for spot, far in spots]
+        # how far (frames,) the hand is put on something that bending forward brings nearer
+        low = [far for spot, far in spots if spot.part in LOW]
+        self.helped = sum(low, start=np.zeros(frames))
+        # places on the floor: the wrist (frames, 3), how far (frames,), and how the hand is turned: early,
+        # so that no finger is in the floor on its way down
+        self.plants: list[tuple[np.ndarray, np.ndarray, Hold]] = []
+        for plant in hand.plants:
+            far = plant_weight(plant, frames)
+            turn = np.broadcast_to(plant_rotation(plant, side), (frames, 3, 3))
+            self.plants.append((plant_path(plant, side, body, frames), far, (turn, 1.0 - (1.0 - far) ** 3)))
 
 
 def order(score: Score) -> Sequence[tuple[str, ...]]:
@@ -193,85 +140,69 @@ def order(score: Score) -> Sequence[tuple[str, ...]]:
     return (("right",), ("left",)) if right_first else (SIDES,)
 
 
-def set_arms(pose: Pose, asked: Sequence[HandPlan], ease: float) -> None:
+def set_arms(pose: Pose, arms: Sequence[Arm], ease: float) -> None:
     """Collar bones, upper arms, forearms and hands. ease: how readily collar bones follow."""
-    structure, limbs = pose.body.structure, tuple(each.limb for each in asked)
+    structure, limbs = pose.body.structure, tuple(arm.limb for arm in arms)
     chest = pose.of(structure.chest)
-    goal = np.stack([_goal(pose, chest, each) for each in asked])
-    for each in asked:
-        pose.set(f"{each.side}_shoulder", chest)
+    goal = np.stack([_goal(pose, chest, arm) for arm in arms])
+    _set(pose, arms, "shoulder", [chest] * len(arms))
+    start = np.stack([pose.at(f"{arm.side}_arm") for arm in arms])
     if structure.collars:
-        start = np.stack([pose.at(f"{each.side}_arm") for each in asked])
-        outward = np.array([[sign(each.side)] for each in asked])
+        outward = np.array([[sign(arm.side)] for arm in arms])
         collar = chest @ _collar(chest, (goal - start) / limbs[0].longest, outward, ease)
-        _set(pose, asked, "shoulder", collar)
-    start = np.stack([pose.at(f"{each.side}_arm") for each in asked])
-    _miss(pose, asked, length(goal - start) - 0.99 * limbs[0].exact * limbs[0].longest)
-    upper, lower = bend_all(limbs, start, goal, chest, np.stack([each.swivel for each in asked]))
-    oriented = _oriented(pose, asked, lower)
+        _set(pose, arms, "shoulder", collar)
+        start = np.stack([pose.at(f"{arm.side}_arm") for arm in arms])
+    far = length(goal - start) - 0.99 * limbs[0].exact * limbs[0].longest
+    for arm, by in zip(arms, far, strict=True):
+        pose.short[arm.side] = np.maximum(by, 0.0)
+        if arm.touches:
+            missing = np.maximum(pose.missing, arm.helped * by)
+            pose.missing = np.where(arm.helped > 0.0, missing, pose.missing)
+    upper, lower = bend(limbs, start, goal, chest, np.stack([arm.swivel for arm in arms]))
+    oriented = _oriented(pose, arms, lower)
     # most of the hand's twist happens along the forearm
     relative = np.swapaxes(lower, -1, -2) @ oriented
     twist = np.arctan2(relative[..., 2, 1] - relative[..., 1, 2], relative[..., 1, 1] + relative[..., 2, 2])
-    _set(pose, asked, "arm", upper)
-    _set(pose, asked, "forearm", lower @ about(0, 0.6 * twist))
-    _set(pose, asked, "hand", oriented)
+    _set(pose, arms, "arm", upper)
+    _set(pose, arms, "forearm", lower @ about(0, 0.6 * twist))
+    _set(pose, arms, "hand", oriented)
 
 
-def _set(pose: Pose, asked: Sequence[HandPlan], part: str, oriented: np.ndarray) -> None:
-    for each, turn in zip(asked, oriented, strict=True):
-        pose.set(f"{each.side}_{part}", turn)
+def _set(pose: Pose, arms: Sequence[Arm], part: str, oriented: Iterable[np.ndarray]) -> None:
+    for arm, turn in zip(arms, oriented, strict=True):
+        pose.set(f"{arm.side}_{part}", turn)
 
 
-def _miss(pose: Pose, asked: Sequence[HandPlan], far: np.ndarray) -> None:
-    """Note how far ``(arms, frames)`` goals are out of reach, metres."""
-    for each, by in zip(asked, far, strict=True):
-        pose.short[each.side] = np.maximum(by, 0.0)
-        if each.touches:
-            missing = np.maximum(pose.missing, each.helped * by)
-            pose.missing = np.where(each.helped > 0.0, missing, pose.missing)
-
-
-def reaches_down(score: Score, body: Body) -> bool:
-    """Whether a hand is put on a leg or a foot."""
-    touches = [touch for hand in score.hands.values() for touch in hand.touches]
-    return any(touch_point(touch.place, body).part in LOW for touch in touches)
-
-
-def _goal(pose: Pose, chest: np.ndarray, asked: HandPlan) -> np.ndarray:
+def _goal(pose: Pose, chest: np.ndarray, arm: Arm) -> np.ndarray:
     """``(frames, 3)`` metres: where the wrist goes."""
-    goal = pose.at(pose.body.structure.chest) + apply(chest, asked.on_chest) + asked.upright
-    if asked.floored:
-        goal[:, 1] = _over_floor(goal[:, 1], pose.body)
-    for held in asked.touches:
-        there = pose.at(held.part) + rotated(pose.of(held.part), held.wrist)
-        goal = goal + held.weight[:, None] * (there - goal)
-    for way, share, _ in asked.plants:
-        goal = goal + share[:, None] * (way - goal)
+    goal = pose.at(pose.body.structure.chest) + rotated(chest, arm.on_chest) + arm.upright
+    if arm.floored:
+        # eased up where the fingers of a hanging hand would go through the floor
+        height, hand = goal[:, 1], pose.body.proportions.hand
+        least, width = 1.05 * hand, 0.1 * hand
+        goal[:, 1] = 0.5 * (height + least + np.sqrt((height - least) ** 2 + width * width))
+    for part, _, wrist, far in arm.touches:
+        there = pose.at(part) + rotated(pose.of(part), wrist)
+        goal = goal + far[:, None] * (there - goal)
+    for way, far, _ in arm.plants:
+        goal = goal + far[:, None] * (way - goal)
     return goal
 
 
-def _oriented(pose: Pose, asked: Sequence[HandPlan], lower: np.ndarray) -> np.ndarray:
+def _oriented(pose: Pose, arms: Sequence[Arm], lower: np.ndarray) -> np.ndarray:
     """Orientations ``(arms, frames, 3, 3)`` of hands on forearms that are turned so."""
-    oriented = lower @ np.stack([each.wrist for each in asked])
+    oriented = lower @ np.stack([arm.wrist for arm in arms])
     still = (lower[0], np.zeros(lower.shape[1]))
-    for holds in zip_longest(*(_holds(pose, each) for each in asked), fillvalue=still):
-        turns, shares = (np.stack(each) for each in zip(*holds, strict=True))
+    holds = [
+        [*arm.aim, *((pose.of(part) @ turn, far) for part, turn, _, far in arm.touches)]
+        + [hold for _, _, hold in arm.plants]
+        for arm in arms
+    ]
+    for each in zip_longest(*holds, fillvalue=still):
+        turns, shares = (np.stack(rows) for rows in zip(*each, strict=True))
         if shares.any():
             oriented = part_way(oriented, turns, shares)
     return oriented
-
-
-def _holds(pose: Pose, asked: HandPlan) -> list[Hold]:
-    """Orientations that a hand is turned to, one after the other."""
-    aim = [asked.aim] if asked.aim is not None else []
-    touches = [(pose.of(held.part) @ held.turn, held.weight) for held in asked.touches]
-    return [*aim, *touches, *(hold for _, _, hold in asked.plants)]
-
-
-def _over_floor(height: np.ndarray, body: Body) -> np.ndarray:
-    """Heights of a wrist, eased up where the fingers of a hanging hand would go through the floor."""
-    least, width = 1.05 * body.proportions.hand, 0.1 * body.proportions.hand
-    return 0.5 * (height + least + np.sqrt((height - least) ** 2 + width * width))
 
 
 def _aimed(aim: np.ndarray, side: str) -> np.ndarray:
@@ -287,14 +218,7 @@ def _collar(chest: np.ndarray, line: np.ndarray, outward: np.ndarray, ease: floa
     """Turns of collar bones ``(arms, frames, 3, 3)``: up to 20 degrees up and 15 forward, after the arm.
 
     line: ``(arms, frames, 3)`` from shoulder joint to wrist, arm lengths. outward: ``(arms, 1)`` signs."""
-    line = apply(np.swapaxes(chest, -1, -2), line)
+    line = rotated(np.swapaxes(chest, -1, -2), line)
     up = np.radians(22.0) * ease * smooth((line[..., 1] + 0.6) / 1.8)
     ahead = np.radians(20.0) * ease * (smooth((line[..., 2] + 0.9) / 1.9) - smooth(0.9 / 1.9))
     return about(1, -outward * ahead) @ about(2, outward * up)
-
-
-def _wrist(hand: Hand, side: str) -> np.ndarray:
-    """A free hand's orientation against its forearm."""
-    s = sign(side)
-    bent, sideways, up = hand.wrist[:, 0], hand.wrist[:, 1], hand.wrist[:, 2]
-    return about(0, -up) @ about(1, -s * sideways) @ about(2, -s * bent)

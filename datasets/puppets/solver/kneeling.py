@@ -27,40 +27,36 @@ def knee_height(body: Body) -> float:
     return KNEE_HEIGHT * body.proportions.girth
 
 
+def _ankle(body: Body) -> tuple[float, float]:
+    """How high over its knee and how far behind its toe joint the ankle of a kneeling leg is, metres."""
+    p, c, s = body.proportions, np.cos(KNEELING_PITCH), np.sin(KNEELING_PITCH)
+    up = p.ball_height - p.ankle
+    return float(p.ball_height - (up * c - p.ball * s) - knee_height(body)), float(up * s + p.ball * c)
+
+
 def knee_ahead(body: Body) -> float:
     """How far before the toe joint the knee rests, metres."""
-    p = body.proportions
-    c, s = np.cos(KNEELING_PITCH), np.sin(KNEELING_PITCH)
-    up = p.ball_height - p.ankle
-    ankle_height = p.ball_height - (up * c - p.ball * s)
-    rise = ankle_height - knee_height(body)
-    return float(np.sqrt(p.shank**2 - rise**2) - (up * s + p.ball * c))
-
-
-def resting(foot: FootPath, body: Body) -> np.ndarray:
-    """``(frames, 3)`` metres: where the knee is while the leg kneels; it goes along with the toes."""
-    p = body.proportions
-    toe = foot.ankle + foot.sole @ np.array([0.0, p.ball_height - p.ankle, p.ball])
-    ahead = np.stack([np.sin(foot.yaw), np.zeros_like(foot.yaw), np.cos(foot.yaw)], axis=-1)
-    return toe + knee_ahead(body) * ahead + [0.0, knee_height(body) - p.ball_height, 0.0]
+    rise, behind = _ankle(body)
+    return float(np.sqrt(body.proportions.shank**2 - rise**2)) - behind
 
 
 def knees(score: Score, feet: Mapping[str, FootPath], body: Body) -> np.ndarray | None:
-    """``(2, frames, 3)`` positions of resting knees, left and right; None where no leg ever kneels."""
+    """``(2, frames, 3)`` metres: where the knees, left and right, are while their legs kneel; they go along
+    with the toes. None where no leg ever kneels."""
     if not any(kneels(score, side).any() for side in SIDES):
         return None
-    return np.stack([resting(feet[side], body) for side in SIDES])
+    p, found = body.proportions, []
+    for foot in (feet[side] for side in SIDES):
+        toe = foot.ankle + foot.sole @ np.array([0.0, p.ball_height - p.ankle, p.ball])
+        ahead = np.stack([np.sin(foot.yaw), np.zeros_like(foot.yaw), np.cos(foot.yaw)], axis=-1)
+        found.append(toe + knee_ahead(body) * ahead + [0.0, knee_height(body) - p.ball_height, 0.0])
+    return np.stack(found)
 
 
 def kneels(score: Score, side: str) -> np.ndarray:
     """``(frames,)`` how far a leg kneels."""
     kneel = score.feet[side].kneel
     return np.zeros(score.frames) if kneel is None else kneel
-
-
-def _bears(score: Score, side: str) -> np.ndarray:
-    bears = score.feet[side].bears
-    return np.ones(score.frames) if bears is None else bears
 
 
 def on_knees(
@@ -70,41 +66,33 @@ def on_knees(
 
     hips: ``(2, frames, 3)`` of either hip joint from the middle; knees: ``(2, frames, 3)`` at rest.
     """
-    weight = {side: kneels(score, side)[:, None] for side in SIDES}
-    thigh = body.proportions.thigh
-    back = np.zeros(score.frames) if score.sit_back is None else score.sit_back
-    most = _most_back(body)
-    back = most * np.tanh(back / most)
+    weight = np.stack([kneels(score, side) for side in SIDES])[..., None]
+    thigh, back = body.proportions.thigh, np.zeros(score.frames)
+    if score.sit_back is not None:
+        # no farther than until the knees are bent by 138 degrees
+        most = float(np.radians(48.0) - np.arcsin(abs(_ankle(body)[0]) / body.proportions.shank))
+        back = most * np.tanh(score.sit_back / most)
     s = np.sin(back)
     upward = np.stack([-s * np.sin(score.heading), np.cos(back), -s * np.cos(score.heading)], axis=-1)
-    centre = dict(zip(SIDES, knees - hips, strict=True))
-    one = {side: centre[side] + thigh * upward for side in SIDES}
-    apart = centre["right"] - centre["left"]
+    centre = knees - hips
+    apart = centre[1] - centre[0]
     square = (apart * apart).sum(axis=-1, keepdims=True)
     # eased where the two knees are side by side and the direction between their spheres means nothing
     across = (apart * upward).sum(axis=-1, keepdims=True) * apart / (square + (0.12 * thigh) ** 2)
     high = np.sqrt(np.maximum(thigh * thigh - 0.25 * square, 0.01 * thigh * thigh))
-    both = 0.5 * (centre["left"] + centre["right"]) + high * unit(upward - across)
-    left, right = weight["left"], weight["right"]
-    found = (1.0 - left) * ((1.0 - right) * middle + right * one["right"])
-    found = found + left * ((1.0 - right) * one["left"] + right * both)
+    both = 0.5 * (centre[0] + centre[1]) + high * unit(upward - across)
+    (left, right), one = weight, centre + thigh * upward
+    found = (1.0 - left) * ((1.0 - right) * middle + right * one[1])
+    found = found + left * ((1.0 - right) * one[0] + right * both)
     # while the second knee comes or goes the first one stays: back onto its sphere
-    bears = {side: weight[side] * _bears(score, side)[:, None] for side in SIDES}
-    for side, own, others in zip(SIDES, bears.values(), reversed(bears.values()), strict=True):
-        line = found - centre[side]
-        found = found + own**4 * (1.0 - others**8) * (thigh * unit(line) - line)
+    for k, side in enumerate(SIDES):
+        bears = score.feet[side].bears
+        if bears is not None:
+            weight[k] *= bears[:, None]
+    for own, other, place in zip(weight, weight[::-1], centre, strict=True):
+        line = found - place
+        found = found + own**4 * (1.0 - other**8) * (thigh * unit(line) - line)
     return found
-
-
-def _most_back(body: Body) -> float:
-    """How far thighs lean back before the knees bend by more than 138 degrees, radians."""
-    p = body.proportions
-    along = (
-        knee_ahead(body)
-        + (p.ball_height - p.ankle) * np.sin(KNEELING_PITCH)
-        + p.ball * np.cos(KNEELING_PITCH)
-    )
-    return float(np.radians(48.0) - np.arccos(along / p.shank))
 
 
 def over_floor(height: np.ndarray, body: Body) -> np.ndarray:

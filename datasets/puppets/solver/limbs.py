@@ -13,10 +13,10 @@ from ..matrices import carry, cross, dot, length, unit
 
 @dataclass(frozen=True, eq=False)
 class Limb:
-    """A limb drawn straight in the T-pose.
+    """Two bones as they are drawn: of a person in one line, in the T-pose; of a standing dog at an angle.
 
-    bone:  (3,) unit, along the straight limb. hinge: (3,) unit, the axis about which the outer bone
-           turns forward (arm) or backward (leg) when the middle joint bends.
+    bones:  (2, 3) unit, along the upper and the lower bone. hinges: (2, 3) unit, square to them, the axis
+           about which the lower bone turns forward (arm) or backward (leg) when the middle joint bends.
     upper, lower: metres.
     ease, natural: (3,) unit, in the frame the limb hangs on: a direction of easy reach, and the hinge
            that feels natural there. Elsewhere the hinge is carried along by the shortest turn, which is
@@ -25,8 +25,8 @@ class Limb:
     exact: share of its length within which goals are met exactly.
     """
 
-    bone: np.ndarray
-    hinge: np.ndarray
+    bones: np.ndarray
+    hinges: np.ndarray
     upper: float
     lower: float
     ease: np.ndarray
@@ -46,14 +46,6 @@ class Limb:
 
 
 def bend(
-    limb: Limb, start: np.ndarray, goal: np.ndarray, frame: np.ndarray, swivel: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """World orientations ``(frames, 3, 3)`` of one limb's two bones: ``bend_all`` of one."""
-    (upper,), (lower,) = bend_all((limb,), start[None], goal[None], frame, swivel[None])
-    return upper, lower
-
-
-def bend_all(
     limbs: tuple[Limb, ...],
     start: np.ndarray,
     goal: np.ndarray,
@@ -61,7 +53,7 @@ def bend_all(
     swivel: np.ndarray,
     pole: tuple[np.ndarray, np.ndarray] | None = None,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """World orientations ``(limbs, frames, 3, 3)`` of the two bones of limbs, against the T-pose.
+    """World orientations ``(limbs, frames, 3, 3)`` of the two bones of limbs, against how they are drawn.
 
     limbs: as long as each other, of one or both sides, solved at once.
     start, goal: ``(limbs, frames, 3)`` of a limb's two ends; frame: ``(frames, 3, 3)`` of what all hang
@@ -105,10 +97,11 @@ def bend_all(
 
 @cache
 def _drawn(limbs: tuple[Limb, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """``(2 limbs, 3)``: all directions of easy reach, then all natural hinges; and ``(limbs, 3, 3)``: bone,
-    hinge and what is orthogonal to both, as rows."""
+    """``(2 limbs, 3)``: all directions of easy reach, then all natural hinges; and ``(2, limbs, 3, 3)``:
+    bone, hinge and what is orthogonal to both, as rows."""
     hung = np.stack([*(limb.ease for limb in limbs), *(limb.natural for limb in limbs)])
-    return hung, np.stack([[limb.bone, limb.hinge, cross(limb.bone, limb.hinge)] for limb in limbs])
+    rows = [[limb.bones, limb.hinges, cross(limb.bones, limb.hinges)] for limb in limbs]
+    return hung, np.array(rows).transpose(2, 0, 1, 3)
 
 
 def _within(distance: np.ndarray, limb: Limb) -> np.ndarray:
@@ -127,9 +120,9 @@ X, Y, Z = np.eye(3)
 
 @cache
 def leg_limb(body: Body) -> Limb:
-    """Thigh and shank of either side: both knees bend forward."""
-    p = body.proportions
-    return Limb(-Y, X, p.thigh, p.shank, ease=-Y, natural=X, tightest=np.radians(28.0), exact=0.996)
+    """Thigh and shank of either side of a person: both knees bend forward."""
+    p, bones, hinges = body.proportions, np.stack([-Y, -Y]), np.stack([X, X])
+    return Limb(bones, hinges, p.thigh, p.shank, ease=-Y, natural=X, tightest=np.radians(28.0), exact=0.996)
 
 
 @cache
@@ -140,8 +133,8 @@ def arm_limb(side: str, body: Body) -> Limb:
     elbow = np.array([0.25 * out, -0.7, -0.65])
     elbow = unit(elbow - ease * float(elbow @ ease))
     return Limb(
-        bone=out * X,
-        hinge=-out * Y,
+        bones=out * np.stack([X, X]),
+        hinges=-out * np.stack([Y, Y]),
         upper=p.upper_arm,
         lower=p.forearm,
         ease=ease,
@@ -152,14 +145,14 @@ def arm_limb(side: str, body: Body) -> Limb:
 
 
 _SEGMENTS = (
-    # near end, far end, share of the body's mass, place of its centre from the near end
-    ("hips", "neck", 0.459, 0.50),
-    ("head", "head", 0.082, 0.50),
-    *((f"{side}_up_leg", f"{side}_leg", 0.111, 0.43) for side in SIDES),
-    *((f"{side}_leg", f"{side}_foot", 0.051, 0.43) for side in SIDES),
-    *((f"{side}_foot", f"{side}_toe", 0.014, 0.50) for side in SIDES),
-    *((f"{side}_arm", f"{side}_forearm", 0.031, 0.45) for side in SIDES),
-    *((f"{side}_forearm", f"{side}_hand", 0.023, 0.50) for side in SIDES),
+    # near end, far end, length, share of the body's mass, place of its centre from the near end
+    ("hips", "neck", "trunk", 0.459, 0.50),
+    ("head", "head", "head", 0.082, 0.50),
+    *((f"{side}_up_leg", f"{side}_leg", "thigh", 0.111, 0.43) for side in SIDES),
+    *((f"{side}_leg", f"{side}_foot", "shank", 0.051, 0.43) for side in SIDES),
+    *((f"{side}_foot", f"{side}_toe", "ball", 0.014, 0.50) for side in SIDES),
+    *((f"{side}_arm", f"{side}_forearm", "upper_arm", 0.031, 0.45) for side in SIDES),
+    *((f"{side}_forearm", f"{side}_hand", "forearm", 0.023, 0.50) for side in SIDES),
 )
 """Plagenhoef, Evans and Abdelnour (1983), mean of women and men; the hand's mass goes with the forearm."""
 
@@ -171,26 +164,12 @@ def centre_of_mass(body: Body, positions: np.ndarray) -> np.ndarray:
 
 @cache
 def _weights(body: Body) -> np.ndarray:
-    """``(joints,)`` shares of the mass."""
+    """``(joints,)`` shares of the mass: a segment twice as long as a person's, for the same stature, weighs
+    twice."""
+    own, usual = body.proportions, human("man", 1.0)
+    masses = [mass * getattr(own, size) / getattr(usual, size) for _, _, size, mass, _ in _SEGMENTS]
     weights = np.zeros(len(body.structure.parts))
-    for (near, far, _, at), mass in zip(_SEGMENTS, _masses(body), strict=True):
+    for (near, far, _, _, at), mass in zip(_SEGMENTS, np.array(masses) / np.sum(masses), strict=True):
         weights[body.part[near]] += mass * (1.0 - at)
         weights[body.part[far]] += mass * at
     return weights
-
-
-def _masses(body: Body) -> np.ndarray:
-    """Shares of the mass: a segment twice as long as a person's, for the same stature, weighs twice."""
-    own = _segment_lengths(body)
-    usual = _segment_lengths(Body("", body.structure, human("man", 1.0), "t_pose"))
-    mass = np.array([share for _, _, share, _ in _SEGMENTS]) * own / usual
-    return mass / mass.sum()
-
-
-def _segment_lengths(body: Body) -> np.ndarray:
-    p = body.proportions
-    sizes = {"hips": p.trunk, "head": p.head}
-    for side in SIDES:
-        sizes |= {f"{side}_up_leg": p.thigh, f"{side}_leg": p.shank, f"{side}_foot": p.ball}
-        sizes |= {f"{side}_arm": p.upper_arm, f"{side}_forearm": p.forearm}
-    return np.array([sizes[near] for near, *_ in _SEGMENTS])

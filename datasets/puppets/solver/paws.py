@@ -6,26 +6,31 @@ import numpy as np
 
 from ..bodies.dogs import DogSizes
 from ..bodies.structures import Body
-from ..conventions import sign
+from ..conventions import across, along, sign
 from ..curves import bump, hermite, smooth
 from ..matrices import about
-from ..performances.score import LIMBS, DogScore, Paw, PawPlant
+from ..performances.score import DogScore, Paw, PawPlant
 
 THICK = 0.055
 """Height of the middle of a leg that lies on the floor, hind leg lengths."""
 
 
-@dataclass(frozen=True, eq=False)
-class Grounds:
-    """References that paws are placed by: ``(frames, 2)`` the points of the floor under hips and shoulders,
-    metres, their heights ``(frames,)`` as the score wants them, and their headings ``(frames,)``."""
+PARTS = {"hind": ("up_leg", "leg", "foot"), "fore": ("arm", "forearm", "hand")}
+"""Parts of the legs at either end of the trunk: upper and lower bone, and paw."""
 
-    hind: np.ndarray
-    fore: np.ndarray
-    hind_height: np.ndarray
-    fore_height: np.ndarray
-    hind_heading: np.ndarray
-    fore_heading: np.ndarray
+
+@dataclass(frozen=True, eq=False)
+class End:
+    """One end of the trunk, by which paws are placed. floor: ``(frames, 2)`` the point under its hip or
+    shoulder joints, metres. height, heading: ``(frames,)`` of these as the score wants them. half: metres
+    between the middle and either joint. lain: how far ahead of the joints the tips of the paws are while
+    the body lies, metres."""
+
+    floor: np.ndarray
+    height: np.ndarray
+    heading: np.ndarray
+    half: float
+    lain: float
 
 
 def sizes_of(body: Body) -> DogSizes:
@@ -33,58 +38,31 @@ def sizes_of(body: Body) -> DogSizes:
     return body.proportions
 
 
-def across(heading: np.ndarray | float) -> np.ndarray:
-    """Unit (x, z) to the left of a heading."""
-    return np.stack([np.cos(heading), -np.sin(heading)], axis=-1)
-
-
-def along(heading: np.ndarray | float) -> np.ndarray:
-    return np.stack([np.sin(heading), np.cos(heading)], axis=-1)
-
-
-def span(body: Body) -> float:
-    """Distance from the hip joints to the shoulder joints along the floor, standing."""
-    return float((body.reach("left_arm", "hips") - body.reach("left_up_leg", "hips"))[2])
-
-
-def low(body: Body) -> tuple[float, float]:
-    """Heights of hip and shoulder joints while the body lies, metres."""
-    sizes = sizes_of(body)
-    return 1.3 * THICK * sizes.leg + sizes.girth, THICK * sizes.leg + _ELBOW * sizes.upper_arm
-
-
 _ELBOW = 0.72
 """How high the shoulder joint of a lying dog is over its elbow, lengths of the upper arm."""
 
 
-def lain(body: Body) -> tuple[float, float]:
-    """How far before hips and shoulders the tips of the paws are while the body lies, metres."""
-    sizes = sizes_of(body)
-    paws = (float(np.hypot(sizes.ankle, sizes.ball)), float(np.hypot(sizes.hand, 0.8 * sizes.ball)))
-    elbow = -sizes.upper_arm * float(np.sqrt(1.0 - _ELBOW * _ELBOW))
-    return 0.58 * sizes.shank + 0.95 * paws[0], elbow + sizes.forearm + 0.93 * paws[1]
-
-
-def grounds(score: DogScore, body: Body) -> Grounds:
-    """The trunk keeps its length: where one end sinks, the ends come nearer."""
-    sizes, half = sizes_of(body), 0.5 * span(body)
-    bent = 0.5 * score.trunk.chest[:, 0]
+def ends(score: DogScore, body: Body) -> dict[str, End]:
+    """Both ends of the trunk, which keeps its length: where one end sinks, they come nearer."""
+    sizes, bent = sizes_of(body), 0.5 * score.trunk.chest[:, 0]
+    half = 0.5 * float((body.reach("left_arm", "hips") - body.reach("left_up_leg", "hips"))[2])
     hind, fore = score.heading - bent, score.heading + bent
     middle = sizes.leg * score.path
-    lying = low(body)
+    # heights of hip and shoulder joints while the body lies
+    lying = 1.3 * THICK * sizes.leg + sizes.girth, THICK * sizes.leg + _ELBOW * sizes.upper_arm
     up = lying[0] + (sizes.leg - lying[0]) * score.height
     ahead = lying[1] + (sizes.fore_leg - lying[1]) * score.fore
     length = 4.0 * half * half + (sizes.fore_leg - sizes.leg) ** 2
     nearer = 2.0 * half - np.sqrt(length - (ahead - up) ** 2)
     share = score.anchor
-    return Grounds(
-        middle - (half - share * nearer)[:, None] * along(hind),
-        middle + (half - (1.0 - share) * nearer)[:, None] * along(fore),
-        up,
-        ahead,
-        hind,
-        fore,
-    )
+    rear = middle - (half - share * nearer)[:, None] * along(hind)
+    front = middle + (half - (1.0 - share) * nearer)[:, None] * along(fore)
+    paws = float(np.hypot(sizes.ankle, sizes.ball)), float(np.hypot(sizes.hand, 0.8 * sizes.ball))
+    elbow = -sizes.upper_arm * float(np.sqrt(1.0 - _ELBOW * _ELBOW))
+    return {
+        "hind": End(rear, up, hind, sizes.hip_half, 0.58 * sizes.shank + 0.95 * paws[0]),
+        "fore": End(front, ahead, fore, sizes.shoulder_half, elbow + sizes.forearm + 0.93 * paws[1]),
+    }
 
 
 def at(values: np.ndarray, moment: float) -> np.ndarray:
@@ -112,15 +90,15 @@ class PawPath:
     down: np.ndarray
 
 
-def paw_path(score: DogScore, limb: str, body: Body, ground: Grounds) -> PawPath:
-    paw, (side, end) = score.paws[limb], limb.split("_")
-    tip = body.tips[f"{side}_{'foot' if end == 'hind' else 'hand'}"]
-    leg = sizes_of(body).leg
-    spots = [_spot(plant, side, end, body, ground) for plant in paw.plants]
-    t = np.arange(score.frames, dtype=float)
-    place = np.tile(spots[0][0], (score.frames, 1))
-    yaw = np.full(score.frames, spots[0][1])
-    up, pitch = np.zeros(score.frames), np.zeros(score.frames)
+def paw_path(paw: Paw, limb: str, body: Body, ends: dict[str, End]) -> PawPath:
+    """The path of the paw of a limb through its plants."""
+    (side, end), frames, leg = limb.split("_"), len(paw.flat), sizes_of(body).leg
+    tip = body.tips[f"{side}_{PARTS[end][2]}"]
+    spots = [_spot(plant, side, end, body, ends[end]) for plant in paw.plants]
+    t = np.arange(frames, dtype=float)
+    place = np.tile(spots[0][0], (frames, 1))
+    yaw = np.full(frames, spots[0][1])
+    up, pitch = np.zeros(frames), np.zeros(frames)
     for k, plant in enumerate(paw.plants):
         pitch += _rolled(plant, t, first=k == 0, last=k + 1 == len(paw.plants))
         if k + 1 < len(paw.plants):
@@ -134,21 +112,17 @@ def paw_path(score: DogScore, limb: str, body: Body, ground: Grounds) -> PawPath
     tips = np.stack([place[:, 0], up, place[:, 1]], axis=-1)
     pitch = pitch - paw.flat * _lying(tip, THICK * leg)
     orientation = about(1, yaw) @ about(0, pitch)
-    return PawPath(tips - orientation @ tip, orientation, *_rests(paw, score.frames))
+    return PawPath(tips - orientation @ tip, orientation, *_rests(paw, frames))
 
 
-def _spot(plant: PawPlant, side: str, end: str, body: Body, ground: Grounds) -> tuple[np.ndarray, float]:
+def _spot(plant: PawPlant, side: str, end: str, body: Body, ground: End) -> tuple[np.ndarray, float]:
     """(x, z) of the tip, and the heading of the paw."""
-    hind = end == "hind"
-    top, paw = ("up_leg", "foot") if hind else ("arm", "hand")
+    top, _, paw = PARTS[end]
     drawn = body.reach(f"{side}_{paw}", f"{side}_{top}") + body.tips[f"{side}_{paw}"]
-    heading = float(at(ground.hind_heading if hind else ground.fore_heading, plant.moment))
-    start = at(ground.hind if hind else ground.fore, plant.moment)
-    sizes = sizes_of(body)
-    out = sign(side) * plant.out * (sizes.hip_half if hind else sizes.shoulder_half)
-    ahead = plant.ahead * sizes.leg + (1.0 - plant.lain) * float(drawn[2])
-    ahead += plant.lain * lain(body)[0 if hind else 1]
-    return start + out * across(heading) + ahead * along(heading), heading
+    heading, start = float(at(ground.heading, plant.moment)), at(ground.floor, plant.moment)
+    ahead = plant.ahead * sizes_of(body).leg + (1.0 - plant.lain) * float(drawn[2])
+    ahead += plant.lain * ground.lain
+    return start + sign(side) * plant.out * ground.half * across(heading) + ahead * along(heading), heading
 
 
 def _rolled(plant: PawPlant, t: np.ndarray, first: bool, last: bool) -> np.ndarray:
@@ -191,7 +165,3 @@ def _rests(paw: Paw, frames: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     grounded = np.ones(frames, dtype=bool) if paw.air is None else paw.air.weight == 0.0
     planted = still & (np.abs(paw.flat - before) < _AT_REST) & grounded
     return planted, held & ~planted & grounded, down & grounded
-
-
-def paw_paths(score: DogScore, body: Body, ground: Grounds) -> dict[str, PawPath]:
-    return {limb: paw_path(score, limb, body, ground) for limb in LIMBS}

@@ -1,24 +1,12 @@
-"""Poses in the making, filled in from the root outward, and what the solvers return."""
+"""Poses in the making, filled in from the root outward."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 
 from ..bodies.structures import Body
 from ..conventions import SIDES
-from ..matrices import rotated
-
-
-@dataclass(frozen=True, eq=False)
-class Solution:
-    """orientations: ``(frames, parts, 3, 3)`` in the world, against the T-pose. root: ``(frames, 3)``.
-    planted: ``(frames, contacts)`` bool: left ankle, left toe joint, right ankle, right toe joint; of dogs,
-    the paws. pivoting: likewise, which of them rotate about a resting point of the foot."""
-
-    orientations: np.ndarray
-    root: np.ndarray
-    planted: np.ndarray
-    pivoting: np.ndarray
+from ..matrices import from_vector, rotated
 
 
 class Pose:
@@ -44,10 +32,21 @@ class Pose:
             if silent:
                 self.set(name, orientation)
 
-    def set_both(self, part: str, orientations: np.ndarray) -> None:
+    def set_both(self, part: str, orientations: Iterable[np.ndarray]) -> None:
         """Orient the joints of both sides, ``(2, frames, 3, 3)``."""
         for side, orientation in zip(SIDES, orientations, strict=True):
             self.set(f"{side}_{part}", orientation)
+
+    def bend_spine(self, base: np.ndarray, bend: np.ndarray, lower: float) -> None:
+        """Orient the spine above ``base`` ``(frames, 3, 3)``, bent by rotation vectors ``bend`` ``(frames,
+        3)`` in all. lower: share of the bend moved from the upmost to the lowest of its joints."""
+        bending = self.body.structure.bending
+        shares = np.array([*bending.values()])
+        shares[0] += lower
+        shares[-1] -= lower
+        for part, turn in zip(bending, from_vector(shares[:, None, None] * bend), strict=True):
+            base = base @ turn
+            self.set(part, base)
 
     def at(self, part: str) -> np.ndarray:
         """``(frames, 3)`` position of a joint."""
@@ -60,8 +59,3 @@ class Pose:
     def both(self, part: str) -> np.ndarray:
         """``(2, frames, 3)`` positions of a joint of both sides."""
         return np.stack([self.at(f"{side}_{part}") for side in SIDES])
-
-    def solution(self, planted: np.ndarray, pivoting: np.ndarray) -> Solution:
-        """The finished pose with its contacts."""
-        orientations = np.ascontiguousarray(self.orientations.swapaxes(0, 1))
-        return Solution(orientations, self.positions[0], planted, pivoting)

@@ -9,9 +9,9 @@ from retarget_bench.motion.ground import ground_height
 
 from ..bodies.structures import Body
 from ..conventions import SIDES, sign
-from ..performances.score import Score, Stairs
+from ..performances.score import Score
 from . import hands
-from .pose import Solution
+from .solve import Solution
 from .touch_points import touch_point, touching
 
 
@@ -50,18 +50,15 @@ _SPACING = 0.01
 
 
 def ground(score: Score, body: Body) -> Ground:
-    """The floor under a body that performs the score: see ``scaling.py``."""
-    if score.stairs is None:
-        return Ground(0.0)
-    return _field(score.stairs, body.proportions.leg)
-
-
-def _field(stairs: Stairs, leg: float) -> Ground:
-    """A height field across the stairs; beyond its edge the nearest sample goes on, so it is two wide.
+    """The floor under a body that performs the score (``scaling.py``): flat, or a height field across the
+    stairs; beyond its edge the nearest sample goes on, so it is two wide.
 
     Between two samples a riser slopes over one spacing, just before its edge going up, just after it going
     down, so that no tread is cut.
     """
+    if score.stairs is None:
+        return Ground(0.0)
+    stairs, leg = score.stairs, body.proportions.leg
     direction = np.round([np.sin(stairs.heading), np.cos(stairs.heading)]).astype(int)
     axis, way = (0, direction[0]) if direction[0] else (1, direction[1])
     samples = np.arange(-2, int(np.ceil(stairs.count * stairs.tread / _SPACING)) + 3) * _SPACING

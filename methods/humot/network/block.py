@@ -1,149 +1,122 @@
-"""A transformer block after XCiT: attention between channels, local interaction, feed-forward layers."""
+"""A transformer block after XCiT: attention between channels, local interaction, feed-forward layers.
 
-from collections.abc import Callable
+Cross-covariance attention (El-Nouby et al., 2021): channels attend to channels. Queries, keys and values
+are linear in the tokens, and what is done to values is as well. So one matrix of sums over tokens says
+everything about queries and keys, and one matrix does to a token all that projection, attention and
+projection would do: neither is ever applied to tokens one by one.
+"""
+
 from itertools import product
-from typing import Any
 
 import torch
 from torch import Tensor, nn
-from torch.autograd.function import once_differentiable
 from torch.nn import functional
 
-from ..design import Design
-from .attention import EPSILON, Attention, Sums
-from .tokens import RaggedTokens, as_image, from_image, pieces_of
+from ..settings import Design
+from .tokens import RaggedTokens
 
+EPSILON = 1e-5
+SMALLEST = 1e-12
+"""The least norm of a channel, as torch normalises."""
+FEW = 2
+"""A sequence with fewer tokens than so many widths has its queries and keys worked out."""
 LONG = 1 << 14
 """Tokens of a sequence beyond which it is read in parts, where no gradients are wanted."""
 SIDE = (32, 64)
 """Tracks and frames of a part."""
 HALO = 2
 """How far the two convolutions of the local interaction reach."""
-Part = tuple[slice, slice]
+MOMENTUM = 0.1
 
 
-class Block(nn.Module):
-    """Three residual steps, each with its norm before and its layer scale behind it."""
+class Attention(nn.Module):
+    """Normalised tokens to what is added to tokens, of which the design's layer scale is a part.
 
-    def __init__(self, design: Design) -> None:
-        super().__init__()
-        self.attention = Attention(design)
-        self.local = Local(design)
-        self.feed = FeedForward(design)
-
-    def forward(self, tokens: Tensor, ragged: RaggedTokens, kept: int | None = None) -> Tensor:
-        """``(tracks, frames, width)``; with ``kept``, only so many first tracks of each sequence.
-
-        What the other ones would become is then worked out only for statistics over a batch.
-        """
-        separable = not self.local.gathers
-        if separable and not torch.is_grad_enabled() and ragged.length * max(ragged.counts) > LONG:
-            return self._in_parts(tokens, ragged, kept)
-        chosen = ragged.first(kept + HALO) if separable and kept is not None else None
-        tokens = self.attention(tokens, ragged, chosen)
-        ragged = ragged if chosen is None else chosen[0]
-        tokens = self.local(tokens, ragged)
-        if kept is not None:
-            ragged, index = ragged.first(kept)
-            tokens = tokens[index]
-        return self.feed(tokens, ragged.pieces)
-
-    def _in_parts(self, tokens: Tensor, ragged: RaggedTokens, kept: int | None) -> Tensor:
-        """The same with little memory besides tokens and result."""
-        out = ragged if kept is None else ragged.first(kept)[0]
-        result = tokens.new_zeros(out.total, *tokens.shape[1:])
-        for number, (own, found) in enumerate(zip(ragged.over(tokens), out.over(result), strict=True)):
-            own = own[:, : ragged.lengths[number]]
-            matrix, bias = self.attention.mixing(*self.attention.scores(self._sums(own)))
-            for part in _parts(len(found), own.shape[1]):
-                found[part] = self._part(own, part, matrix[0], bias[0])
-        return result
-
-    def _sums(self, own: Tensor) -> Sums:
-        """Of one sequence ``(tracks, frames, width)``."""
-        tracks, length, width = own.shape
-        pairs, total = own.new_zeros(width, width), own.new_zeros(width)
-        for part in _parts(tracks, length):
-            normed = self.attention.norm(own[part]).flatten(0, 1)
-            pairs.addmm_(normed.T, normed)
-            total += normed.sum(0)
-        biased = self.attention.qkv.bias is not None
-        number = own.new_full((1,), tracks * length)
-        return Sums(pairs.unsqueeze(0), total.unsqueeze(0) if biased else None, number)
-
-    def _part(self, own: Tensor, part: Part, matrix: Tensor, bias: Tensor) -> Tensor:
-        """What becomes of a part of a sequence, for which a rim around it is read."""
-        pairs = list(zip(part, own.shape[:2], strict=True))
-        rim = [slice(max(side.start - HALO, 0), min(side.stop + HALO, size)) for side, size in pairs]
-        read = own[rim[0], rim[1]]
-        normed = self.attention.norm(read)
-        mixed = torch.addmm(bias, normed.flatten(0, 1), matrix).view(read.shape).add_(read)
-        ragged = RaggedTokens([len(read)], read.shape[1], None, read.device)
-        mixed = self.local(functional.pad(mixed, (0, 0, 0, 0, 0, 1)), ragged)
-        inner = [
-            slice(side.start - each.start, side.stop - each.start)
-            for side, each in zip(part, rim, strict=True)
-        ]
-        kept = mixed[inner[0], inner[1]].contiguous()
-        return self.feed(kept, pieces_of(slice(0, kept.shape[0] * kept.shape[1])))
-
-
-def _parts(tracks: int, length: int) -> list[Part]:
-    sides = [
-        [slice(start, min(start + side, size)) for start in range(0, size, side)]
-        for side, size in zip(SIDE, (tracks, length), strict=True)
-    ]
-    return list(product(*sides))
-
-
-class Local(nn.Module):
-    """Norm, convolution, GELU, the design's norm, convolution, and what came in."""
+    Padding counts for nothing: queries' and keys' norms and products are sums over real tokens.
+    """
 
     def __init__(self, design: Design) -> None:
         super().__init__()
         width = design.width
         self.norm = nn.LayerNorm(width, EPSILON)
-        self.first = nn.Conv2d(width, width, 3, padding=1, groups=width)
-        self.inner: nn.Module = (BatchNorm if design.norm == "batch" else TokenNorm)(width, design.affine)
-        self.second = nn.Conv2d(width, width, 3, padding=1, groups=width)
+        self.qkv = nn.Linear(width, 3 * width, bias=design.biased)
+        self.out = nn.Linear(width, width)
+        self.temperature = nn.Parameter(torch.ones(design.heads, 1, 1))
         self.scale = nn.Parameter(torch.full((width,), design.scale))
 
-    @property
-    def gathers(self) -> bool:
-        """Whether what becomes of a token depends on all tokens of the batch: batch norm, in training."""
-        return self.training and isinstance(self.inner, BatchNorm)
+    def forward(
+        self, tokens: Tensor, ragged: RaggedTokens, kept: tuple[RaggedTokens, Tensor] | None = None
+    ) -> Tensor:
+        """``(tracks, frames, width)``; with ``kept`` only the tracks that it names."""
+        normed = ragged.zero_padding_(self.norm(tokens))
+        sequences = ragged.over(normed)
+        flat = [each.flatten(0, 1) for each in sequences]
+        pairs = torch.stack([each.T @ each for each in flat])
+        squares, scores = self.scores(pairs, torch.stack([each.sum(0) for each in flat]), ragged.real)
+        sizes = list(zip(ragged.counts, ragged.lengths, strict=True))
+        few = [n for n, (count, length) in enumerate(sizes) if count * length < FEW * normed.shape[-1]]
+        if few:
+            own = [self._directly(sequences[n][: sizes[n][0], : sizes[n][1]]) for n in few]
+            index = torch.tensor(few, device=normed.device)
+            squares = squares.index_copy(0, index, torch.stack([each for each, _ in own]))
+            scores = scores.index_copy(0, index, torch.stack([each for _, each in own]))
+        matrices, bias = self.mixing(squares, scores)
+        if kept is not None:
+            ragged, index = kept
+            tokens = tokens[index]
+            flat = [each.flatten(0, 1) for each in ragged.over(normed[index])]
+        triples = zip(bias, flat, matrices, strict=True)
+        return tokens + torch.cat([torch.addmm(*each) for each in triples]).view_as(tokens)
 
-    def forward(self, tokens: Tensor, own: RaggedTokens) -> Tensor:
-        """``(tracks, frames, width)``."""
-        hidden = functional.gelu(
-            _convolved(own.zero_padding_(self.norm(tokens)), self.first.weight, self.first.bias)
-        )
-        between = own.zero_padding_(self.inner(hidden, own))
-        bias = self.second.bias
-        assert bias is not None
-        weight = self.second.weight * self.scale.view(-1, 1, 1, 1)
-        return tokens + _convolved(between, weight, bias * self.scale)
+    def scores(self, pairs: Tensor, total: Tensor, number: Tensor) -> tuple[Tensor, Tensor]:
+        """Over the tokens of each sequence, squares of queries and keys, and products of the two.
 
+        ``(rows, 2, heads, size)`` and ``(rows, heads, size, size)``. Given are the sum of outer products of
+        tokens ``(rows, width, width)``, that of tokens ``(rows, width)``, and their number ``(rows,)``.
+        """
+        width, heads = self.out.in_features, len(self.temperature)
+        rows, size = len(pairs), width // heads
+        asking = self.qkv.weight[: 2 * width]
+        half = functional.linear(pairs, asking)
+        squares = (half * asking.T).sum(1)
+        keys = half[..., width:].view(rows, width, heads, size)
+        scores = torch.einsum("hiw,rwhj->rhij", asking[:width].view(heads, size, width), keys)
+        if self.qkv.bias is not None:
+            bias, total = self.qkv.bias[: 2 * width], functional.linear(total, asking)
+            count = number.unsqueeze(1)
+            squares = squares + bias * (2.0 * total + count * bias)
+            first, second = bias.view(2, heads, size).unbind(0)
+            queries, keys = total.view(rows, 2, heads, size).unbind(1)
+            scores = scores + (queries + count.unsqueeze(2) * first).unsqueeze(3) * second.unsqueeze(1)
+            scores = scores + first.unsqueeze(2) * keys.unsqueeze(2)
+        return squares.view(rows, 2, heads, size), scores
 
-def _convolved(values: Tensor, weight: Tensor, bias: Tensor | None) -> Tensor:
-    return from_image(functional.conv2d(as_image(values), weight, bias, padding=1, groups=len(weight)))
+    def _directly(self, normed: Tensor) -> tuple[Tensor, Tensor]:
+        """The same from queries and keys of a sequence ``(tracks, frames, width)``, without ``rows``.
 
+        Sums of few products say too little of a channel whose queries are all small.
+        """
+        width, heads = self.out.in_features, len(self.temperature)
+        bias = None if self.qkv.bias is None else self.qkv.bias[: 2 * width]
+        found = functional.linear(normed, self.qkv.weight[: 2 * width], bias)
+        found = found.view(-1, 2, heads, width // heads)
+        scores = torch.einsum("nhi,nhj->hij", found[:, 0], found[:, 1])
+        return found.square().sum(0), scores
 
-MOMENTUM = 0.1
-
-
-class TokenNorm(nn.Module):
-    """Layer norm over the channels of each token."""
-
-    def __init__(self, width: int, affine: bool) -> None:
-        super().__init__()
-        self.width = width
-        self.weight = nn.Parameter(torch.ones(width)) if affine else None
-        self.bias = nn.Parameter(torch.zeros(width)) if affine else None
-
-    def forward(self, values: Tensor, own: RaggedTokens) -> Tensor:
-        """``(tracks, frames, width)``."""
-        return functional.layer_norm(values, (self.width,), self.weight, self.bias, EPSILON)
+    def mixing(self, squares: Tensor, scores: Tensor) -> tuple[Tensor, Tensor]:
+        """Matrix ``(rows, width, width)`` for the tokens of each sequence, and bias ``(rows, width)``."""
+        short = squares.clamp(min=SMALLEST**2).rsqrt()
+        cosines = (scores * short[:, 0].unsqueeze(3) * short[:, 1].unsqueeze(2)).clamp(-1.0, 1.0)
+        weights = (cosines * self.temperature).softmax(3)
+        heads, size = weights.shape[1:3]
+        values = self.qkv.weight[-heads * size :].view(heads, size, -1)
+        out = self.out.weight * self.scale.unsqueeze(1)
+        bias = self.out.bias.expand(len(weights), -1) * self.scale
+        if self.qkv.bias is not None:
+            constant = self.qkv.bias[-heads * size :].view(heads, size, 1)
+            bias = bias + functional.linear(torch.matmul(weights, constant).flatten(1), out)
+        found = torch.matmul(weights, values).flatten(1, 2)
+        return functional.linear(found.transpose(1, 2), out), bias
 
 
 class BatchNorm(nn.Module):
@@ -179,11 +152,42 @@ class BatchNorm(nn.Module):
         return mean, variance
 
 
-aten = torch.ops.aten
+class Local(nn.Module):
+    """Norm, convolution, GELU, the design's norm, convolution, and what came in."""
+
+    def __init__(self, design: Design) -> None:
+        super().__init__()
+        width = design.width
+        self.norm = nn.LayerNorm(width, EPSILON)
+        self.first = nn.Conv2d(width, width, 3, padding=1, groups=width)
+        self.inner: BatchNorm | nn.LayerNorm = (
+            BatchNorm(width, design.affine)
+            if design.norm == "batch"
+            else nn.LayerNorm(width, EPSILON, design.affine)
+        )
+        self.second = nn.Conv2d(width, width, 3, padding=1, groups=width)
+        self.scale = nn.Parameter(torch.full((width,), design.scale))
+
+    def forward(self, tokens: Tensor, own: RaggedTokens) -> Tensor:
+        """``(tracks, frames, width)``."""
+        first, second = self.first, self.second
+        assert second.bias is not None
+        hidden = _convolved(own.zero_padding_(self.norm(tokens)), first.weight, first.bias)
+        hidden = functional.gelu(hidden)
+        hidden = self.inner(hidden, own) if isinstance(self.inner, BatchNorm) else self.inner(hidden)
+        weight = second.weight * self.scale.view(-1, 1, 1, 1)
+        return tokens + _convolved(own.zero_padding_(hidden), weight, second.bias * self.scale)
+
+
+def _convolved(values: Tensor, weight: Tensor, bias: Tensor | None) -> Tensor:
+    """Tracks ``(tracks, frames, width)`` as a picture: every channel with its own 3x3 weights."""
+    picture = values.unsqueeze(0).permute(0, 3, 1, 2)
+    found = functional.conv2d(picture, weight, bias, padding=1, groups=len(weight))
+    return found.permute(0, 2, 3, 1).squeeze(0).contiguous()
 
 
 class FeedForward(nn.Module):
-    """Token by token, some at a time; what is wide is kept once, before GELU."""
+    """Token by token: norm, hidden layer, GELU, output layer, and what came in."""
 
     def __init__(self, design: Design) -> None:
         super().__init__()
@@ -193,78 +197,71 @@ class FeedForward(nn.Module):
         self.narrow = nn.Linear(design.expansion * width, width)
         self.scale = nn.Parameter(torch.full((width,), design.scale))
 
-    def forward(self, tokens: Tensor, pieces: list[slice]) -> Tensor:
-        """``(tracks, frames, width)``; what is in no piece of all tokens comes out as zeros."""
-        return _feed_forward(tokens, pieces, *self.weights())
-
-    def weights(self) -> tuple[Tensor, ...]:
-        """Norm, wide layer, and narrow layer with the layer scale in it."""
-        return (
-            *(self.norm.weight, self.norm.bias, self.wide.weight, self.wide.bias),
-            *(self.narrow.weight * self.scale.unsqueeze(1), self.narrow.bias * self.scale),
-        )
+    def forward(self, tokens: Tensor) -> Tensor:
+        """``(tracks, frames, width)``."""
+        hidden = functional.gelu(self.wide(self.norm(tokens)))
+        weight = self.narrow.weight * self.scale.unsqueeze(1)
+        return tokens + functional.linear(hidden, weight, self.narrow.bias * self.scale)
 
 
-class _FeedForward(torch.autograd.Function):
-    """Norm, hidden layer, GELU, output layer and residual, a piece at a time.
+class Block(nn.Module):
+    """Three residual steps, each with its norm before and its layer scale behind it."""
 
-    Without this backward pass a whole step takes 1.15 times as long (``paper_count``, preset ``paper``;
-    1.01 times with ``small``): see ``tests/benchmarks/backward_passes.py``.
-    """
+    def __init__(self, design: Design) -> None:
+        super().__init__()
+        self.attention = Attention(design)
+        self.local = Local(design)
+        self.feed = FeedForward(design)
 
-    @staticmethod
-    def forward(ctx: Any, tokens: Tensor, pieces: list[slice], *weights: Tensor) -> Tensor:
-        scale, shift, wide, wide_bias, narrow, narrow_bias = weights
-        flat, result = tokens.flatten(0, 1), torch.zeros_like(tokens)
-        keeping = any(ctx.needs_input_grad)
-        room = flat.new_empty(len(flat) if keeping else _largest(pieces), len(wide))
-        spare, found = flat.new_empty(_largest(pieces), len(wide)), result.flatten(0, 1)
-        for piece in pieces:
-            values = flat[piece]
-            hidden = room[piece] if keeping else room[: len(values)]
-            normed = torch.native_layer_norm(values, scale.shape, scale, shift, EPSILON)[0]
-            torch.addmm(wide_bias, normed, wide.T, out=hidden)
-            active = aten.gelu.out(hidden, out=spare[: len(values)])
-            torch.addmm(values, active, narrow.T, out=found[piece]).add_(narrow_bias)
-        ctx.pieces = pieces
-        ctx.save_for_backward(tokens, room, *weights)
+    def forward(self, tokens: Tensor, ragged: RaggedTokens, kept: int | None = None) -> Tensor:
+        """``(tracks, frames, width)``; with ``kept``, only so many first tracks of each sequence.
+
+        What the other ones would become is then worked out only for statistics over a batch.
+        """
+        separable = not (self.training and isinstance(self.local.inner, BatchNorm))
+        if separable and not torch.is_grad_enabled() and ragged.length * max(ragged.counts) > LONG:
+            return self._in_parts(tokens, ragged, kept)
+        chosen = ragged.first(kept + HALO) if separable and kept is not None else None
+        tokens = self.attention(tokens, ragged, chosen)
+        ragged = ragged if chosen is None else chosen[0]
+        tokens = self.local(tokens, ragged)
+        if kept is not None:
+            tokens = tokens[ragged.first(kept)[1]]
+        return self.feed(tokens)
+
+    def _in_parts(self, tokens: Tensor, ragged: RaggedTokens, kept: int | None) -> Tensor:
+        """The same with little memory besides tokens and result."""
+        out = ragged if kept is None else ragged.first(kept)[0]
+        result = tokens.new_zeros(out.total, *tokens.shape[1:])
+        for number, (own, found) in enumerate(zip(ragged.over(tokens), out.over(result), strict=True)):
+            own = own[:-1, : ragged.lengths[number]]
+            pairs, total = own.new_zeros(own.shape[2], own.shape[2]), own.new_zeros(own.shape[2])
+            for part in _parts(*own.shape[:2]):
+                normed = self.attention.norm(own[part]).flatten(0, 1)
+                pairs.addmm_(normed.T, normed)
+                total += normed.sum(0)
+            count = own.new_full((1,), own.shape[0] * own.shape[1])
+            scores = self.attention.scores(pairs.unsqueeze(0), total.unsqueeze(0), count)
+            matrix, bias = self.attention.mixing(*scores)
+            for part in _parts(len(found) - 1, own.shape[1]):
+                found[part] = self._part(own, part, matrix[0], bias[0])
         return result
 
-    @staticmethod
-    @once_differentiable
-    def backward(ctx: Any, output_gradient: Tensor) -> tuple[Tensor | None, ...]:
-        tokens, room, *weights = ctx.saved_tensors
-        scale, shift, wide, _, narrow, _ = weights
-        found = [torch.zeros_like(each) for each in weights]
-        flat, output_gradient, result = (
-            tokens.flatten(0, 1),
-            output_gradient.flatten(0, 1),
-            torch.zeros_like(tokens),
-        )
-        spare = flat.new_empty(2, _largest(ctx.pieces), len(wide))
-        for piece in ctx.pieces:
-            values, given, hidden = flat[piece], output_gradient[piece], room[piece]
-            active, inner = spare[:, : len(values)].unbind(0)
-            aten.gelu.out(hidden, out=active)
-            found[4].addmm_(given.T, active)
-            found[5] += given.sum(0)
-            torch.mm(given, narrow, out=inner)
-            aten.gelu_backward.grad_input(inner, hidden, grad_input=inner)
-            normed, mean, rate = torch.native_layer_norm(values, scale.shape, scale, shift, EPSILON)
-            found[2].addmm_(inner.T, normed)
-            found[3] += inner.sum(0)
-            inner = torch.mm(inner, wide)
-            own, *norm = aten.native_layer_norm_backward(
-                inner, values, scale.shape, mean, rate, scale, shift, [True, True, True]
-            )
-            found[0] += norm[0]
-            found[1] += norm[1]
-            torch.add(own, given, out=result.view_as(flat)[piece])
-        return result, None, *found
+    def _part(self, own: Tensor, part: tuple[slice, slice], matrix: Tensor, bias: Tensor) -> Tensor:
+        """What becomes of a part of a sequence, for which a rim around it is read."""
+        starts = [max(side.start - HALO, 0) for side in part]
+        read = own[starts[0] : part[0].stop + HALO, starts[1] : part[1].stop + HALO]
+        normed = self.attention.norm(read)
+        mixed = torch.addmm(bias, normed.flatten(0, 1), matrix).view(read.shape).add_(read)
+        ragged = RaggedTokens([len(read)], read.shape[1], None, read.device)
+        mixed = self.local(functional.pad(mixed, (0, 0, 0, 0, 0, 1)), ragged)
+        inner = [slice(s.start - k, s.stop - k) for s, k in zip(part, starts, strict=True)]
+        return self.feed(mixed[inner[0], inner[1]])
 
 
-_feed_forward: Callable[..., Tensor] = _FeedForward.apply
-
-
-def _largest(pieces: list[slice]) -> int:
-    return max((piece.stop - piece.start for piece in pieces), default=0)
+def _parts(tracks: int, length: int) -> list[tuple[slice, slice]]:
+    sides = [
+        [slice(start, min(start + side, size)) for start in range(0, size, side)]
+        for side, size in zip(SIDE, (tracks, length), strict=True)
+    ]
+    return list(product(*sides))

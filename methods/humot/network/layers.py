@@ -12,8 +12,8 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from ..design import Design
-from .attention import EPSILON
+from ..settings import Design
+from .block import EPSILON
 from .tokens import RaggedTokens
 
 STRETCH = 48
@@ -167,14 +167,9 @@ class FrameMean(nn.Module):
 
     def forward(self, tokens: Tensor, template: Tensor, ragged: RaggedTokens) -> Tensor:
         """``(tracks, frames, width)``. template: ``(joints, 3)`` metres, of all sequences."""
-        near = _by_sequence(self.anchors(template), ragged)
-        shares = torch.cat([each.softmax(0) for each in near])
-        pairs = zip(ragged.over(self.norm(tokens)), _by_sequence(shares, ragged), strict=True)
-        means = torch.stack([torch.einsum("jfw,jw->fw", own[1:], each) for own, each in pairs])
+        counts = [count - 1 for count in ragged.counts]
+        shares = [each.softmax(0) for each in torch.split(self.anchors(template), counts)]
+        pairs = zip(ragged.over(self.norm(tokens)), shares, strict=True)
+        means = torch.stack([torch.einsum("jfw,jw->fw", own[1:-1], each) for own, each in pairs])
         told = self.told(self.mean(means))
-        return ragged.joined([own + each for own, each in zip(ragged.over(tokens), told, strict=True)])
-
-
-def _by_sequence(values: Tensor, ragged: RaggedTokens) -> tuple[Tensor, ...]:
-    """``(joints, width)`` of each sequence."""
-    return torch.split(values, [count - 1 for count in ragged.counts])
+        return torch.cat([own + each for own, each in zip(ragged.over(tokens), told, strict=True)])

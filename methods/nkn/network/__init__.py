@@ -57,7 +57,10 @@ class Decoder(nn.Module):
         quaternions that are not of unit length.
         """
         frames, rows, hidden = codes.shape
-        memory = memory or Memory.start(rows, hidden, self.channels, codes)
+        if memory is None:
+            rest = codes.new_zeros(rows, hidden)
+            pose, rise = codes.new_zeros(rows, self.channels), codes.new_zeros(rows, 1)
+            memory = Memory(rest, rest, pose, rise, first=True)
         before, after = self.lower.kernel[: self.bones], self.lower.kernel[self.bones + self.channels :]
         bones, drops = bodies.bones.expand(frames, -1, -1) if self.training else bodies.bones[None], None
         if self.training:

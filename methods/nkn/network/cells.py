@@ -8,7 +8,7 @@ Time comes first in this file: ``(frames, rows, ...)``.
 """
 
 from collections.abc import Sequence
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import torch
 from torch import Tensor, nn
@@ -19,8 +19,11 @@ KINDS: tuple[Kind, ...] = ("tf", "torch")
 Saved = tuple[Tensor, ...]
 
 
-class Cell(Protocol):
-    """One step of a GRU and its gradient. Gates lie in the order reset, update, candidate."""
+class TfCell:
+    """TensorFlow's GRU: one bias per gate, reset applied before the product with the state.
+
+    Gates lie in the order reset, update, candidate.
+    """
 
     def step(self, known: Tensor, state: Tensor, weights: Tensor, bias: Tensor) -> tuple[Tensor, Saved]:
         """The next state ``(rows, hidden)``, and what the gradient needs.
@@ -28,19 +31,6 @@ class Cell(Protocol):
         known:   ``(rows, 3 hidden)``: the input's products, its bias included.
         weights: ``(hidden, 3 hidden)`` of the state. bias: ``(3 hidden)`` of the state, or empty.
         """
-
-    def back(self, gradient: Tensor, saved: Saved, weights: Tensor) -> tuple[Tensor, Tensor]:
-        """Gradients in ``known`` and in the state before, from that in the state after."""
-
-    def gather(self, saved: Sequence[Saved], gradients: Tensor, bias: Tensor) -> tuple[Tensor, Tensor]:
-        """Gradients in weights and bias of all steps together. gradients: ``(frames, rows, 3 hidden)``,
-        what ``back`` gave for ``known``."""
-
-
-class TfCell:
-    """TensorFlow's GRU: one bias per gate, reset applied before the product with the state."""
-
-    def step(self, known: Tensor, state: Tensor, weights: Tensor, bias: Tensor) -> tuple[Tensor, Saved]:
         size = state.shape[1]
         gates = torch.addmm(known[:, : 2 * size], state, weights[:, : 2 * size]).sigmoid_()
         reset, update = gates.chunk(2, 1)
@@ -49,6 +39,7 @@ class TfCell:
         return torch.lerp(candidate, state, update), (state, gates, held, candidate)
 
     def back(self, gradient: Tensor, saved: Saved, weights: Tensor) -> tuple[Tensor, Tensor]:
+        """Gradients in ``known`` and in the state before, from that in the state after."""
         state, gates, _, candidate = saved
         size = state.shape[1]
         reset, update = gates.chunk(2, 1)
@@ -64,6 +55,8 @@ class TfCell:
         return known, before
 
     def gather(self, saved: Sequence[Saved], gradients: Tensor, bias: Tensor) -> tuple[Tensor, Tensor]:
+        """Gradients in weights and bias of all steps together, from what ``back`` gave for ``known``,
+        ``(frames, rows, 3 hidden)``."""
         size = gradients.shape[-1] // 3
         states, held = (torch.cat([each[k] for each in saved]) for k in (0, 2))
         flat = gradients.flatten(0, 1)
@@ -107,6 +100,7 @@ class TorchCell:
         return torch.cat([known[:, : 2 * size], known[:, 2 * size :] * reset], 1)
 
 
+Cell = TfCell | TorchCell
 CELLS: dict[Kind, Cell] = {"tf": TfCell(), "torch": TorchCell()}
 
 
@@ -202,6 +196,3 @@ def unrounded(like: Tensor) -> torch.autocast:
 def dropped(inputs: Tensor, keep: float) -> Tensor:
     """Dropout by a mask that is drawn apart from the inputs: ``(...)``, 0 or 1 / keep."""
     return torch.empty_like(inputs).bernoulli_(keep).div_(keep)
-
-
-__all__ = ["CELLS", "KINDS", "Cell", "Kind", "Layer", "Saved", "dropped", "raised", "unrounded"]

@@ -33,11 +33,6 @@ class Memory:
     rise: Tensor
     first: bool = False
 
-    @classmethod
-    def start(cls, rows: int, hidden: int, channels: int, like: Tensor) -> Memory:
-        lower, upper = like.new_zeros(rows, hidden), like.new_zeros(rows, hidden)
-        return cls(lower, upper, like.new_zeros(rows, channels), like.new_zeros(rows, 1), first=True)
-
 
 class Weights(NamedTuple):
     """Of a decoder, as its loop needs them. fed: ``(channels, 3 hidden)``, of the last answer."""

@@ -12,18 +12,24 @@ Everything is decided by names and by the real motion, nothing by what a method 
 """
 
 import hashlib
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Literal
 
 import numpy as np
 
 from retarget_bench.api import CaseFeatures, CaseInfo, Sample
+from retarget_bench.files import digest
 
 MOST = 1200
 """Windows in a set, at most, as PAN draws."""
 BINS = 10
 """Stretches of root speed from which equally many windows are drawn, as far as they go."""
 SEED = 0
+
+Window = tuple[str, int]
+"""A case and the number of one of its windows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -53,17 +59,9 @@ class Draw:
 
 def draw(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> Draw:
     """The sets of one unit: features and facts of its cases, by case id."""
-    sides, edges = _sides(found, infos)
-    n = min(MOST, *map(len, sides))
-    chosen = [_even(side, found, edges, n) for side in sides]
-    real, made = (
-        (_sample(chosen[0], part, infos), _sample(chosen[1], part, infos))
-        for part in (
-            {case: each.real for case, each in found.items()},
-            {case: each.generated for case, each in found.items()},
-        )
-    )
-    return Draw(real, made, _hash(chosen, real))
+    first, second, real = _real(found, infos, MOST)
+    made = _sample(first, "generated", found, infos), _sample(second, "generated", found, infos)
+    return Draw(real, made, _hash((first, second), real))
 
 
 def draw_apart(
@@ -76,43 +74,41 @@ def draw_apart(
 
     Generated windows are drawn evenly over the root speed of the sources, real ones over their own.
     """
-    sides, edges = _sides(real, real_infos)
     answers = _rows(found, infos)
-    n = min(MOST, len(answers), *map(len, sides))
-    chosen = [_even(side, real, edges, n) for side in sides]
-    asked = _even(answers, found, _edges(_speeds(answers, found)), n)
-    features = {case: each.real for case, each in real.items()}
-    halves_of_real = (_sample(chosen[0], features, real_infos), _sample(chosen[1], features, real_infos))
-    made = _sample(asked, {case: each.generated for case, each in found.items()}, infos)
+    first, second, both = _real(real, real_infos, min(MOST, len(answers)))
+    asked = _even(answers, found, _edges(_speeds(answers, found)), len(first))
+    made = _sample(asked, "generated", found, infos)
     # by names alone: what was made of the sources is the method's
-    names = hashlib.sha256("\n".join(f"{case} {at}" for case, at in asked).encode()).hexdigest()
-    total = hashlib.sha256(f"{_hash(chosen, halves_of_real)}\n{names}".encode()).hexdigest()[:16]
-    return Draw(halves_of_real, (made, made), total, apart=True)
+    names = digest("\n".join(f"{case} {at}" for case, at in asked), 64)
+    total = digest(f"{_hash((first, second), both)}\n{names}", 16)
+    return Draw(both, (made, made), total, apart=True)
 
 
-def _sides(
-    found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]
-) -> tuple[list[list[tuple[str, int]]], np.ndarray]:
-    """The windows of either half, and the edges of the bins of speed for both."""
+def _real(
+    found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo], most: int
+) -> tuple[list[Window], list[Window], tuple[Sample, Sample]]:
+    """Equally many windows of either half, at most so many, evenly over the root speed of both; and their
+    real features."""
     rows = _rows(found, infos)
     half_of = halves(rows, infos)
-    sides = [[row for row in rows if half_of[infos[row[0]].clip] == half] for half in (0, 1)]
-    return sides, _edges(_speeds(rows, found))
+    sides = [[(case, at) for case, at in rows if half_of[infos[case].clip] == half] for half in (0, 1)]
+    n, edges = min(most, *map(len, sides)), _edges(_speeds(rows, found))
+    first, second = (_even(side, found, edges, n) for side in sides)
+    return first, second, (_sample(first, "real", found, infos), _sample(second, "real", found, infos))
 
 
-def _speeds(rows: Sequence[tuple[str, int]], found: Mapping[str, CaseFeatures]) -> np.ndarray:
+def _speeds(rows: Sequence[Window], found: Mapping[str, CaseFeatures]) -> np.ndarray:
     return np.array([found[case].speed[at] for case, at in rows])
 
 
 def _even(
-    rows: Sequence[tuple[str, int]], found: Mapping[str, CaseFeatures], edges: np.ndarray, n: int
-) -> list[tuple[str, int]]:
+    rows: Sequence[Window], found: Mapping[str, CaseFeatures], edges: np.ndarray, n: int
+) -> list[Window]:
     """n of the windows, evenly over root speed."""
-    picked = flat(np.digitize(_speeds(rows, found), edges), n)
-    return [rows[index] for index in picked]
+    return [rows[index] for index in flat(np.digitize(_speeds(rows, found), edges), n)]
 
 
-def _rows(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> list[tuple[str, int]]:
+def _rows(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> list[Window]:
     """(case, window), in an order like a shuffle: of all sources of a clip on a target, one a window."""
     best: dict[tuple[str, str, int], tuple[str, str, int]] = {}
     for case, each in found.items():
@@ -123,15 +119,13 @@ def _rows(found: Mapping[str, CaseFeatures], infos: Mapping[str, CaseInfo]) -> l
     return [(case, at) for _, case, at in sorted(best.values())]
 
 
-def halves(rows: Sequence[tuple[str, int]], infos: Mapping[str, CaseInfo]) -> dict[str, int]:
+def halves(rows: Sequence[Window], infos: Mapping[str, CaseInfo]) -> dict[str, int]:
     """Clip -> 0 or 1: about equally many windows on either side, and chance, not content, decides.
 
     Kinds of performance are not shared out evenly: halves more alike than chance makes them would let the
     unbiased KID of real motion fall below 0.
     """
-    windows: dict[str, int] = {}
-    for case, _ in rows:
-        windows[infos[case].clip] = windows.get(infos[case].clip, 0) + 1
+    windows = Counter(infos[case].clip for case, _ in rows)
     rank = {clip: _chance(clip) for clip in windows}
     ordered = sorted(windows, key=lambda clip: (-windows[clip], rank[clip]))
     found: dict[str, int] = {}
@@ -143,7 +137,7 @@ def halves(rows: Sequence[tuple[str, int]], infos: Mapping[str, CaseInfo]) -> di
 
 def _chance(name: str) -> str:
     """Hex digits that order names at random, the same on every machine."""
-    return hashlib.sha256(f"{SEED}\n{name}".encode()).hexdigest()
+    return digest(f"{SEED}\n{name}", 64)
 
 
 def flat(bins: np.ndarray, n: int) -> np.ndarray:
@@ -167,16 +161,17 @@ def _edges(speeds: np.ndarray) -> np.ndarray:
 
 
 def _sample(
-    rows: Sequence[tuple[str, int]], features: Mapping[str, np.ndarray], infos: Mapping[str, CaseInfo]
+    rows: Sequence[Window],
+    part: Literal["real", "generated"],
+    features: Mapping[str, CaseFeatures],
+    infos: Mapping[str, CaseInfo],
 ) -> Sample:
-    vectors = [features[case][at] for case, at in rows] or np.zeros((0, 1))
-    return Sample(
-        np.array(vectors, dtype=np.float64),
-        np.array([infos[case].clip for case, _ in rows], dtype=str),
-    )
+    vectors = [getattr(features[case], part)[at] for case, at in rows] or np.zeros((0, 1))
+    clips = np.array([infos[case].clip for case, _ in rows], dtype=str)
+    return Sample(np.array(vectors, dtype=np.float64), clips)
 
 
-def _hash(chosen: Sequence[Sequence[tuple[str, int]]], real: Sequence[Sample]) -> str:
+def _hash(chosen: Sequence[Sequence[Window]], real: Sequence[Sample]) -> str:
     total = hashlib.sha256()
     for rows, sample in zip(chosen, real, strict=True):
         total.update("\n".join(f"{case} {at}" for case, at in rows).encode())

@@ -1,23 +1,26 @@
 """From the features of a unit's cases to its values: one per value id and target structure."""
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import lru_cache
+from typing import cast
 
 import numpy as np
 
-from retarget_bench.api import CaseFeatures, CaseInfo, Sample, SetMetric
-from retarget_bench.evaluation.plan import Plan, set_metrics
+from retarget_bench.api import CaseFeatures, CaseInfo, RealDataset, Sample, SetMetric
+from retarget_bench.api.comparison import Comparison
+from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.plan import Plan, dataset, set_metrics
 from retarget_bench.evaluation.set_metrics import files
-from retarget_bench.evaluation.set_metrics.collect import PARTS, RealSet, real_set
 from retarget_bench.evaluation.set_metrics.draw import Draw, draw, draw_apart
-from retarget_bench.evaluation.set_metrics.files import Arrays, SetValue
+from retarget_bench.evaluation.set_metrics.files import PARTS, Arrays, SetValue
 from retarget_bench.evaluation.worker import register_plugins
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 
 Halves = tuple[Sample, Sample]
+NO_REAL = "the data set has no real motion of bodies of structure {} in this part"
 
 
 @dataclass(frozen=True)
@@ -36,28 +39,19 @@ def evaluate(job: SetJob) -> list[SetValue]:
     register_plugins(plan.plugin_files)
     infos = {info.id: info for info in job.infos}
     arrays = files.gather(job.paths, infos)
-    found = []
-    for metric in set_metrics(plan.metrics):
-        for structure, cases in _by_structure(arrays, infos).items():
-            mine = {case: infos[case] for case in cases}
-            real = partial(real_set, job.dataset, plan.metrics, metric.card.name, plan.task, structure)
-            found += _values(metric, structure, mine, arrays, real)
-    return found
-
-
-def _by_structure(arrays: Arrays, cases: Iterable[str]) -> dict[str, list[str]]:
-    found: dict[str, list[str]] = {}
-    for case in cases:
-        found.setdefault(str(arrays[f"{case}/structure"]), []).append(case)
-    return {structure: found[structure] for structure in sorted(found)}
+    by_structure: dict[str, dict[str, CaseInfo]] = {}
+    for case, info in infos.items():
+        by_structure.setdefault(str(arrays[f"{case}/structure"]), {})[case] = info
+    return [
+        value
+        for metric in set_metrics(plan.metrics)
+        for structure, mine in sorted(by_structure.items())
+        for value in _values(job, metric, structure, mine, arrays)
+    ]
 
 
 def _values(
-    metric: SetMetric,
-    structure: str,
-    infos: Mapping[str, CaseInfo],
-    arrays: Arrays,
-    real: Callable[[], RealSet],
+    job: SetJob, metric: SetMetric, structure: str, infos: Mapping[str, CaseInfo], arrays: Arrays
 ) -> list[SetValue]:
     """All values of a metric on one structure."""
     name, ids = metric.card.name, [value.id for value in metric.card.values]
@@ -69,27 +63,40 @@ def _values(
     bare = SetValue("", structure, 0, 0, network=network)
     if all(len(each.real) == len(each.generated) for each in features.values()):
         return _drawn(metric, bare, draw(features, infos))
+    # cases without references: their answers against other real motion, also of the same kind alone
+    real, real_infos = real_set(job.dataset, job.plan.metrics, name, job.plan.task, structure)
     found = []
     for kind in ("", *sorted({info.kind for info in infos.values()} - {""})):
         mine = {case: info for case, info in infos.items() if kind in ("", info.kind)}
-        found += _apart(metric, replace(bare, kind=kind), mine, features, real())
+        kept = {case: info for case, info in real_infos.items() if kind in ("", info.kind)}
+        if kept:
+            answered, theirs = {case: features[case] for case in mine}, {case: real[case] for case in kept}
+            found += _drawn(metric, replace(bare, kind=kind), draw_apart(answered, mine, theirs, kept))
+        else:
+            reason = f"there is no real motion of kind {kind}" if real else NO_REAL.format(structure)
+            found += [replace(bare, kind=kind, value_id=value, reason=reason) for value in ids]
     return found
 
 
-def _apart(
-    metric: SetMetric,
-    bare: SetValue,
-    infos: Mapping[str, CaseInfo],
-    features: Mapping[str, CaseFeatures],
-    real: RealSet,
-) -> list[SetValue]:
-    """Of cases without references: their answers against other real motion, of the same kind."""
-    kept = {case: info for case, info in real.infos.items() if bare.kind in ("", info.kind)}
-    if not kept:
-        reason = real.reason or f"there is no real motion of kind {bare.kind}"
-        return [replace(bare, value_id=value.id, reason=reason) for value in metric.card.values]
-    mine, theirs = {case: features[case] for case in infos}, {case: real.features[case] for case in kept}
-    return _drawn(metric, bare, draw_apart(mine, infos, theirs, kept))
+@lru_cache(maxsize=8)
+def real_set(
+    data: Spec, metrics: tuple[str, ...], name: str, task: str, structure: str
+) -> tuple[Mapping[str, CaseFeatures], Mapping[str, CaseInfo]]:
+    """Features and facts of the real motion of bodies of a structure, by case id.
+
+    They are kept for all methods that a process evaluates. Raises BenchError where the data set's real
+    cases have no references.
+    """
+    (metric,) = (each for each in set_metrics(metrics) if each.card.name == name)
+    source = dataset(data)
+    infos = {info.id: info for info in cast(RealDataset, source).real(task, structure)}
+    features = {}
+    for each, info in infos.items():
+        case = source.load(info)
+        if case.reference is None:
+            raise BenchError(f"{each} is offered as real motion and has no reference")
+        features[each] = metric.features(Comparison(case, case.reference))
+    return features, infos
 
 
 def _drawn(metric: SetMetric, bare: SetValue, sets: Draw) -> list[SetValue]:
@@ -100,7 +107,10 @@ def _drawn(metric: SetMetric, bare: SetValue, sets: Draw) -> list[SetValue]:
         return found
     defined = [each.value_id for each in found if each.value is not None]
     without = _without(metric, defined, sets)
-    return [_bounded(each, without[each.value_id]) if each.value_id in without else each for each in found]
+    for number, each in enumerate(found):
+        if each.value is not None and (ends := interval(each.value, without[each.value_id])):
+            found[number] = replace(each, low=ends[0], high=ends[1])
+    return found
 
 
 def _value(metric: SetMetric, bare: SetValue, sets: Draw) -> SetValue:
@@ -127,7 +137,13 @@ def _without(metric: SetMetric, ids: Sequence[str], sets: Draw) -> dict[str, lis
     group = _groups(sets)
     found: dict[str, list[float]] = {value_id: [] for value_id in ids}
     for left_out in range(GROUPS if ids else 0):
-        real, generated = (_halves(each, group, left_out) for each in (sets.real, sets.generated))
+        kept = {
+            id(half): half.part(np.flatnonzero([group[clip] != left_out for clip in half.clips.tolist()]))
+            for half in (*sets.real, *sets.generated)
+        }
+        real, generated = (
+            (kept[id(halves[0])], kept[id(halves[1])]) for halves in (sets.real, sets.generated)
+        )
         for value_id in ids:
             found[value_id].append(_both(metric, value_id, real, generated))
     return found
@@ -147,36 +163,19 @@ def _groups(sets: Draw) -> dict[str, int]:
     return group
 
 
-def _halves(halves: Halves, group: Mapping[str, int], left_out: int) -> Halves:
-    first = _kept(halves[0], group, left_out)
-    return first, first if halves[1] is halves[0] else _kept(halves[1], group, left_out)
-
-
-def _kept(sample: Sample, group: Mapping[str, int], left_out: int) -> Sample:
-    return sample.part(np.flatnonzero([group[clip] != left_out for clip in sample.clips.tolist()]))
-
-
-def _bounded(found: SetValue, without: Sequence[float]) -> SetValue:
-    assert found.value is not None
-    low, high = interval(found.value, without) or (None, None)
-    return replace(found, low=low, high=high)
-
-
 GROUPS = 10
 CLIPS = 10
 """Below so many clips no interval is given."""
 LEVEL = 0.95
 
 
-def groups_of(clips: Mapping[str, int], number: int = GROUPS) -> dict[str, int]:
-    """Clip -> group of a delete-a-group jackknife.
+def groups_of(clips: Mapping[str, int]) -> dict[str, int]:
+    """Clip -> group of a delete-a-group jackknife. ``clips``: clip -> windows.
 
     Clips are dealt out by size there and back, so that the groups are about equally large.
-
-    clips: clip -> windows.
     """
     ordered = sorted(clips, key=lambda clip: (-clips[clip], clip))
-    there_and_back = [*range(number), *reversed(range(number))]
+    there_and_back = [*range(GROUPS), *reversed(range(GROUPS))]
     return {clip: there_and_back[rank % len(there_and_back)] for rank, clip in enumerate(ordered)}
 
 

@@ -1,17 +1,17 @@
-"""The files of sets: features of single cases, of a whole unit, and the values."""
+"""Features of finished cases, and the files of sets: features of cases and of a whole unit, and values."""
 
 import csv
-import shutil
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from zipfile import BadZipFile
 
 import numpy as np
 
-from retarget_bench.errors import FileError
-from retarget_bench.files import atomic, write_csv
-from retarget_bench.results.store import ResultPaths, case_file
+from retarget_bench.api import Case, CaseFeatures, Prediction, SetMetric
+from retarget_bench.api.comparison import Comparison
+from retarget_bench.errors import BenchError, FileError, NotSupported
+from retarget_bench.files import write_csv
+from retarget_bench.results.store import ResultPaths, case_file, read_npz, write_npz
 
 Arrays = dict[str, np.ndarray]
 
@@ -63,13 +63,50 @@ def waiting_folder(paths: ResultPaths) -> Path:
 
 
 # ----------------------------------------------------------------------------------------- single cases
-def put(paths: ResultPaths, case_id: str, arrays: Arrays) -> None:
-    """Keep the features of a finished case. Raises FileError."""
-    _write(waiting_folder(paths) / f"{case_file(case_id)}.npz", arrays)
+NO_REFERENCE = "needs reference motions, and this data set has none"
+PARTS = ("generated", "real", "speed")
 
 
-def waits(paths: ResultPaths, case_id: str) -> bool:
-    return (waiting_folder(paths) / f"{case_file(case_id)}.npz").exists()
+def collect(
+    metrics: Sequence[SetMetric], case: Case, prediction: Prediction, elsewhere: bool = False
+) -> Arrays:
+    """Features of one case for the set metrics, as arrays ``<metric>:<name>``.
+
+    elsewhere: whether the data set has real motion to compare answers without a reference with.
+    Raises BenchError where a metric breaks its contract.
+    """
+    comparison = Comparison(case, prediction)
+    arrays: Arrays = {"structure": np.array(case.target.structure)}
+    for metric in metrics:
+        name = metric.card.name
+        try:
+            if case.reference is None and not elsewhere:
+                raise NotSupported(NO_REFERENCE)
+            arrays[f"{name}:network"] = np.array(metric.network(case.target))
+            found = _checked(name, case, metric.features(comparison))
+        except NotSupported as reason:
+            arrays[f"{name}:reason"] = np.array(str(reason))
+            continue
+        arrays |= {f"{name}:{part}": np.asarray(getattr(found, part), np.float32) for part in PARTS}
+    return arrays
+
+
+def _checked(name: str, case: Case, found: CaseFeatures) -> CaseFeatures:
+    paired = [found.generated] if case.reference is None else [found.generated, found.real]
+    shapes = {np.shape(each) for each in paired}
+    if len(shapes) > 1 or len(found.speed) != len(found.generated) or np.ndim(found.generated) != 2:
+        raise BenchError(
+            f"metric {name!r} gave features {np.shape(found.generated)}, {np.shape(found.real)} and "
+            f"{np.shape(found.speed)} for case {case.info.id}; the first two must be (windows, d)"
+        )
+    if not all(np.isfinite(getattr(found, part)).all() for part in PARTS):
+        raise BenchError(f"metric {name!r} gave features that are no numbers for case {case.info.id}")
+    return found
+
+
+def case_features(paths: ResultPaths, case_id: str) -> Path:
+    """The file of the features of a finished case, until the unit is complete."""
+    return waiting_folder(paths) / f"{case_file(case_id)}.npz"
 
 
 def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
@@ -77,28 +114,12 @@ def gather(paths: ResultPaths, cases: Iterable[str]) -> Arrays:
     found = {
         f"{case}/{name}": array
         for case in sorted(cases)
-        for name, array in _read(waiting_folder(paths) / f"{case_file(case)}.npz").items()
+        for name, array in read_npz(
+            case_features(paths, case), "cannot be read; score it anew with --overwrite always"
+        ).items()
     }
-    _write(features_path(paths), found)
+    write_npz(features_path(paths), found)
     return found
-
-
-def clear(paths: ResultPaths) -> None:
-    """Remove what waited."""
-    shutil.rmtree(waiting_folder(paths), ignore_errors=True)
-
-
-def _write(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    with atomic(path) as temporary, temporary.open("wb") as stream:
-        np.savez(stream, **arrays)  # type: ignore[arg-type]
-
-
-def _read(path: Path) -> Arrays:
-    try:
-        with np.load(path) as file:
-            return {name: file[name] for name in file.files}
-    except (OSError, ValueError, EOFError, BadZipFile) as error:
-        raise FileError(path, f"cannot be read ({error}); score it anew with --overwrite always") from error
 
 
 # ---------------------------------------------------------------------------------------------- values

@@ -6,7 +6,7 @@ noise on them (Figure 8), from positions of some of its joints (Figure 9). A dat
 
 from retarget_bench.api import TASKS, Dataset
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks.definitions import QUESTIONS
+from retarget_bench.evaluation.tasks.definitions import QUESTIONS, TaskQuestion
 from retarget_bench.evaluation.tasks.derived import Derived
 from retarget_bench.plugins.spec import Spec
 
@@ -15,12 +15,16 @@ RETARGET, *DERIVED = TASKS
 
 def derive(data: Dataset, task: Spec) -> Derived:
     """The cases of a derived task. Raises BenchError for an unknown task or parameter, or a bad level."""
-    if task.name not in QUESTIONS:
-        raise BenchError(f"there is no task {task.name!r}; tasks are {', '.join(QUESTIONS)}")
-    known = {"motions", *(("levels",) if QUESTIONS[task.name].LEVELS else ())}
+    known = {"motions", *(("levels",) if _question(task.name).LEVELS else ())}
     if unknown := sorted(set(task.parameters) - known):
         raise BenchError(f"{task.name} has no parameter {unknown[0]!r}; it has {', '.join(sorted(known))}")
     return Derived(data, task)
+
+
+def _question(name: str) -> type[TaskQuestion]:
+    if name not in QUESTIONS:
+        raise BenchError(f"there is no task {name!r}; tasks are {', '.join(QUESTIONS)}")
+    return QUESTIONS[name]
 
 
 def canonical(name: str, levels: str | None = None, motions: int = 0) -> Spec:
@@ -29,13 +33,10 @@ def canonical(name: str, levels: str | None = None, motions: int = 0) -> Spec:
     levels:  with commas between them; None: the usual ones.
     motions: at most so many, evenly spread over structures and clips; 0: all.
     """
-    if name not in QUESTIONS:
-        raise BenchError(f"there is no task {name!r}; tasks are {', '.join(QUESTIONS)}")
-    asked = QUESTIONS[name]
-    if levels is not None and not asked.LEVELS:
-        raise BenchError(f"{name} has no levels; leave them out")
-    changed: dict[str, str | int] = {}
+    asked, changed = _question(name), dict[str, str | int]()
     if levels is not None:
+        if not asked.LEVELS:
+            raise BenchError(f"{name} has no levels; leave them out")
         words = ",".join(level.word for level in asked(levels).levels)
         if words != asked.LEVELS:
             changed["levels"] = words

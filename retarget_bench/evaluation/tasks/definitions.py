@@ -1,19 +1,24 @@
-"""Questions of the derived tasks: from a clean motion to a source, a target and the right answer."""
+"""Questions of the derived tasks: from a clean motion to a source, a target and the right answer.
+
+Random numbers are made from the raw bits of Philox, by transforms of our own: NumPy promises to keep the
+bits of its generators, but not the distributions that it makes of them.
+"""
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import ClassVar
 
 import numpy as np
 
 from retarget_bench.api import Prediction
 from retarget_bench.api.comparison import structure_joints
-from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.tasks.reduced import reduced
+from retarget_bench.errors import BenchError, SkeletonError
+from retarget_bench.motion import kinematics, rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Positions
 from retarget_bench.motion.roles import SIDES
+from retarget_bench.motion.skeleton import Skeleton
 from retarget_bench.results.store import case_seed
 
 MAJOR = "major"
@@ -29,8 +34,7 @@ LARGEST_NOISE = 100.0
 
 @dataclass(frozen=True)
 class Level:
-    """A difficulty. word: as it is written, number: what is written; suffix: what it adds to the
-    id of a case."""
+    """A difficulty. word: as it is written; number: its number; suffix: what it adds to a case's id."""
 
     word: str = ""
     suffix: str = ""
@@ -46,60 +50,62 @@ class DerivedQuestion:
     reference: Prediction
 
 
-class TaskQuestion(Protocol):
-    """A task. LEVELS: the usual ones, as text; "" where it has none."""
+class TaskQuestion:
+    """A task. LEVELS: the usual ones, as text; "" where it has none.
 
-    LEVELS: ClassVar[str]
-    levels: Sequence[Level]
-
-    def __init__(self, levels: str = "") -> None: ...
-    def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
-        """The conditions as numbers; None where this body cannot be asked this."""
-
-    def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
-        """The question of a case. clean: the right answer, all joints."""
-
-
-class Reconstruct:
-    """The motion itself, to and from whatever a method makes of it (HuMoT, section 4.1)."""
+    This one asks for the motion itself, to and from whatever a method makes of it (HuMoT, section 4.1).
+    """
 
     LEVELS: ClassVar[str] = ""
 
-    def __init__(self, levels: str = "") -> None:
-        del levels
-        self.levels: Sequence[Level] = (Level(),)
+    def __init__(self, levels: str) -> None:
+        """Raises BenchError for a bad level, and where a task with levels is given none."""
+        words = [word.strip() for word in levels.split(",") if word.strip()]
+        if self.LEVELS and not words:
+            task = type(self).__name__.lower()
+            raise BenchError(f"{task}: name at least one level, such as {self.LEVELS}")
+        found = dict.fromkeys(map(self.level, words)) or (Level(),)
+        self.levels = sorted(found, key=lambda level: (level.word == MAJOR, level.number))
 
-    def conditions(self, body: Character, level: Level) -> Mapping[str, float]:
+    def level(self, word: str) -> Level:
+        """The level that a word stands for. Raises BenchError."""
+        raise BenchError(f"{word}: this task has no levels")
+
+    def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
+        """The conditions as numbers; None where this body cannot be asked this."""
         del body, level
         return {}
 
     def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
+        """The question of a case. clean: the right answer, all joints."""
         del level, case_id
         return DerivedQuestion(clean, clean.character, clean)
 
 
-class Denoise:
+class Denoise(TaskQuestion):
     """Positions with Gaussian noise on every coordinate of every joint in every frame, each on its own
     (HuMoT, section 4.3). Levels are standard deviations in centimetres."""
 
     LEVELS: ClassVar[str] = "0,1,2,3,4,5,6,8,10"
 
-    def __init__(self, levels: str = LEVELS) -> None:
-        self.levels: Sequence[Level] = _once(map(_noise, words(levels, "denoise")))
+    def level(self, word: str) -> Level:
+        number = _number(word)
+        if not 0.0 <= number <= LARGEST_NOISE:
+            allowed = f"standard deviations in centimetres, from 0 to {LARGEST_NOISE:g}"
+            raise BenchError(f"denoise: levels are {allowed}; got {word}")
+        return Level(f"{number:g}", f"noise-{number:g}cm", float(f"{number:g}") / 100)
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float]:
         del body
         return {"noise": level.number}
 
     def ask(self, clean: Prediction, level: Level, case_id: str) -> DerivedQuestion:
-        seed = seed_of("denoise", case_id)
-        noise = level.number * gaussian(seed, clean.positions.shape)
-        return DerivedQuestion(
-            Positions(clean.character, clean.positions + noise, clean.fps), clean.character, clean
-        )
+        noise = level.number * gaussian(case_seed(0, "denoise", case_id), clean.positions.shape)
+        source = Positions(clean.character, clean.positions + noise, clean.fps)
+        return DerivedQuestion(source, clean.character, clean)
 
 
-class Upsample:
+class Upsample(TaskQuestion):
     """Positions of some joints, drawn at random, all of them asked for (HuMoT, section 4.4).
 
     Levels are the proportion of joints that are given, or ``major``: the twelve of the paper's Figure 12,
@@ -108,8 +114,14 @@ class Upsample:
 
     LEVELS: ClassVar[str] = "0.1,0.2,0.3,0.4,0.5,0.6,0.7,0.8,0.9,1,major"
 
-    def __init__(self, levels: str = LEVELS) -> None:
-        self.levels: Sequence[Level] = _once(map(_proportion, words(levels, "upsample")))
+    def level(self, word: str) -> Level:
+        if word == MAJOR:
+            return Level(MAJOR, f"joints-{MAJOR}")
+        number = _number(word)
+        if not 0.0 < number <= 1.0:
+            allowed = f"the proportion of joints that are given, above 0 and at most 1, or {MAJOR}"
+            raise BenchError(f"upsample: levels are {allowed}; got {word}")
+        return Level(f"{number:g}", f"joints-{number:g}", float(f"{number:g}"))
 
     def conditions(self, body: Character, level: Level) -> Mapping[str, float] | None:
         total = len(structure_joints(body))
@@ -126,7 +138,7 @@ class Upsample:
         if level.word == MAJOR:
             given = sorted(clean.character.joints(MAJOR_ROLES))
         else:
-            seed = seed_of("upsample", case_id)
+            seed = case_seed(0, "upsample", case_id)
             given = whole[list(drawn(seed, len(whole), _count(len(whole), level)))].tolist()
         target = reduced(clean.character, whole.tolist())
         reference = Positions(target, clean.positions[:, whole], clean.fps)
@@ -137,45 +149,10 @@ class Upsample:
 
 
 QUESTIONS: Mapping[str, type[TaskQuestion]] = {
-    "reconstruct": Reconstruct,
+    "reconstruct": TaskQuestion,
     "denoise": Denoise,
     "upsample": Upsample,
 }
-
-
-def words(text: str, task: str) -> list[str]:
-    """Levels as they are written. Raises BenchError where there is none."""
-    found = [word.strip() for word in text.split(",") if word.strip()]
-    if not found:
-        raise BenchError(f"{task}: name at least one level, such as {QUESTIONS[task].LEVELS}")
-    return found
-
-
-def _once(levels: Iterable[Level]) -> tuple[Level, ...]:
-    """Each once, in increasing order."""
-    return tuple(sorted(dict.fromkeys(levels), key=lambda level: (level.word == MAJOR, level.number)))
-
-
-def _noise(word: str) -> Level:
-    number = _number(word)
-    if not 0.0 <= number <= LARGEST_NOISE:
-        raise BenchError(
-            f"denoise: levels are standard deviations in centimetres, from 0 to {LARGEST_NOISE:g}; got "
-            f"{word}"
-        )
-    return Level(f"{number:g}", f"noise-{number:g}cm", float(f"{number:g}") / 100)
-
-
-def _proportion(word: str) -> Level:
-    if word == MAJOR:
-        return Level(MAJOR, f"joints-{MAJOR}")
-    number = _number(word)
-    if not 0.0 < number <= 1.0:
-        raise BenchError(
-            f"upsample: levels are the proportion of joints that are given, above 0 and at most 1, or "
-            f"{MAJOR}; got {word}"
-        )
-    return Level(f"{number:g}", f"joints-{number:g}", float(f"{number:g}"))
 
 
 def _number(word: str) -> float:
@@ -211,18 +188,8 @@ def level_order(conditions: Mapping[str, float]) -> tuple[bool, float]:
 
 def level_number(name: str) -> float | None:
     """The number of a level by its name: centimetres of noise, per cent of the joints; None without."""
-    first = name.split()[0] if name else ""
-    try:
-        return float(first)
-    except ValueError:
-        return None
-
-
-# Random numbers: from the raw bits of Philox, by transforms of our own. NumPy promises to keep the bits of
-# its generators, but not the distributions that it makes of them.
-def seed_of(task: str, case_id: str) -> int:
-    """The seed of a case: adding a case moves no other one's noise or draw."""
-    return case_seed(0, task, case_id)
+    number = _number(name.partition(" ")[0])
+    return None if math.isnan(number) else number
 
 
 def uniform(seed: int, count: int) -> np.ndarray:
@@ -242,3 +209,42 @@ def drawn(seed: int, total: int, count: int) -> tuple[int, ...]:
     """``count`` of ``total`` numbers from 0 on, each as likely as any other, in increasing order."""
     order = np.argsort(uniform(seed, total), kind="stable")
     return tuple(sorted(order[:count].tolist()))
+
+
+def reduced(character: Character, joints: Sequence[int]) -> Character:
+    """The character with these joints alone; itself where that is all of them.
+
+    Each hangs from its nearest ancestor that is left. The first one is the root, and what has no ancestor
+    left hangs from it: without hips there is no better tree, and methods that need hips say so. Names,
+    roles, structure and the measures of the whole body stay. It rests in the common reference pose, with
+    every joint where the whole body has it there.
+
+    Raises SkeletonError for no joint, one that there is not, or one that is named twice.
+    """
+    kept = sorted(joints)
+    total = len(character.skeleton)
+    if not kept or len(set(kept)) < len(kept) or not 0 <= kept[0] <= kept[-1] < total:
+        raise SkeletonError(
+            f"{character.name} has joints 0 to {total - 1}; keep at least one, each once, not {kept}"
+        )
+    if len(kept) == total:
+        return character
+    above, number = character.skeleton.parents.tolist(), {joint: at for at, joint in enumerate(kept)}
+    parents = np.full(len(kept), -1)
+    for at, joint in enumerate(kept[1:], 1):
+        parent = above[joint]
+        while parent >= 0 and parent not in number:
+            parent = above[parent]
+        parents[at] = number.get(parent, 0)
+    places = kinematics.forward(character.skeleton, character.reference_pose, np.zeros(3))[0][kept]
+    offsets = places - places[np.maximum(parents, 0)]
+    offsets[0] = places[0]
+    return replace(
+        character,
+        name=f"{character.name} ({len(kept)} of {total} joints)",
+        skeleton=Skeleton(tuple(character.skeleton.names[j] for j in kept), parents, offsets),
+        roles=tuple(character.roles[j] for j in kept),
+        reference_pose=rotation.identity(len(kept)),
+        skin=None,
+        whole=character.whole or character,
+    )

@@ -7,6 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from retarget_bench.api import TASKS, Case, CaseInfo, Dataset, optional
+from retarget_bench.api.datasets import Cast
 from retarget_bench.api.optional import OffersUnseen
 from retarget_bench.errors import BenchError, NotSupported
 from retarget_bench.evaluation.tasks.definitions import QUESTIONS, Level, TaskQuestion
@@ -31,7 +32,10 @@ class Derived:
         self._data, self.task = data, task
         asked = QUESTIONS[task.name]
         self.question: TaskQuestion = asked(str(task.parameters.get("levels", asked.LEVELS)))
-        self._most = _whole(task.parameters.get("motions", 0))
+        most = task.parameters.get("motions", 0)
+        if isinstance(most, bool) or not isinstance(most, int) or most < 0:
+            raise BenchError(f"motions is a whole number, 0 for all; got {most}")
+        self._most = most
         self.card = replace(data.card, tasks=(task.name,), splits=(SPLIT,))
         if isinstance(data, OffersUnseen):
             self.unseen = lambda info: data.unseen(self._listed[info.id][0])
@@ -51,7 +55,7 @@ class Derived:
     def characters(self) -> Mapping[str, Character]:
         return self._data.characters()
 
-    def training(self) -> optional.Cast:
+    def training(self) -> Cast:
         """The training part of the data set."""
         return optional.training(self._data)
 
@@ -91,14 +95,9 @@ class Derived:
     # ----------------------------------------------------------------------------------------- lists
     @cached_property
     def _infos(self) -> Sequence[CaseInfo]:
+        task = self.task.name
         return [
-            replace(
-                motion,
-                id=case_id,
-                task=self.task.name,
-                split=SPLIT,
-                target=motion.source,
-            )
+            replace(motion, id=case_id, task=task, split=SPLIT, target=motion.source)
             for case_id, (motion, _) in self._listed.items()
         ]
 
@@ -136,15 +135,7 @@ def _spread(motions: Sequence[CaseInfo], most: int, cast: Mapping[str, Character
     """At most so many (0: all), evenly over structures, bodies and clips, in their own order."""
     if not 0 < most < len(motions):
         return motions
-    alike = sorted(
-        range(len(motions)),
-        key=lambda n: (cast[motions[n].source].structure, motions[n].source, motions[n].clip),
-    )
+    keys = [(cast[each.source].structure, each.source, each.clip) for each in motions]
+    alike = sorted(range(len(motions)), key=keys.__getitem__)
     chosen = np.linspace(0, len(alike) - 1, most).round().astype(int)
     return [motions[number] for number in sorted({alike[at] for at in chosen.tolist()})]
-
-
-def _whole(value: object) -> int:
-    if isinstance(value, bool) or not isinstance(value, int) or value < 0:
-        raise BenchError(f"motions is a whole number, 0 for all; got {value}")
-    return value

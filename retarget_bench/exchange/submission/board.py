@@ -11,7 +11,7 @@ from retarget_bench.exchange.submission.manifest import MANIFEST, ROWS, Cost, Ma
 from retarget_bench.results import store
 from retarget_bench.tables import builder
 from retarget_bench.tables.groups import FPS
-from retarget_bench.tables.model import Cell, Column, Group, Row, Table
+from retarget_bench.tables.model import Cell, Column, Group, Table
 
 COSTS = (
     Column("cost.parameters", "parameters", "1", "none", "numbers that were learnt"),
@@ -53,24 +53,28 @@ def board(folder: Path, columns: Sequence[str] = builder.DEFAULT_COLUMNS) -> tup
         raise BenchError("no submission is sound. " + ". ".join(left_out))
     wanted = tuple(column for column in columns if column != FPS)
     made = builder.tables(summary.split_summaries(places), wanted)
-    return [_with_costs(each, manifests, left_out) for each in made], left_out
-
-
-def _with_costs(made: Table, manifests: Mapping[str, Manifest], left_out: Sequence[str]) -> Table:
-    groups = tuple(_group(group, manifests) for group in made.groups)
     about = [_credit(manifest) for _, manifest in sorted(manifests.items())]
-    return replace(made, groups=groups, notes=(*made.notes, *about, *left_out))
+    shown = [
+        replace(
+            each,
+            groups=tuple(_group(group, manifests) for group in each.groups),
+            notes=(*each.notes, *about, *left_out),
+        )
+        for each in made
+    ]
+    return shown, left_out
 
 
 def _group(group: Group, manifests: Mapping[str, Manifest]) -> Group:
-    def longer(row: Row) -> Row:
-        return replace(row, cells=(*row.cells, *_cells(manifests[row.label].cost)))
-
+    ranked, unranked = (
+        tuple(replace(row, cells=(*row.cells, *_cells(manifests[row.label].cost))) for row in rows)
+        for rows in (group.ranked, group.unranked)
+    )
     return replace(
         group,
         columns=(*group.columns, *COSTS),
-        ranked=tuple(longer(row) for row in group.ranked),
-        unranked=tuple(longer(row) for row in group.unranked),
+        ranked=ranked,
+        unranked=unranked,
         common=(*group.common, *(None for _ in COSTS)),
     )
 

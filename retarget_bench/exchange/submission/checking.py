@@ -2,10 +2,9 @@
 
 import json
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
-from functools import cache
-from itertools import pairwise
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,6 +21,7 @@ from retarget_bench.exchange.submission.making import FILL_IN
 from retarget_bench.exchange.submission.manifest import (
     CARD,
     CARD_SECTIONS,
+    MANIFEST,
     PREDICTIONS,
     ROWS,
     Manifest,
@@ -36,6 +36,7 @@ from retarget_bench.tables.model import count
 
 CLOSE = 1e-6
 """Relative difference up to which a value that is scored again is the one in the rows."""
+_HEADER = TypeAdapter(ResultHeader)
 
 
 @dataclass(frozen=True)
@@ -47,6 +48,10 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{self.level}: {self.text}"
+
+
+def _error(text: str) -> Finding:
+    return Finding("error", text)
 
 
 def check(folder: Path) -> list[Finding]:
@@ -61,17 +66,29 @@ def check(folder: Path) -> list[Finding]:
     try:
         manifest = read(folder)
     except FileError as error:
-        return [Finding("error", str(error)), *found]
-    found += _filled_in(folder)
+        return [_error(str(error)), *found]
+    for line, text in enumerate((folder / MANIFEST).read_text(encoding="utf-8").splitlines(), 1):
+        if FILL_IN in text:
+            found.append(_error(f"{folder / MANIFEST}, line {line}: is still to be filled in"))
     try:
-        data = dataset(registry.canonical("datasets", Spec.parse(manifest.data.dataset)))
+        spec = registry.canonical("datasets", Spec.parse(manifest.data.dataset))
+        data = dataset(spec)
     except BenchError as error:
-        return [*found, Finding("error", f"data.dataset: {error}")]
-    places = _places(folder, manifest)
-    if isinstance(places, Finding):
-        return [*found, places]
-    for listed in _by_split(places):
-        found += _seeds(listed)
+        return [*found, _error(f"data.dataset: {error}")]
+    if not store.find_results(folder / ROWS) and (folder / PREDICTIONS).is_dir():
+        try:
+            _score(folder, manifest.method.label, spec)
+        except BenchError as error:
+            return [*found, _error(f"the predictions cannot be scored: {error}")]
+    places = store.find_results(folder / ROWS)
+    if not places:
+        return [*found, _error(f"{folder} holds neither {ROWS}/ nor {PREDICTIONS}/")]
+    for split in dict.fromkeys(place.split for place in places):
+        listed = sorted((place for place in places if place.split == split), key=_seed)
+        for one, other in pairwise(listed):
+            if _seed(one) == _seed(other):
+                both = f"{one.method} and {other.method} are both of seed {_seed(one)}"
+                found.append(_error(f"{one.task} {split}: {both}; hand in one result per seed"))
         for place in listed:
             found += _rows(place, manifest, data, first=place == listed[0])
     if missing := [split for split in data.card.splits if split not in {place.split for place in places}]:
@@ -79,64 +96,34 @@ def check(folder: Path) -> list[Finding]:
     return found
 
 
-# ------------------------------------------------------------------------------------- what is written
-def _filled_in(folder: Path) -> Iterator[Finding]:
-    for line, text in enumerate((folder / "submission.toml").read_text(encoding="utf-8").splitlines(), 1):
-        if FILL_IN in text:
-            yield Finding("error", f"{folder / 'submission.toml'}, line {line}: is still to be filled in")
-
-
 def _card(folder: Path) -> Iterator[Finding]:
     try:
         text = (folder / CARD).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        yield Finding("error", f"{folder / CARD} cannot be read ({error}); it says what the method is")
+        yield _error(f"{folder / CARD} cannot be read ({error}); it says what the method is")
         return
     parts = re.split(r"(?m)^##\s+(.+?)\s*$", text)
     sections = dict(zip(parts[1::2], parts[2::2], strict=True))
     for name in CARD_SECTIONS:
         body = sections.get(name, "").strip()
         if not body or FILL_IN in body:
-            yield Finding("error", f"{folder / CARD}: the section '## {name}' is missing or not filled in")
+            yield _error(f"{folder / CARD}: the section '## {name}' is missing or not filled in")
 
 
-# ------------------------------------------------------------------------------------- what was computed
-def _places(folder: Path, manifest: Manifest) -> list[ResultPaths] | Finding:
-    """The results in the folder; those of its predictions are made first where there are no rows."""
-    places = store.find_results(folder / ROWS)
-    if not places and (folder / PREDICTIONS).is_dir():
-        try:
-            _score(folder, manifest)
-        except BenchError as error:
-            return Finding("error", f"the predictions cannot be scored: {error}")
-        places = store.find_results(folder / ROWS)
-    if not places:
-        return Finding("error", f"{folder} holds neither {ROWS}/ nor {PREDICTIONS}/")
-    return places
-
-
-def _score(folder: Path, manifest: Manifest) -> None:
+def _score(folder: Path, label: str, data: Spec) -> None:
+    """Rows of the predictions in a folder."""
     from retarget_bench.evaluation.runner import run
 
-    spec = registry.canonical("datasets", Spec.parse(manifest.data.dataset))
     working, _ = registry.working("metrics")
     plan = Plan(
-        methods=(Spec(manifest.method.label),),
-        datasets=(spec,),
+        methods=(Spec(label),),
+        datasets=(data,),
         metrics=tuple(name for name, each in working.items() if TASKS[0] in optional.metric_tasks(each)),
         root=folder / ROWS,
         stage="score",
         external=folder / PREDICTIONS,
     )
     run(plan, lambda *_: None)
-
-
-def _by_split(places: Sequence[ResultPaths]) -> list[list[ResultPaths]]:
-    """The results of each split, by seed."""
-    splits: dict[str, list[ResultPaths]] = {}
-    for place in sorted(places, key=_seed):
-        splits.setdefault(place.split, []).append(place)
-    return list(splits.values())
 
 
 def _seed(place: ResultPaths) -> int:
@@ -148,49 +135,33 @@ def _seed(place: ResultPaths) -> int:
     return seeds[0] if isinstance(seeds, list) and seeds and isinstance(seeds[0], int) else 0
 
 
-def _seeds(places: Sequence[ResultPaths]) -> Iterator[Finding]:
-    """Results of one split under several seeds: each seed once."""
-    for one, other in pairwise(places):
-        if _seed(one) == _seed(other):
-            yield Finding(
-                "error",
-                f"{one.task} {one.split}: {one.method} and {other.method} are both of seed {_seed(one)}; "
-                "hand in one result per seed",
-            )
-
-
 def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool) -> Iterator[Finding]:
-    """first: whether these are the rows of the first seed, which predictions belong to."""
+    """first: these are the rows of the first seed, which predictions belong to."""
     where = f"{place.task} {place.split}" + ("" if first else f", seed {_seed(place)}")
     try:
         if wrong := mistakes(store.read_header_facts(place.header)):
-            yield Finding("error", f"{where}: the header is not one: {'; '.join(wrong[:3])}")
+            yield _error(f"{where}: the header is not one: {'; '.join(wrong[:3])}")
             return
         results = store.read_results(place)
     except FileError as error:
-        yield Finding("error", str(error))
+        yield _error(str(error))
         return
     found = {value for entry in results.entries for value in entry.values}
     if strange := sorted(found - results.header.values.keys()):
-        yield Finding("error", f"{where}: the header does not say what {', '.join(strange[:3])} is")
+        yield _error(f"{where}: the header does not say what {', '.join(strange[:3])} is")
         return
-    yield from _header(where, results, manifest)
-    yield from _cases(where, results, data)
-    yield from _versions(where, results)
+    checks = [_header(results, manifest), _cases(results, data), _versions(results)]
     if first:
-        yield from _again(where, results, data, place.root.parent / PREDICTIONS)
-
-
-@cache
-def _headers() -> TypeAdapter[ResultHeader]:
-    return TypeAdapter(ResultHeader)
+        checks.append(_again(results, data, place.root.parent / PREDICTIONS))
+    for finding in chain(*checks):
+        yield Finding(finding.level, f"{where}: {finding.text}")
 
 
 def mistakes(facts: dict[str, Any]) -> list[str]:
     """Where a header is not what it must be: ``method.privileged: Field required``."""
     try:
         # of JSON, since a strict check of Python's objects takes no mapping for a dataclass
-        header = _headers().validate_json(json.dumps(facts), strict=True)
+        header = _HEADER.validate_json(json.dumps(facts), strict=True)
     except ValidationError as error:
         return [f"{'.'.join(map(str, each['loc']))}: {each['msg']}" for each in error.errors()]
     return [
@@ -200,96 +171,74 @@ def mistakes(facts: dict[str, Any]) -> list[str]:
     ]
 
 
-def _header(where: str, results: Results, manifest: Manifest) -> Iterator[Finding]:
-    method = results.header.method
+def _header(results: Results, manifest: Manifest) -> Iterator[Finding]:
+    method, theirs = results.header.method, results.header.dataset.name
     if method.label != manifest.method.label:
-        yield Finding(
-            "error", f"{where}: the rows are of {method.label}, the manifest of {manifest.method.label}"
-        )
+        yield _error(f"the rows are of {method.label}, the manifest of {manifest.method.label}")
     if unsaid := sorted(set(method.privileged) - set(manifest.method.sees)):
-        yield Finding(
-            "error", f"{where}: the method is given {', '.join(unsaid)}, which method.sees does not say"
-        )
+        yield _error(f"the method is given {', '.join(unsaid)}, which method.sees does not say")
     if method.control:
-        yield Finding("error", f"{where}: a control is no submission")
-    name = Spec.parse(manifest.data.dataset).name
-    if results.header.dataset.name != name:
-        yield Finding("error", f"{where}: the rows are on {results.header.dataset.name}, not {name}")
+        yield _error("a control is no submission")
+    if theirs != Spec.parse(manifest.data.dataset).name:
+        yield _error(f"the rows are on {theirs}, not {Spec.parse(manifest.data.dataset).name}")
 
 
-def _cases(where: str, results: Results, data: Dataset) -> Iterator[Finding]:
-    counts = results.header.counts
+def _cases(results: Results, data: Dataset) -> Iterator[Finding]:
+    counts, content = results.header.counts, results.header.dataset.content
     try:
         wanted = {info.id for info in data.cases(results.paths.task, results.paths.split)}
     except BenchError as error:
-        yield Finding("warning", f"{where}: the case list cannot be compared with the data set's ({error})")
+        yield Finding("warning", f"the case list cannot be compared with the data set's ({error})")
         return
-    if results.header.dataset.content != data.content:
-        yield Finding(
-            "error",
-            f"{where}: made on other data ({results.header.dataset.content}) than {data.label} has "
-            f"here ({data.content})",
-        )
+    if content != data.content:
+        yield _error(f"made on other data ({content}) than {data.label} has here ({data.content})")
     listed = set(results.cases)
     for cases, what in ((wanted - listed, "missing"), (listed - wanted, "unknown to the data set")):
         if cases:
-            yield Finding("error", f"{where}: {count(len(cases), 'case')} {what}, first {min(cases)}")
+            yield _error(f"{count(len(cases), 'case')} {what}, first {min(cases)}")
     status = {entry.case: entry.status for entry in results.entries}
     if silent := sorted(listed - status.keys()):
-        yield Finding(
-            "error", f"{where}: {len(silent)} cases have neither rows nor a reason, first {silent[0]}"
-        )
+        yield _error(f"{len(silent)} cases have neither rows nor a reason, first {silent[0]}")
     answered = sum(each == "ok" for each in status.values())
     if (counts.asked, counts.ok) != (len(listed), answered):
-        yield Finding(
-            "error",
-            f"{where}: the header says {counts.ok} of {counts.asked} cases are answered, the rows "
-            f"{answered} of {len(listed)}",
-        )
+        said = f"{counts.ok} of {counts.asked} cases are answered"
+        yield _error(f"the header says {said}, the rows {answered} of {len(listed)}")
     if answered < len(listed):
-        yield Finding("warning", f"{where}: answers {answered} of {len(listed)} cases")
+        yield Finding("warning", f"answers {answered} of {len(listed)} cases")
 
 
-def _versions(where: str, results: Results) -> Iterator[Finding]:
+def _versions(results: Results) -> Iterator[Finding]:
     theirs = results.header.metrics
     ours = metric_versions(tuple(name for name in theirs if name in registry.working("metrics")[0]))
     if moved := sorted(name for name, version in theirs.items() if ours.get(name, version) != version):
         yield Finding(
             "warning",
-            f"{where}: scored by other versions of {', '.join(moved)} than are installed here; tables show "
-            "such numbers apart",
+            f"scored by other versions of {', '.join(moved)} than are installed here; tables show such "
+            "numbers apart",
         )
 
 
-def _again(where: str, results: Results, data: Dataset, predictions: Path) -> Iterator[Finding]:
+def _again(results: Results, data: Dataset, predictions: Path) -> Iterator[Finding]:
     """A few cases scored again, where predictions lie beside the rows."""
     if not predictions.is_dir():
         return
-    names = [name for name in results.header.metrics if name in registry.working("metrics")[0]]
-    answered = [entry for entry in results.entries if entry.status == "ok"]
+    working = registry.working("metrics")[0]
+    ours = metrics(tuple(name for name in results.header.metrics if name in working))
+    entries = {entry.case: entry for entry in results.entries if entry.status == "ok"}
     infos = {info.id: info for info in data.cases(results.paths.task, results.paths.split)}
-    chosen = spread([infos[entry.case] for entry in answered if entry.case in infos])
-    entries = {entry.case: entry for entry in answered}
-    for info in chosen:
+    for info in spread([infos[case] for case in entries if case in infos]):
         case = data.load(info)
         outcome = elsewhere(predictions, case)
         if outcome.prediction is None:
-            yield Finding("error", f"{where}: {info.id} has rows, but its prediction: {outcome.message}")
+            yield _error(f"{info.id} has rows, but its prediction: {outcome.message}")
             continue
-        fresh = score(metrics(tuple(names)), case, as_scored(outcome.prediction))
-        if moved := sorted(_differing(fresh, entries[info.id].values)):
-            yield Finding(
-                "error",
-                f"{where}: {info.id} scored again gives another {', '.join(moved[:3])} than the rows say",
-            )
-
-
-def _differing(fresh: store.Values, stored: store.Values) -> Sequence[str]:
-    return [
-        value_id
-        for value_id, number in fresh.items()
-        if not isinstance(number, dict)
-        and value_id in stored
-        and isinstance(known := stored[value_id], float)
-        and abs(number - known) > CLOSE * max(abs(number), abs(known), CLOSE)
-    ]
+        moved, stored = [], entries[info.id].values
+        for value_id, number in score(ours, case, as_scored(outcome.prediction)).items():
+            known = stored.get(value_id)
+            if isinstance(number, dict) or not isinstance(known, float):
+                continue
+            if abs(number - known) > CLOSE * max(abs(number), abs(known), CLOSE):
+                moved.append(value_id)
+        if moved:
+            values = ", ".join(sorted(moved)[:3])
+            yield _error(f"{info.id} scored again gives another {values} than the rows say")

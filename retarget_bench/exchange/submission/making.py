@@ -2,7 +2,7 @@
 
 import shutil
 import sys
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
 
 from retarget_bench.errors import BenchError
@@ -34,9 +34,20 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
     header = store.read_header(places[0].header)
     data = Spec(header.dataset.name, header.dataset.parameters)
     about = header.method
-    measured = measure(Spec.parse(about.label), data) if about.version else None
+    memory, rate = _measured(Spec.parse(about.label), data) if about.version else (0.0, 1.0)
     for place in places:
-        _copy(place, folder / ROWS)
+        there = replace(place, root=folder / ROWS)
+        there.folder.mkdir(parents=True, exist_ok=True)
+        for ours, theirs in (
+            (place.rows, there.rows),
+            (place.arrays, there.arrays),
+            (place.timing, there.timing),
+            (values_path(place), values_path(there)),
+            *((path, there.folder / path.name) for path in place.folder.glob("cases*.csv")),
+            (place.header, there.header),
+        ):
+            if ours.exists():
+                shutil.copyfile(ours, theirs)
     card = {
         "label": label,
         "version": about.version or FILL_IN,
@@ -52,16 +63,18 @@ def make(folder: Path, runs: Path, label: str) -> list[str]:
         "parameters": 0,
         "training_hours": 0.0,
         "hardware": "",
-        "peak_memory_mb": round(measured.peak_memory_mb, 1) if measured else 0.0,
+        "peak_memory_mb": memory,
         "lookahead_frames": "clip",
-        "frames_per_second": float(f"{measured.frames_per_second:.3g}") if measured else 1.0,
+        "frames_per_second": rate,
     }
     write(folder, {"method": card, "data": {"dataset": str(data), "trained_on": []}, "cost": costs})
     sections = "\n".join(f"## {name}\n\n{FILL_IN}\n" for name in CARD_SECTIONS)
     write_text(folder / CARD, f"# {label}\n\n{sections}")
-    left = ["method.authors, method.licence", f"{CARD}: {', '.join(CARD_SECTIONS)}"]
-    left.append("cost.parameters, cost.training_hours, cost.lookahead_frames, data.trained_on")
-    return left
+    return [
+        "method.authors, method.licence",
+        f"{CARD}: {', '.join(CARD_SECTIONS)}",
+        "cost.parameters, cost.training_hours, cost.lookahead_frames, data.trained_on",
+    ]
 
 
 def _places(runs: Path, label: str) -> list[ResultPaths]:
@@ -80,32 +93,9 @@ def _places(runs: Path, label: str) -> list[ResultPaths]:
     return mine
 
 
-def _copy(place: ResultPaths, root: Path) -> None:
-    there = ResultPaths(root, place.dataset, place.task, place.split, place.method)
-    there.folder.mkdir(parents=True, exist_ok=True)
-    for ours, theirs in (
-        (place.rows, there.rows),
-        (place.arrays, there.arrays),
-        (place.timing, there.timing),
-        (values_path(place), values_path(there)),
-        *((path, there.folder / path.name) for path in place.folder.glob("cases*.csv")),
-        (place.header, there.header),
-    ):
-        if ours.exists():
-            shutil.copyfile(ours, theirs)
-
-
 # -------------------------------------------------------------------------------------------- cost
-@dataclass(frozen=True)
-class Measured:
-    """peak_memory_mb: by how much the process grew. frames_per_second: of the timed cases together."""
-
-    peak_memory_mb: float
-    frames_per_second: float
-
-
-def measure(asked: Spec, data: Spec) -> Measured:
-    """Memory and speed of a method on a few cases, in a process of its own.
+def _measured(asked: Spec, data: Spec) -> tuple[float, float]:
+    """(megabytes by which a process grows, frames per second) of a method on a few cases.
 
     Raises BenchError where the method answers none of them.
     """
@@ -113,7 +103,8 @@ def measure(asked: Spec, data: Spec) -> Measured:
     (done,) = LocalPool(1).run(of_process, [(plan, asked, data)])
     if done.error or done.result is None:
         raise BenchError(f"the cost of {asked} cannot be measured: {done.error or 'it answers no case'}")
-    return Measured(*done.result)
+    megabytes, rate = done.result
+    return round(megabytes, 1), float(f"{rate:.3g}")
 
 
 def of_process(job: tuple[Plan, Spec, Spec]) -> tuple[float, float] | None:

@@ -9,8 +9,7 @@ import numpy as np
 
 from retarget_bench.analysis import statistics
 from retarget_bench.analysis.breakdown import breakdown
-from retarget_bench.analysis.summary import Mean, split_summary
-from retarget_bench.analysis.tie_groups import separated, tie_groups
+from retarget_bench.analysis.summary import Mean, separated, split_summary, tie_groups
 from retarget_bench.figures import axis_limits
 from retarget_bench.figures.data import values
 from retarget_bench.figures.data.model import (

@@ -91,9 +91,8 @@ def common_cases(matrix: ResultMatrix, value: str) -> tuple[np.ndarray, np.ndarr
     """``(cases,)`` bool: those that all ranked methods have this value of; and ``(methods,)`` bool: whose
     means are over those alone."""
     numbers = matrix.numbers((value, ""))
-    among = np.array([not summary.unranked(row.header) for row in matrix.rows])
-    common, left_out = summary.common_cases(numbers, among)
-    return common, among & ~np.isin(np.arange(len(numbers)), list(left_out)) & common.any()
+    ranked = np.array([not summary.unranked(row.header) for row in matrix.rows])
+    return summary.common_cases(numbers, ranked)[:2]
 
 
 def means(matrix: ResultMatrix, value: str) -> dict[str, Mean]:

@@ -12,9 +12,8 @@ from typing import BinaryIO
 from retarget_bench.errors import FileError
 from retarget_bench.motion.bvh import cache as bvh_cache
 from retarget_bench.motion.bvh.document import Document, Header, Hierarchy
-from retarget_bench.motion.bvh.header import reaches_the_numbers, read_header
+from retarget_bench.motion.bvh.header import complaint, plain, reaches_the_numbers, read_header
 from retarget_bench.motion.bvh.recording import Recording, record
-from retarget_bench.motion.bvh.sniff import complaint, without_mark
 from retarget_bench.motion.bvh.values import read_values
 from retarget_bench.motion.bvh.writing import document_of, write_document
 from retarget_bench.motion.character import Motion
@@ -64,18 +63,16 @@ def parse_header(path: str | Path) -> Header:
     path = Path(path)
     with _opened(path) as file:
         data = file.read(_CHUNK)
-        if problem := complaint(data[:_SNIFFED]):
-            raise FileError(path, problem)
         while not reaches_the_numbers(data) and (more := file.read(len(data))):
             data += more
-    return read_header(path, _text(data))[0]
+    return read_header(path, plain(data))[0]
 
 
 def read(path: str | Path, *, root: str = "auto", scale: float = 1.0, fold: bool = True) -> Recording:
     """The motion of a file, in its own axes, lengths multiplied by ``scale``.
 
     root: how the root's position channels are meant: ``absolute`` places, ``relative`` to its OFFSET, or
-        ``auto``, which finds out (``bvh_root.is_relative``) and says so in the notes.
+        ``auto``, which finds out (``recording.is_relative``) and says so in the notes.
     fold: make the hips the root where the file's root only carries them.
 
     Joints below the root may have position channels if these are constant; where they move, the file is
@@ -98,10 +95,14 @@ def write(path: str | Path, motion: Motion, *, order: str = "ZXY", scale: float 
 
 @contextmanager
 def _opened(path: Path) -> Iterator[BinaryIO]:
+    """The file, which may be BVH by its first bytes."""
     try:
         if path.exists() and not path.is_file():
             raise FileError(path, "is a folder" if path.is_dir() else "is no ordinary file")
         with path.open("rb") as file:
+            if problem := complaint(file.read(_SNIFFED)):
+                raise FileError(path, problem)
+            file.seek(0)
             yield file
     except OSError as error:
         raise FileError(path, f"cannot be read ({error.strerror or error})") from error
@@ -109,15 +110,11 @@ def _opened(path: Path) -> Iterator[BinaryIO]:
 
 def _read(path: Path) -> bytes:
     with _opened(path) as file:
-        start = file.read(_SNIFFED)
-        if problem := complaint(start):
-            raise FileError(path, problem)
-        file.seek(0)
         return file.read()
 
 
 def _parse(path: Path, data: bytes) -> Document:
-    data = _text(data)
+    data = plain(data)
     header, end, lines = read_header(path, data)
     hierarchy = header.hierarchy
     if not hierarchy.columns:
@@ -127,9 +124,3 @@ def _parse(path: Path, data: bytes) -> Document:
     values = read_values(path, data, end, frames=header.frames, columns=hierarchy.columns, line=lines + 1)
     values.setflags(write=False)
     return Document(hierarchy, header.frame_time, values)
-
-
-def _text(data: bytes) -> bytes:
-    """Without a byte order mark, lines ended by LF or CRLF."""
-    data = without_mark(data)
-    return data if b"\n" in data else data.replace(b"\r", b"\n")

@@ -1,8 +1,7 @@
 """Catalogue of a folder of BVH files, made without parsing motion: bodies, lengths, rates and hashes.
 
-A data set of thousands of files must be able to list its cases, and to say what it is made of, in the
-time that a command takes to start. So every file is looked at once, and what was found is kept under
-the file's size and time of change.
+A data set of thousands of files must list its cases in the time that a command takes to start. So every
+file is looked at once, and its entry is kept under the file's size and time of change.
 """
 
 import hashlib
@@ -82,6 +81,14 @@ def contents(folder: Path) -> str:
     return some(names) if names else "nothing"
 
 
+def existing(path: Path) -> Path:
+    """``path`` itself; raises BenchError where nothing is there, saying what lies near it."""
+    if path.exists():
+        return path
+    nearest = next((each for each in path.parents if each.is_dir()), Path())
+    raise BenchError(f"there is no folder or file {path}; {nearest} exists and holds {contents(nearest)}")
+
+
 def some(names: Sequence[str], most: int = 6) -> str:
     """A list for messages: the first few names, and how many more."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
@@ -107,22 +114,25 @@ def inspect(path: Path) -> CatalogueEntry:
     content = hashlib.sha256(data).hexdigest()
     match = _HEADER.search(data)
     body = data[match.end() :].strip() if match else b""
-    hierarchy = _hierarchy_hash(data, match.start() if match else 0)
-    if match and _looks_whole(data[: match.start()], body, int(match[1])):
+    header = data[: match.start() if match else 0]
+    hierarchy = hashlib.sha256(b" ".join(header.split())).hexdigest()[:16]
+    if match and _looks_whole(header, body, int(match[1])):
         with suppress(ValueError):
             if 1e-4 < (seconds := float(match[2])) < 10.0:
                 return CatalogueEntry(content, hierarchy, int(match[1]), frame_rate(seconds))
-    return _parsed(path, content, hierarchy)
+    try:
+        recording = bvh.read(path)
+    except BenchError as error:
+        problem = error.problem if isinstance(error, FileError) else str(error)
+        line = f"line {error.line}: " if isinstance(error, FileError) and error.line else ""
+        return CatalogueEntry(content, hierarchy, 0, 0.0, line + problem)
+    return CatalogueEntry(content, hierarchy, len(recording.root), recording.fps)
 
 
 def fingerprint(named: Mapping[str, CatalogueEntry]) -> str:
     """A hash of file names and contents: what identifies a data set of these files in keys."""
     lines = (f"{name}\t{entry.content}" for name, entry in sorted(named.items()))
     return "sha256:" + digest("\n".join(lines), 32)
-
-
-def _hierarchy_hash(data: bytes, end: int) -> str:
-    return hashlib.sha256(b" ".join(data[:end].split())).hexdigest()[:16]
 
 
 def _looks_whole(header: bytes, body: bytes, frames: int) -> bool:
@@ -134,16 +144,6 @@ def _looks_whole(header: bytes, body: bytes, frames: int) -> bool:
         and not body.translate(None, _NUMERIC)
         and len(body[body.rfind(b"\n") + 1 :].split()) == channels
     )
-
-
-def _parsed(path: Path, content: str, hierarchy: str) -> CatalogueEntry:
-    try:
-        recording = bvh.read(path)
-    except BenchError as error:
-        problem = error.problem if isinstance(error, FileError) else str(error)
-        line = f"line {error.line}: " if isinstance(error, FileError) and error.line else ""
-        return CatalogueEntry(content, hierarchy, 0, 0.0, line + problem)
-    return CatalogueEntry(content, hierarchy, len(recording.root), recording.fps)
 
 
 def _stamp(path: Path) -> list[int]:

@@ -1,4 +1,4 @@
-"""Reading the text before the numbers: joints, number of frames, frame time."""
+"""Reading the text before the numbers: joints, number of frames, frame time; recognising other files."""
 
 import math
 import re
@@ -28,6 +28,61 @@ _AFTER_MOTION = 4096
 _SHOWN = 60
 
 Offset = tuple[float, float, float]
+
+_BOM, _UTF16 = b"\xef\xbb\xbf", (b"\xff\xfe", b"\xfe\xff")
+_FOREIGN: dict[str, tuple[bytes, ...]] = {
+    "a Git LFS pointer: run `git lfs pull` where it came from": (
+        b"version https://git-lfs",
+        b"version http://git-media",
+    ),
+    "a git-annex pointer: run `git annex get` where it came from": (b"/annex/objects",),
+    "a binary FBX file: export it as BVH from the program that made it": (b"Kaydara FBX Binary",),
+    "an ASCII FBX file: export it as BVH from the program that made it": (b"; FBX",),
+    "a binary glTF file: export it as BVH": (b"glTF",),
+    "a zip archive: unpack it first": (b"PK\x03\x04",),
+    "gzip-compressed: unpack it first": (b"\x1f\x8b",),
+    "bzip2-compressed: unpack it first": (b"BZh",),
+    "xz-compressed: unpack it first": (b"\xfd7zXZ",),
+    "a 7z archive: unpack it first": (b"7z\xbc\xaf",),
+    "a rar archive: unpack it first": (b"Rar!",),
+    "a Blender scene: export it as BVH": (b"BLENDER",),
+    "a Maya scene: export it as BVH": (b"//Maya ASCII", b"FOR4"),
+    "a USD scene: export it as BVH": (b"#usda", b"PXR-USDC"),
+    "a NumPy array": (b"\x93NUMPY",),
+    "an HDF5 file": (b"\x89HDF",),
+    "a web page: the download gave an error page instead of the file": (b"<!DOCTYPE", b"<html"),
+    "an XML file": (b"<?xml",),
+    "an Acclaim skeleton (ASF): convert ASF and AMC together to BVH": (b"# AST/ASF", b":version"),
+    "an Acclaim motion (AMC): convert ASF and AMC together to BVH": (b"#!OML:ASF", b":FULLY-SPECIFIED"),
+    "a JSON file": (b"{",),
+}
+"""Kinds of other files -> what they begin with."""
+
+
+def plain(data: bytes) -> bytes:
+    """Without a byte order mark, lines ended by LF or CRLF."""
+    data = data.removeprefix(_BOM)
+    return data if b"\n" in data else data.replace(b"\r", b"\n")
+
+
+def complaint(start: bytes) -> str | None:
+    """The fault of a file that starts with these bytes (some thousand), or None if it may be BVH."""
+    if not start:
+        return "is empty"
+    if start.startswith(_UTF16):
+        return "is UTF-16 text: save it as UTF-8"
+    text = start.removeprefix(_BOM).lstrip()
+    if not text:
+        return "holds only blanks"
+    if text[:9].upper() == b"HIERARCHY":
+        return None
+    for meaning, signatures in _FOREIGN.items():
+        if text.lower().startswith(tuple(each.lower() for each in signatures)):
+            return f"is not BVH but {meaning}"
+    if b"\0" in start:
+        return "is not BVH but binary data of an unknown kind"
+    first = text.splitlines()[0][:40].decode("ascii", "replace")
+    return f"is not BVH: it begins with {first!r} instead of HIERARCHY"
 
 
 def read_header(path: Path, data: bytes) -> tuple[Header, int, int]:
@@ -85,7 +140,7 @@ def _frames(text: str, line: int) -> int:
 
 def _frame_time(text: str, line: int) -> float:
     found = _FRAME_TIME.fullmatch(text)
-    seconds = _number(found[1]) if found else None
+    seconds = number(found[1]) if found else None
     if seconds is None or not 1e-6 <= seconds <= 1e4:
         raise _Fault(f"expected 'Frame Time:' and seconds above 0, found {text.strip()[:_SHOWN]!r}", line)
     return seconds
@@ -111,7 +166,7 @@ class _Fault(Exception):
         self.line = line
 
 
-def _number(token: str) -> float | None:
+def number(token: str) -> float | None:
     """A finite number, or None."""
     try:
         value = float(token)
@@ -244,7 +299,7 @@ class _Reader:
             self.open_names.discard(self.names[block.joint])
 
     def _offset(self, words: list[str]) -> None:
-        numbers = [_number(word) for word in words[1:]]
+        numbers = [number(word) for word in words[1:]]
         x, y, z = numbers if len(numbers) == 3 else (None, None, None)
         if x is None or y is None or z is None:
             raise self._fault(f"OFFSET needs three finite numbers, found {' '.join(words[1:])[:_SHOWN]!r}")

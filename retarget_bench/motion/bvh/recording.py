@@ -58,14 +58,27 @@ def record(path: Path, document: Document, *, root: str, scale: float, fold: boo
     ]
     turned = local_rotations(document)
     stated = _stated_places(path, document)
-    first = _first_joint(hierarchy, stated, turned, notes) if fold else 0
+    first = 0
+    while fold and _is_dummy(hierarchy, first, stated, turned):
+        first += 1
+    if first:  # whatever lies above only carries it, and is folded into it
+        above = ", ".join(map(repr, hierarchy.names[:first]))
+        notes.append(f"{above} only carries {hierarchy.names[first]!r} and is folded into it")
     replaced = _replaced_offsets(path, hierarchy, stated, first, notes)
     skeleton = _skeleton(hierarchy, first, replaced, scale)
     absolute, heading = _carried(document, stated, turned, first, relative=False)
     relative, _ = _carried(document, stated, turned, first, relative=True)
     turned = turned[:, first:]
     turned[:, 0] = heading
-    places = _reading(root, skeleton, turned, absolute * scale, relative * scale, notes)
+    absolute, relative = absolute * scale, relative * scale
+    if np.abs(relative - absolute).max() <= 1e-6 * reach(skeleton):
+        root = "absolute"
+    if root == "auto":
+        root = "relative" if is_relative(skeleton, turned, absolute, relative) else "absolute"
+        other = "absolute" if root == "relative" else "relative"
+        away = np.linalg.norm((relative - absolute).mean(axis=0))
+        notes.append(f"root places read as {root} (root={other} would move them by {away:.4g})")
+    places = relative if root == "relative" else absolute
     return Recording(skeleton, rotation.continuous(turned), places, document.fps, tuple(notes))
 
 
@@ -119,23 +132,10 @@ def _stated_places(path: Path, document: Document) -> dict[int, np.ndarray]:
 
 
 # ------------------------------------------------------------------------------------- the dummy root
-def _first_joint(
-    hierarchy: Hierarchy, stated: dict[int, np.ndarray], turned: np.ndarray, notes: list[str]
-) -> int:
-    """The joint that becomes the root: whatever lies above it only carries it, and is folded into it."""
-    first = 0
-    while _is_dummy(hierarchy, first, stated, turned):
-        first += 1
-    if first:
-        above = ", ".join(map(repr, hierarchy.names[:first]))
-        notes.append(f"{above} only carries {hierarchy.names[first]!r} and is folded into it")
-    return first
-
-
 def _is_dummy(hierarchy: Hierarchy, joint: int, stated: dict[int, np.ndarray], turned: np.ndarray) -> bool:
-    """Whether the joint has one child alone, which moves by itself or is named as the hips.
+    """True for a joint with one child alone, which moves by itself or is named as the hips.
 
-    Folding is exact for any joint with one child; this only decides what deserves to be the root.
+    Folding is exact for any joint with one child; this only decides which joint should be the root.
     """
     if hierarchy.children(joint) != [joint + 1] or any(s.parent == joint for s in hierarchy.end_sites):
         return False
@@ -160,25 +160,6 @@ def _carried(
             place = place + rotation.rotate(heading, step)
             heading = rotation.multiply(heading, turned[:, joint])
     return place, heading
-
-
-def _reading(
-    asked: str,
-    skeleton: Skeleton,
-    turned: np.ndarray,
-    absolute: np.ndarray,
-    relative: np.ndarray,
-    notes: list[str],
-) -> np.ndarray:
-    """The root's places by the asked reading, or by the one that the data speaks for."""
-    if np.abs(relative - absolute).max() <= 1e-6 * reach(skeleton):
-        return absolute
-    if asked == "auto":
-        asked = "relative" if is_relative(skeleton, turned, absolute, relative) else "absolute"
-        other = "absolute" if asked == "relative" else "relative"
-        away = np.linalg.norm((relative - absolute).mean(axis=0))
-        notes.append(f"root places read as {asked} (root={other} would move them by {away:.4g})")
-    return relative if asked == "relative" else absolute
 
 
 # ----------------------------------------------------------------------------------------- the bones
@@ -237,7 +218,6 @@ def _skeleton(
     return Skeleton(names, parents, offsets[first:] * scale, tuple(sites))
 
 
-_UP_AXES = (1, 2)
 _HIP_HEIGHT = (0.3, 1.5)
 """A standing root's height as a share of its reach: what tells a rest height from an arbitrary place."""
 _SUNK = (0.75, 1.25)
@@ -248,29 +228,23 @@ _FRAMES = 32
 def is_relative(
     skeleton: Skeleton, rotations: np.ndarray, absolute: np.ndarray, relative: np.ndarray
 ) -> bool:
-    """Whether the root's places ``(frames, 3)`` are those of ``relative`` and not those of ``absolute``.
+    """True where the root's places ``(frames, 3)`` are those of ``relative`` and not those of ``absolute``.
 
-    Both are in use, and no file says which. The readings differ by the root's OFFSET, so that the wrong one
-    puts the body about a hip height too low or too high. They are relative when the absolute reading leaves
-    the body's lowest joint one OFFSET height below 0 (0.75 to 1.25 of it, median over frames), and the
-    OFFSET is a hip height and not the first frame.
+    Both are in use, and no file says which. The wrong one puts the body about a hip height too low or too
+    high, since they differ by the root's OFFSET. They are relative when the absolute reading leaves the
+    lowest joint one OFFSET height below 0 (0.75 to 1.25 of it, median over frames), and the OFFSET is a hip
+    height and not the first frame.
     """
     size = reach(skeleton)
     shift = (relative - absolute).mean(axis=0)
     if np.abs(absolute[0] - shift).max() <= 1e-4 * size:
         return False
-    for up in _UP_AXES:
-        if _HIP_HEIGHT[0] * size <= shift[up] <= _HIP_HEIGHT[1] * size:
-            return _sinks(skeleton, rotations, absolute, up, shift[up])
-    return False
-
-
-def _sinks(skeleton: Skeleton, rotations: np.ndarray, places: np.ndarray, up: int, height: float) -> bool:
-    if np.median(places[:, up]) > 0.5 * height:
+    axes = (axis for axis in (1, 2) if _HIP_HEIGHT[0] * size <= shift[axis] <= _HIP_HEIGHT[1] * size)
+    if (up := next(axes, None)) is None or np.median(absolute[:, up]) > 0.5 * shift[up]:
         return False  # no body reaches that far below its root; this spares most files the kinematics
-    some = np.unique(np.linspace(0, len(places) - 1, _FRAMES).astype(int))
-    joints, _ = kinematics.forward(skeleton, rotations[some], places[some])
-    sunk = -np.median(joints[:, :, up].min(axis=1)) / height
+    some = np.unique(np.linspace(0, len(absolute) - 1, _FRAMES).astype(int))
+    joints, _ = kinematics.forward(skeleton, rotations[some], absolute[some])
+    sunk = -np.median(joints[:, :, up].min(axis=1)) / shift[up]
     return bool(_SUNK[0] <= sunk <= _SUNK[1])
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, TYPE_CHECKING, Any, cast
@@ -11,6 +10,7 @@ from typing import IO, TYPE_CHECKING, Any, cast
 import numpy as np
 
 from retarget_bench.errors import FileError
+from retarget_bench.motion.bvh.header import number
 
 if TYPE_CHECKING:
     from pandas.io.parsers import TextFileReader
@@ -128,15 +128,8 @@ def _fault(words: list[bytes], columns: int, *, last: bool) -> str | None:
         reason = "the file is cut off" if last and len(words) < columns else f"there are {columns} channels"
         return f"has {len(words)} of {columns} numbers: {reason}"
     for place, word in enumerate(words, 1):
-        if not _is_finite(word):
+        if word.translate(None, _NUMBER) or number(word.decode("latin-1")) is None:
             return (
                 f"has {word[:40].decode('ascii', 'replace')!r} as number {place}, which is no finite number"
             )
     return None
-
-
-def _is_finite(word: bytes) -> bool:
-    try:
-        return not word.translate(None, _NUMBER) and math.isfinite(float(word))
-    except ValueError:
-        return False

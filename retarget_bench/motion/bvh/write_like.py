@@ -12,6 +12,7 @@ from retarget_bench.files import atomic
 from retarget_bench.motion import bvh, rotation
 from retarget_bench.motion.bvh import Document, Hierarchy, Recording
 from retarget_bench.motion.bvh.document import POSITIONS, ROTATIONS
+from retarget_bench.motion.bvh.recording import local_rotations
 from retarget_bench.motion.importer import UP_AXES, Imported
 from retarget_bench.motion.motion import Motion
 
@@ -29,13 +30,6 @@ class _Pattern:
     reading: str
     first: int
 
-    @classmethod
-    def of(cls, path: Path, recording: Recording) -> _Pattern:
-        document = bvh.parse(path)
-        relative = bvh.read(path, root="relative").root
-        reading = "relative" if np.array_equal(relative, recording.root) else "absolute"
-        return cls(path, document, reading, len(document.hierarchy) - len(recording.skeleton))
-
 
 def write(path: str | Path, motion: Motion, like: Imported, *, root: str = "auto") -> tuple[str, ...]:
     """Write a motion of the body of ``like`` as that file would state it; returns what could not be kept.
@@ -45,7 +39,10 @@ def write(path: str | Path, motion: Motion, like: Imported, *, root: str = "auto
     Raises FileError where the body's file has no channels to say where the body is.
     """
     path, source = Path(path), like.findings.path
-    pattern = _Pattern.of(source, bvh.read(source, root=root))
+    recording, document = bvh.read(source, root=root), bvh.parse(source)
+    relative = np.array_equal(bvh.read(source, root="relative").root, recording.root)
+    first = len(document.hierarchy) - len(recording.skeleton)
+    pattern = _Pattern(source, document, "relative" if relative else "absolute", first)
     wanted = _in_axes_of(motion, like)
     values, notes = _values(pattern, wanted)
     document = Document(pattern.document.hierarchy, 1.0 / motion.fps, np.round(values, _DIGITS))
@@ -58,11 +55,10 @@ def write(path: str | Path, motion: Motion, like: Imported, *, root: str = "auto
 
 def _in_axes_of(motion: Motion, like: Imported) -> Motion:
     """The motion in the unit and with the up axis of a file."""
-    reading = like.findings.reading
-    back = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[reading.up])))
+    back = rotation.conjugate(rotation.from_rotation_vector(np.array(UP_AXES[like.findings.up])))
     rotations = np.array(motion.rotations)
     rotations[:, 0] = rotation.multiply(back[None], rotations[:, 0])
-    root = rotation.rotate(back[None], motion.root) / reading.unit[1]
+    root = rotation.rotate(back[None], motion.root) / like.findings.unit[1]
     return replace(motion, rotations=rotations, root=root)
 
 
@@ -75,7 +71,9 @@ def _values(pattern: _Pattern, motion: Motion) -> tuple[np.ndarray, tuple[str, .
     turned = np.array(motion.rotations)
     turned[:, 0] = rotation.multiply(rotation.conjugate(heading)[None], turned[:, 0])
     columns = [_columns(hierarchy, joint, ROTATIONS) for joint in range(pattern.first, len(hierarchy))]
-    angles = np.stack([_angles(turned[:, j], tuple(each)) for j, each in enumerate(columns)], axis=1)
+    orders = ["".join("XYZ"[axis] for axis in (*each, *sorted({0, 1, 2} - set(each)))) for each in columns]
+    angles = np.stack([rotation.to_euler(turned[:, j], order) for j, order in enumerate(orders)], axis=1)
+    angles = np.degrees(angles)
     angles = _without_jumps(angles, np.array([len(each) == 3 for each in columns]))
     notes = []
     for joint, each in enumerate(columns):
@@ -85,12 +83,6 @@ def _values(pattern: _Pattern, motion: Motion) -> tuple[np.ndarray, tuple[str, .
             name = hierarchy.names[pattern.first + joint]
             notes.append(f"{name} has {len(each)} rotation channels: {lost:.1f} degrees lost")
     return values, tuple(notes)
-
-
-def _angles(turned: np.ndarray, axes: tuple[int, ...]) -> np.ndarray:
-    """``(frames, 3)`` degrees about the axes that a joint has, then about those that it lacks."""
-    order = "".join("XYZ"[axis] for axis in (*axes, *sorted({0, 1, 2} - set(axes))))
-    return np.degrees(rotation.to_euler(turned, order))
 
 
 def _without_jumps(angles: np.ndarray, free: np.ndarray) -> np.ndarray:
@@ -119,6 +111,7 @@ def _placed(pattern: _Pattern, root: np.ndarray) -> tuple[list[int], np.ndarray,
     if not movable:
         raise FileError(pattern.path, "has no position channels: it cannot say where a body is")
     mover = movable[-1]
+    turned = local_rotations(replace(pattern.document, values=pattern.document.values[:1]))[0]
     fixed, heading, at_mover = np.zeros(3), rotation.identity(), rotation.identity()
     for joint in range(pattern.first + 1):
         columns = _columns(hierarchy, joint, POSITIONS)
@@ -130,7 +123,7 @@ def _placed(pattern: _Pattern, root: np.ndarray) -> tuple[list[int], np.ndarray,
             step = step + hierarchy.offsets[joint]
         fixed = fixed + rotation.rotate(heading, step)
         if joint < pattern.first:
-            heading = rotation.multiply(heading, _still_rotation(pattern, joint))
+            heading = rotation.multiply(heading, turned[joint])
     columns = _columns(hierarchy, mover, POSITIONS)
     place = rotation.rotate(rotation.conjugate(at_mover)[None], root - fixed)
     return [columns[axis] for axis in range(3)], place, heading
@@ -140,15 +133,6 @@ def _columns(hierarchy: Hierarchy, joint: int, wanted: tuple[str, ...]) -> dict[
     """Axis (0, 1, 2) -> column of the joint's position or rotation channels, in file order."""
     first = hierarchy.first_columns[joint]
     return {wanted.index(c): first + i for i, c in enumerate(hierarchy.channels[joint]) if c in wanted}
-
-
-def _still_rotation(pattern: _Pattern, joint: int) -> np.ndarray:
-    """``(4,)`` how a joint is turned in the file's first frame."""
-    columns = _columns(pattern.document.hierarchy, joint, ROTATIONS)
-    order = "".join("XYZ"[axis] for axis in (*columns, *sorted({0, 1, 2} - set(columns))))
-    angles = np.zeros(3)
-    angles[: len(columns)] = np.radians(pattern.document.values[0, list(columns.values())])
-    return np.asarray(rotation.from_euler(angles, order))
 
 
 def _check(path: Path, written: Recording, wanted: Motion) -> None:

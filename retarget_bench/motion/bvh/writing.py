@@ -46,14 +46,17 @@ def document_of(path: Path, motion: Motion, *, order: str, scale: float) -> Docu
         raise NotSupported(f"scale must be positive, got {scale}")
     _check_frames(path, motion.root)
     _check_frames(path, motion.rotations)
-    skeleton = motion.skeleton
+    skeleton, offsets = motion.skeleton, np.array(motion.skeleton.offsets)
+    if is_relative(skeleton, motion.rotations, motion.root, motion.root + offsets[0]):
+        offsets[0] = 0.0  # or the motion would be taken for relative to it
+    turns = tuple(f"{axis}rotation" for axis in order)
     joints = _depth_first(skeleton)
     place_of = {joint: place for place, joint in enumerate(joints)}
     hierarchy = Hierarchy(
         names=tuple(_checked_name(path, skeleton.names[joint]) for joint in joints),
         parents=np.array([place_of.get(skeleton.parents[joint], -1) for joint in joints]),
-        offsets=_lengths(_offsets(motion)[joints], scale),
-        channels=tuple(_channels(order, joint == 0) for joint in joints),
+        offsets=_lengths(offsets[joints], scale),
+        channels=((*POSITIONS, *turns), *[turns] * (len(joints) - 1)),
         end_sites=tuple(
             EndSite(place_of[site.parent], tuple(_lengths(np.array(site.offset), scale).tolist()))
             for site in sorted(skeleton.end_sites, key=lambda site: place_of[site.parent])
@@ -75,14 +78,6 @@ def _check_frames(path: str | Path, numbers: np.ndarray) -> None:
         )
 
 
-def _offsets(motion: Motion) -> np.ndarray:
-    """The skeleton's offsets, but 0 for the root where the motion would be taken for relative to it."""
-    skeleton, offsets = motion.skeleton, np.array(motion.skeleton.offsets)
-    if is_relative(skeleton, motion.rotations, motion.root, motion.root + offsets[0]):
-        offsets[0] = 0.0
-    return offsets
-
-
 def _depth_first(skeleton: Skeleton) -> list[int]:
     order: list[int] = []
     open_joints = [0]
@@ -90,10 +85,6 @@ def _depth_first(skeleton: Skeleton) -> list[int]:
         order.append(joint := open_joints.pop())
         open_joints.extend(reversed(skeleton.children[joint]))
     return order
-
-
-def _channels(order: str, root: bool) -> tuple[str, ...]:
-    return (*(POSITIONS if root else ()), *(f"{axis}rotation" for axis in order))
 
 
 def _lengths(metres: np.ndarray, scale: float) -> np.ndarray:
@@ -129,12 +120,8 @@ def hierarchy_text(hierarchy: Hierarchy) -> str:
             f"{tab}\tCHANNELS {' '.join([str(len(names)), *names])}",
         ]
         for tip in tips[joint]:
-            lines += [
-                f"{tab}\tEnd Site",
-                f"{tab}\t{{",
-                f"{tab}\t\tOFFSET {_offset_text(tip)}",
-                f"{tab}\t}}",
-            ]
+            text = ("End Site", "{", f"\tOFFSET {_offset_text(tip)}", "}")
+            lines += [f"{tab}\t{line}" for line in text]
         open_joints.append(joint)
     lines += ["\t" * depth + "}" for depth in reversed(range(len(open_joints)))]
     return "\n".join(lines) + "\n"

@@ -5,81 +5,50 @@ the joints that hang on it:
 
 1. In closed form, from the root outward: several bones that leave a joint in different directions fix it
    (Wahba's problem), one bone is reached by the shortest turn from the reference pose as the parent carries
-   it (``fit_bones.first``).
+   it (``bones.first``).
 2. Gauss-Newton steps over the whole body bring all joints nearest to their places together, damped
    towards that start. Bones that the whole clip shows longer or shorter than they are keep their
-   directions instead (``fit_bones.goals``).
+   directions instead (``bones.goals``).
 3. Twists that no position shows are chosen: knees and elbows bend about their hinges, else there is no
-   twist against the parent, and nothing jumps from frame to frame (``fit_twist``). The rest of the body
+   twist against the parent, and nothing jumps from frame to frame (``twist.py``). The rest of the body
    then gives way to twists that are shown too weakly to be left to noise.
 
 Joints that nothing hangs on follow their parents. The root joint is where it was seen, exactly.
 """
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
 from retarget_bench.errors import BenchError
-from retarget_bench.motion import alignment
-from retarget_bench.motion.character import Character
+from retarget_bench.motion import transfer
+from retarget_bench.motion.character import Motion, Positions
 from retarget_bench.motion.fitting import bones, twist
-from retarget_bench.motion.fitting.tree import Tree
-from retarget_bench.motion.motion import Motion, Positions
 
 _HOLD = 30.0
 """Squares of the fit's own error that a radian away from the chosen twists costs."""
 
 
 @dataclass(frozen=True, eq=False)
-class Residual:
-    """Distances of the joints of a fitted motion from the positions that were given.
+class Fitted:
+    """A motion, and ``distances`` ``(frames, joints)`` metres of its joints from the positions given."""
 
-    character: whose joints they are.
-    distances: ``(frames, joints)`` metres.
-
-    The root is fitted exactly and counts in no mean.
-    """
-
-    character: Character
+    motion: Motion
     distances: np.ndarray
-
-    @cached_property
-    def per_joint(self) -> np.ndarray:
-        """``(joints,)`` metres, means over the frames."""
-        return self.distances.mean(axis=0) if len(self.distances) else np.zeros(self.distances.shape[1])
 
     @property
     def mean(self) -> float:
-        """Metres, over all frames and all joints but the root."""
-        return float(self.per_joint[1:].mean()) if len(self.per_joint) > 1 else 0.0
+        """Metres, over all frames and all joints but the root, which is fitted exactly."""
+        return float(self.distances[:, 1:].mean()) if self.distances[:, 1:].size else 0.0
 
     @property
     def worst(self) -> float:
         """Metres: the largest of all."""
         return float(self.distances.max(initial=0.0))
 
-    @property
-    def worst_joint(self) -> str:
-        """The name of the joint that is farthest off at any time."""
-        return self.character.skeleton.names[int(self.distances.max(axis=0, initial=0.0).argmax())]
-
-    @property
-    def share(self) -> float:
-        """The mean as a share of the body's height."""
-        return self.mean / self.character.height
-
     def __str__(self) -> str:
-        return f"{100 * self.mean:.1f} cm mean, {100 * self.worst:.1f} cm worst ({self.worst_joint})"
-
-
-@dataclass(frozen=True, eq=False)
-class Fitted:
-    """A motion and how far it is from the positions that it was fitted to."""
-
-    motion: Motion
-    residual: Residual
+        joint = self.motion.skeleton.names[int(self.distances.max(axis=0, initial=0.0).argmax())]
+        return f"{100 * self.mean:.1f} cm mean, {100 * self.worst:.1f} cm worst ({joint})"
 
 
 def fit(positions: Positions) -> Fitted:
@@ -88,11 +57,18 @@ def fit(positions: Positions) -> Fitted:
     Raises BenchError where a position is not finite.
     """
     seen, character = positions.positions, positions.character
-    _check(positions)
+    bad = ~np.isfinite(seen).all(axis=2)
+    if bad.any():
+        frame, joint = np.argwhere(bad)[0].tolist()
+        raise BenchError(
+            f"no rotations can be fitted to positions of {character.name}: in "
+            f"{int(bad.any(axis=1).sum())} of {len(bad)} frames some are not finite, the first being "
+            f"{positions.skeleton.names[joint]!r} in frame {frame}"
+        )
     if not len(seen):
         empty = character.motion(np.zeros((0, seen.shape[1], 4)), np.zeros((0, 3)), positions.fps)
-        return Fitted(empty, Residual(character, np.zeros(seen.shape[:2])))
-    tree = Tree.of(character)
+        return Fitted(empty, np.zeros(seen.shape[:2]))
+    tree = bones.Tree.of(character)
     wanted = bones.goals(tree, seen)
     turned = bones.refined(tree, bones.first(tree, wanted), wanted)
     off = np.square(tree.places(turned, wanted[:, 0]) - wanted).sum(axis=2)[:, 1:]
@@ -100,18 +76,6 @@ def fit(positions: Positions) -> Fitted:
     turned = twist.twisted(tree, turned, wanted, positions.fps, noise)
     turned = bones.refined(tree, turned, wanted, _HOLD * noise**2)
     motion = character.motion(
-        alignment.from_relative(character, turned), positions.root.copy(), positions.fps
+        transfer.from_relative(character, turned), positions.root.copy(), positions.fps
     )
-    distances = np.linalg.norm(motion.positions - seen, axis=2)
-    return Fitted(motion, Residual(character, distances))
-
-
-def _check(positions: Positions) -> None:
-    bad = ~np.isfinite(positions.positions).all(axis=2)
-    if bad.any():
-        frame, joint = np.argwhere(bad)[0].tolist()
-        raise BenchError(
-            f"no rotations can be fitted to positions of {positions.character.name}: in "
-            f"{int(bad.any(axis=1).sum())} of {len(bad)} frames some are not finite, the first being "
-            f"{positions.skeleton.names[joint]!r} in frame {frame}"
-        )
+    return Fitted(motion, np.linalg.norm(motion.positions - seen, axis=2))

@@ -8,7 +8,7 @@ there, neighbouring frames pull at each other, and the least sum of squares is o
 import numpy as np
 
 from retarget_bench.motion import hinges, rotation
-from retarget_bench.motion.fitting.tree import NOTHING, Tree
+from retarget_bench.motion.fitting.bones import NOTHING, Tree
 from retarget_bench.motion.roles import SIDES
 
 _PARENT = 0.05
@@ -39,7 +39,7 @@ def twisted(tree: Tree, turned: np.ndarray, seen: np.ndarray, fps: float, noise:
         above = out[:, parent] if parent >= 0 else still
         if not sight.own:
             out[:, joint] = turned[:, joint] if sight.lent > _LENT else above
-        elif choice.shown(joint):
+        elif sight.spread >= max(NOTHING, _NOISES * choice.noise):
             out[:, joint] = turned[:, joint]
         else:
             out[:, joint] = choice.of(joint, above)
@@ -52,10 +52,6 @@ class _Choice:
     def __init__(self, tree: Tree, turned: np.ndarray, seen: np.ndarray, fps: float, noise: float) -> None:
         self.tree, self.turned, self.seen = tree, turned, seen
         self.noise, self.firmness = max(noise, 1e-9), _FIRMNESS * (fps / 30.0) ** 2
-
-    def shown(self, joint: int) -> bool:
-        """Whether the bones of a joint show how it is twisted."""
-        return self.tree.sights[joint].spread >= max(NOTHING, _NOISES * self.noise)
 
     def of(self, joint: int, above: np.ndarray) -> np.ndarray:
         """``(frames, 4)`` of a joint whose bones lie along one line: the shortest turn there from the

@@ -22,89 +22,73 @@ def paper_table(table: PublishedTable, rows: Sequence[OwnRow]) -> Table:
     footnotes = Footnotes()
     printed = [_printed(table, row, footnotes) for row in table.rows]
     several = len({row.dataset for row in rows}) > 1
-    ours = [(_own(table, row, footnotes, several), row.mark) for row in sorted(rows, key=_by_name)]
+    by_name = sorted(rows, key=lambda row: (row.dataset, row.label))
+    ours = [_own(table, row, footnotes, several) for row in by_name]
     blocks = dict.fromkeys(column.block for column in table.columns)
     groups = tuple(group for each in blocks if (group := _block(table, each, printed, ours)).rows)
-    notes = [
-        *_counts(table, rows),
-        *caveats(table, rows),
-        *table.notes,
-    ]
     return Table(
         title=table.title,
         groups=groups,
-        notes=tuple(notes),
+        notes=(*_counts(table, rows), *caveats(table, rows), *table.notes),
         footnotes=tuple(footnotes.sentences),
         reading=f"Rows marked '{PRINTED}' are the paper's numbers; all others were computed here, under "
         "the protocol that each column names. Nothing is ranked.",
     )
 
 
-def _block(
-    table: PublishedTable, block: str, printed: Sequence[Row], ours: Sequence[tuple[Row, str]]
-) -> Group:
+def _block(table: PublishedTable, block: str, printed: Sequence[Row], ours: Sequence[Row]) -> Group:
     """The columns of one block. Printed rows are left out where the paper prints nothing at all."""
     numbers = [number for number, column in enumerate(table.columns) if column.block == block]
-    some = _prints(table, block)
 
     def part(row: Row) -> Row:
         return replace(row, cells=tuple(row.cells[number] for number in numbers))
 
-    ours = [each for each in ours if any(cell.reason != OTHER_CASES for cell in part(each[0]).cells)]
-
+    shown = [row for row in map(part, ours) if any(cell.reason != OTHER_CASES for cell in row.cells)]
+    theirs = map(part, printed if _prints(table, block) else ())
     return Group(
         title=f"{table.paper}: {block}" if block else table.paper,
         split="",
         columns=tuple(_column(table.columns[number]) for number in numbers),
-        ranked=(*(part(row) for row in printed if some), *(part(row) for row, mark in ours if not mark)),
-        unranked=tuple(part(row) for row, mark in ours if mark),
-        common=(None,) * len(numbers),
+        ranked=(*theirs, *(row for row in shown if not row.mark)),
+        unranked=tuple(row for row in shown if row.mark),
     )
 
 
 def _prints(table: PublishedTable, block: str) -> bool:
-    """Whether the paper prints anything in a block."""
+    """The paper prints a number in this block."""
     asked = [column.id for column in table.columns if column.block == block]
     return any(each in row.values for row in table.rows for each in asked)
 
 
-def _by_name(row: OwnRow) -> tuple[str, str]:
-    return row.dataset, row.label
-
-
 def _column(column: PublishedColumn) -> Column:
+    mean = f"protocol {column.value}, mean over"
     if column.mean_of:
         meaning = f"mean of {', '.join(column.mean_of)}"
     elif column.any_pair:
-        meaning = f"protocol {column.value}, mean over every pair but self pairs"
+        meaning = f"{mean} every pair but self pairs"
     elif column.splits:
-        meaning = f"protocol {column.value}, mean over all cases of split {' and '.join(column.splits)}"
+        meaning = f"{mean} all cases of split {' and '.join(column.splits)}"
     elif column.legs:
         kind = f" of kind {column.kind}" if column.kind else ""
         meaning = f"{column.value} of all answers{kind} on bodies of {column.legs} legs"
     elif column.seen:
         had = "had" if column.seen == "seen" else "did not have"
-        meaning = f"protocol {column.value}, mean over bodies of structures that training {had}"
+        meaning = f"{mean} bodies of structures that training {had}"
     elif column.structure:
-        meaning = f"protocol {column.value}, mean over bodies of structure {column.structure}"
-    elif column.pairs:
-        meaning = f"protocol {column.value}, mean over {', '.join(column.pairs)}"
+        meaning = f"{mean} bodies of structure {column.structure}"
     else:
-        meaning = column.missing
+        meaning = f"{mean} {', '.join(column.pairs)}" if column.pairs else column.missing
     return Column(column.id, column.label, column.unit, "lower", meaning)
 
 
 def _printed(table: PublishedTable, row: PublishedRow, footnotes: Footnotes) -> Row:
     cells = []
     for column in table.columns:
-        numbers = row.values.get(column.id)
-        if numbers is None:
+        if numbers := row.values.get(column.id):
+            cells.append(_cell(numbers[0], (*numbers[1:], None)[0], _decimals(table, column)))
+        else:
             note = footnotes.number(NOT_PRINTED) if _prints(table, column.block) else 0
             cells.append(Cell(NOT_APPLICABLE, reason=NOT_PRINTED, footnote=note))
-        else:
-            cells.append(
-                _cell(numbers[0], numbers[1] if len(numbers) > 1 else None, _decimals(table, column))
-            )
     return Row(f"{row.method} ({PRINTED})", "", tuple(cells), "")
 
 
@@ -116,13 +100,10 @@ def _own(table: PublishedTable, row: OwnRow, footnotes: Footnotes, several: bool
             reason = column.missing or row.reasons.get(column.id, OTHER_CASES)
             cells.append(footnotes.missing(reason))
             continue
-        spread = (
-            found.spread if any(len(each.values.get(column.id, ())) > 1 for each in table.rows) else None
-        )
+        prints_spread = any(len(each.values.get(column.id, ())) > 1 for each in table.rows)
+        spread = found.spread if prints_spread else None
         shown = _cell(found.value, spread, _decimals(table, column))
-        cells.append(
-            Cell(shown.text, shown.value, decimals=shown.decimals, n=found.cases, clips=found.clips)
-        )
+        cells.append(replace(shown, n=found.cases, clips=found.clips))
     label = f"{row.label}, {row.dataset}" if several else row.label
     n = "" if table.of_sets else str(sum(row.cells[each].cases for each in _counted(table, row)))
     return Row(label, row.mark, tuple(cells), n)
@@ -148,19 +129,20 @@ def _decimals(table: PublishedTable, column: PublishedColumn) -> int:
 
 
 def _counts(table: PublishedTable, rows: Sequence[OwnRow]) -> list[str]:
-    """How many cases, pairs and clips every column of ours is a mean over, by data set."""
+    """Numbers of cases, pairs and clips that our columns are means over, by data set."""
     sentences = []
     for dataset in dict.fromkeys(row.dataset for row in rows):
         mine = [row.cells for row in rows if row.dataset == dataset]
         counts: list[str] = []
         for column in table.columns:
             found = [cells[column.id] for cells in mine if column.id in cells and not column.mean_of]
-            if found and column.legs:
-                least = min(found, key=lambda cell: cell.cases)
+            if not found:
+                continue
+            least = min(found, key=lambda cell: cell.cases)
+            if column.legs:
                 sets = f"{count(least.cases, 'window')} in each set, {count(least.clips, 'clip')}"
                 counts.append(f"{column.id}: {sets}, {count(least.pairs, 'structure')} of targets")
-            elif found:
-                least = min(found, key=lambda cell: cell.cases)
+            else:
                 pairs = f"{least.pairs} of {len(column.pairs)}" if column.pairs else f"{least.pairs}"
                 clips = f"{least.clips} of {table.clips}" if column.pairs else f"{least.clips}"
                 counts.append(f"{column.label}: {count(least.cases, 'case')}, pairs {pairs}, clips {clips}")

@@ -6,11 +6,10 @@ pairs it is a mean over, or why there is none.
 
 import tomllib
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache
 from importlib.resources import files
-from importlib.resources.abc import Traversable
 from pathlib import Path
 
 import numpy as np
@@ -20,10 +19,14 @@ from retarget_bench import defaults
 from retarget_bench.analysis.summary import never_ranked
 from retarget_bench.api import CaseInfo
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation import set_metrics
+from retarget_bench.evaluation.set_metrics import SetValue
 from retarget_bench.results import case_metadata, columns, compatibility, store
 from retarget_bench.results.columns import Columns
+from retarget_bench.results.header import ResultHeader
 from retarget_bench.results.store import ResultPaths
 
+FLOOR, FLOOR_MARK = "floor", "real motion against real motion"
 OUR_STRUCTURES = "structures of these results"
 UNTRAINED = "the method is untrained, so no structure is seen or unseen"
 
@@ -84,7 +87,7 @@ class PublishedTable(_Facts):
 
     @property
     def of_sets(self) -> bool:
-        """Whether it compares sets of answers (``own_set_rows.py``) and not answers with right ones."""
+        """It compares sets of answers with real motion, and not answers with right ones."""
         return any(column.legs for column in self.columns)
 
 
@@ -114,9 +117,12 @@ class OwnRow:
     reasons: Mapping[str, str] = field(default_factory=dict)
 
 
+_FOLDER = files("retarget_bench.tables.published")
+
+
 def names() -> list[str]:
     """The published tables there are."""
-    return sorted(each.name[:-5] for each in _folder().iterdir() if each.name.endswith(".toml"))
+    return sorted(each.name[:-5] for each in _FOLDER.iterdir() if each.name.endswith(".toml"))
 
 
 @cache
@@ -124,12 +130,8 @@ def published(name: str) -> PublishedTable:
     """A published table. Raises BenchError for a name that there is none of."""
     if name not in names():
         raise BenchError(f"there is no published table {name!r}; there are {', '.join(names())}")
-    text = (_folder() / f"{name}.toml").read_text(encoding="utf-8")
+    text = (_FOLDER / f"{name}.toml").read_text(encoding="utf-8")
     return PublishedTable.model_validate(tomllib.loads(text))
-
-
-def _folder() -> Traversable:
-    return files("retarget_bench.tables.published")
 
 
 def with_structures(table: PublishedTable, places: Sequence[ResultPaths]) -> PublishedTable:
@@ -159,6 +161,8 @@ def own_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[OwnRo
     Numbers on other data, or of another version of a metric, than the newest are left out, as in every
     table. Raises FileError where a result cannot be read.
     """
+    if table.of_sets:
+        return _own_set_rows(table, places)
     there = [(place, store.read_header(place.header)) for place in dict.fromkeys(places)]
     newest = compatibility.newest_by_label(header for _, header in there)
     grouped: dict[tuple[str, str, Path], list[Columns]] = {}
@@ -192,7 +196,9 @@ def _own_row(table: PublishedTable, dataset: str, label: str, found: Sequence[Co
     cells: dict[str, OwnCell] = {}
     for column in table.columns:
         if parts := [cells[each] for each in column.mean_of if each in cells]:
-            cells[column.id] = _mean_of(parts, [each for part in column.mean_of for each in asked[part]])
+            # the mean of means, as the papers take it; all else is of all cases together
+            whole = _mean([each for part in column.mean_of for each in asked[part]])
+            cells[column.id] = replace(whole, value=float(np.mean([part.value for part in parts])))
         elif asked.get(column.id):
             cells[column.id] = _mean(asked[column.id])
     reasons = {} if trained else {column.id: UNTRAINED for column in table.columns if column.seen}
@@ -241,17 +247,83 @@ def _mean(found: Sequence[tuple[CaseInfo, float]]) -> OwnCell:
     )
 
 
-def _mean_of(parts: Sequence[OwnCell], found: Sequence[tuple[CaseInfo, float]]) -> OwnCell:
-    """The mean of means, as the papers take it; all else is of all cases together."""
-    return replace(_mean(found), value=float(np.mean([part.value for part in parts])))
+# sets of answers
+def _own_set_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[OwnRow]:
+    """Our methods in the columns of a table of sets, and per data set the floor: what real motion scores.
+
+    Only results without references count (their headers say which structures have four legs). Of a method
+    with several seeds, the first. A column's number is the mean over the structures that have one.
+    """
+    there = [(place, store.read_header(place.header)) for place in dict.fromkeys(places)]
+    newest = compatibility.newest_by_label(header for _, header in there)
+    results: list[tuple[ResultHeader, ResultPaths, list[SetValue]]] = []
+    for place, header in there:
+        if header.four_legged is None or place.split != "cross" or ".seed-" in place.method:
+            continue
+        latest = newest[header.dataset.label]
+        values = [each for each in set_metrics.read(place) if not latest.stale_value(header, each.value_id)]
+        if values and not latest.stale_data(header):
+            results.append((header, place, values))
+    names = Counter((header.dataset.label, header.method.label) for header, _, _ in results)
+    rows = []
+    for header, place, values in results:
+        label, mark = header.method.label, never_ranked(header.method)
+        if names[header.dataset.label, label] > 1:
+            label = f"{label} ({place.root})"
+        found = {column.id: _values_of(column, header, values) for column in table.columns}
+        rows.append(_set_row(label, mark, header, found, lambda each: each.value))
+    for dataset in dict.fromkeys(header.dataset.label for header, _, _ in results):
+        mine = [(header, values) for header, _, values in results if header.dataset.label == dataset]
+        found = {}
+        for column in table.columns:
+            values = [each for header, all_of in mine for each in _values_of(column, header, all_of)]
+            found[column.id] = _usual(values)
+        rows.append(_set_row(FLOOR, FLOOR_MARK, mine[0][0], found, lambda each: each.floor))
+    return [row for row in rows if row.cells or row.reasons]
 
 
-# ------------------------------------------------------------------------------------- what it means
-def asked_pairs(table: PublishedTable) -> int:
-    """How many pairs the paper's columns ask for."""
-    return len({pair for column in table.columns for pair in column.pairs})
+def _values_of(column: PublishedColumn, header: ResultHeader, values: Sequence[SetValue]) -> list[SetValue]:
+    """The values of a column, one per structure of that many legs."""
+    four = set(header.four_legged or ())
+    return [
+        each
+        for each in values
+        if (each.value_id, each.kind) == (column.value, column.kind)
+        and (each.structure in four) == (column.legs == 4)
+    ]
 
 
+def _set_row(
+    label: str,
+    mark: str,
+    header: ResultHeader,
+    values: dict[str, list[SetValue]],
+    number: Callable[[SetValue], float | None],
+) -> OwnRow:
+    """A row from the values of every column. number: the value itself, or its floor."""
+    cells, reasons = {}, {}
+    for column, mine in values.items():
+        if having := [(found, each) for each in mine if (found := number(each)) is not None]:
+            mean = float(np.mean([found for found, _ in having]))
+            n, clips = min(each.n for _, each in having), min(each.clips for _, each in having)
+            cells[column] = OwnCell(mean, 0.0, n, clips, len(having))
+        elif mine:
+            reasons[column] = "; ".join(dict.fromkeys(each.reason for each in mine))
+    return OwnRow(label, header.dataset.label, header.dataset.name, mark, cells, reasons)
+
+
+def _usual(values: Sequence[SetValue]) -> list[SetValue]:
+    """Per structure one of the values with the most common real set."""
+    found = []
+    for structure in dict.fromkeys(each.structure for each in values):
+        mine = [each for each in values if each.structure == structure]
+        given = [each for each in mine if each.value is not None] or mine
+        real = Counter(each.real for each in given).most_common(1)[0][0]
+        found.append(next(each for each in given if each.real == real))
+    return found
+
+
+# notes
 def caveats(table: PublishedTable, rows: Sequence[OwnRow]) -> list[str]:
     """Sentences on why our numbers are not comparable with the printed ones."""
     if not rows and table.of_sets:
@@ -263,29 +335,20 @@ def caveats(table: PublishedTable, rows: Sequence[OwnRow]) -> list[str]:
         return [
             "None of the results has a case that this table asks for: the pairs are of Mixamo's test set."
         ]
+    asked = len({pair for column in table.columns for pair in column.pairs})
     found = []
     for dataset in dict.fromkeys(row.dataset for row in rows):
-        mine = [row for row in rows if row.dataset == dataset]
-        if not any(column.pairs for column in table.columns):
-            continue
         own = [
-            cell
-            for row in mine
-            for column in table.columns
-            if column.pairs and (cell := row.cells.get(column.id))
+            cells
+            for row in rows
+            if row.dataset == dataset
+            if (cells := [row.cells[c.id] for c in table.columns if c.pairs and c.id in row.cells])
         ]
-        if not own:
-            continue
-        clips, pairs = max(cell.clips for cell in own), max(_pairs(table, row) for row in mine)
-        if (clips, pairs) != (table.clips, asked_pairs(table)):
+        clips = max((cell.clips for cells in own for cell in cells), default=0)
+        pairs = max((sum(cell.pairs for cell in cells) for cells in own), default=0)
+        if own and (clips, pairs) != (table.clips, asked):
             found.append(
-                f"{dataset}: {pairs} of the {asked_pairs(table)} pairs and {clips} of the {table.clips} "
+                f"{dataset}: {pairs} of the {asked} pairs and {clips} of the {table.clips} "
                 "test clips that the paper asks for, so its numbers do not compare with the printed ones."
             )
     return found
-
-
-def _pairs(table: PublishedTable, row: OwnRow) -> int:
-    return sum(
-        row.cells[column.id].pairs for column in table.columns if column.pairs and column.id in row.cells
-    )

@@ -4,11 +4,11 @@ from collections.abc import Callable, Sequence
 from functools import partial
 
 from retarget_bench.tables.model import Table
-from retarget_bench.tables.rendering.as_csv import comma_separated
-from retarget_bench.tables.rendering.as_html import html
-from retarget_bench.tables.rendering.as_latex import latex
-from retarget_bench.tables.rendering.as_markdown import markdown
-from retarget_bench.tables.rendering.as_text import text
+from retarget_bench.tables.rendering.as_csv import comma_separated as comma_separated
+from retarget_bench.tables.rendering.as_html import html as html
+from retarget_bench.tables.rendering.as_latex import latex as latex
+from retarget_bench.tables.rendering.as_markdown import markdown as markdown
+from retarget_bench.tables.rendering.as_text import text as text
 
 Renderer = Callable[[Sequence[Table]], str]
 """Tables to one document."""
@@ -25,14 +25,3 @@ WITH_INTERVALS: dict[str, Renderer] = RENDERERS | {
     "md": partial(markdown, intervals=True),
 }
 """The other formats always hold intervals."""
-
-__all__ = [
-    "RENDERERS",
-    "WITH_INTERVALS",
-    "Renderer",
-    "comma_separated",
-    "html",
-    "latex",
-    "markdown",
-    "text",
-]

@@ -3,7 +3,7 @@
 import unicodedata
 from collections.abc import Sequence
 
-from retarget_bench.tables.model import Cell, Column, Group, Row, Table
+from retarget_bench.tables.model import EMPTY, Cell, Column, Group, Row, Table
 from retarget_bench.tables.rendering import words
 
 ESCAPES = {
@@ -138,7 +138,7 @@ def _small(what: str) -> str:
 def _legend(table: Table, group: Group) -> list[str]:
     """Legend of a group: columns, marks, intervals, missing values, footnotes, notes."""
     cells = [cell for row in group.rows for cell in row.cells]
-    out = [plain(words.means(table)), plain(words.ARROWS)]
+    out = [plain(table.reading or words.MEANS), plain(words.ARROWS)]
     if any(cell.mark for cell in cells):
         out.append(rf"\textbf{{Bold}}: {plain(words.BEST)}; {TIED} {plain(words.TIED)}.")
     if any(cell.interval for cell in cells):
@@ -149,7 +149,7 @@ def _legend(table: Table, group: Group) -> list[str]:
     meanings = [(column.label, column.meaning) for column in explained]
     meanings.append(("n", words.counted(group)))
     shown = {cell.text for cell in cells if cell.value is None}
-    meanings += [(kind, words.reason_known(kind)) for kind in words.empty_kinds(table) if kind in shown]
+    meanings += [(kind, EMPTY[kind]) for kind in EMPTY if kind in shown]
     out += [rf"\emph{{{plain(label)}}}: {plain(meaning)}." for label, meaning in meanings]
     used = sorted({cell.footnote for cell in cells if cell.footnote})
     out += [plain(f"[{number}] {table.footnotes[number - 1]}.") for number in used]

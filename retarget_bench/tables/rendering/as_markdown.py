@@ -19,6 +19,11 @@ def plain(sentence: str) -> str:
     return "".join(f"\\{each}" if each in SPECIAL else each for each in escaped)
 
 
+def line(cells: Sequence[str]) -> str:
+    """A line of a table."""
+    return f"| {' | '.join(cells)} |"
+
+
 def _table(table: Table, intervals: bool) -> str:
     out = [f"## {plain(table.title)}"]
     for group in table.groups:
@@ -34,17 +39,16 @@ def _group(group: Group, intervals: bool) -> list[str]:
         below = [unit, f"({column.mark})" if column.mark else ""]
         head = [f"{column.label} {column.arrow}".strip(), *(each for each in below if each)]
         heads.append("<br>".join(map(plain, head)))
-    out = [f"| {plain(group.heading)} | " + " | ".join([*heads, "n"]) + " |"]
-    out.append("|---|" + "---:|" * (len(heads) + 1))
+    out = [line([plain(group.heading), *heads, "n"]), "|---|" + "---:|" * (len(heads) + 1)]
     out += [_line(row, intervals) for row in group.ranked]
     if counts := words.common_counts(group):
-        out.append(f"| *{words.COMMON}* | " + " | ".join([*counts, ""]) + " |")
+        out.append(line([f"*{words.COMMON}*", *counts, ""]))
     return [*out, *(_line(row, intervals) for row in group.unranked)]
 
 
 def _line(row: Row, intervals: bool) -> str:
     cells = [_cell(cell, intervals) for cell in row.cells]
-    return "| " + " | ".join([plain(words.named(row)), *cells, plain(row.n)]) + " |"
+    return line([plain(words.named(row)), *cells, plain(row.n)])
 
 
 def _cell(cell: Cell, intervals: bool) -> str:
@@ -56,15 +60,11 @@ def _cell(cell: Cell, intervals: bool) -> str:
 
 
 def _legend(table: Table, intervals: bool) -> list[str]:
-    out = [plain(f"{words.means(table)} {words.ARROWS}")]
+    out = [plain(f"{table.reading or words.MEANS} {words.ARROWS}")]
     if words.has_marks([table]):
         out.append(f"**Bold**: {plain(words.BEST)}. {MARKS['tied']} {plain(words.TIED)}.")
     out += [plain(words.INTERVALS)] if intervals else []
     out += [plain(words.SEEDS)] if words.has_seeds([table]) else []
-    out += ["", *(f"- **{plain(label)}**: {plain(meaning)}" for label, meaning in words.short(table))]
-    out += [f"- **{label}**: {plain(meaning)}" for label, meaning in words.counts(table)]
-    out += [f"- **{kind}**: {plain(words.reason_known(kind))}" for kind in words.empty_kinds(table)]
+    out += ["", *(f"- **{plain(label)}**: {plain(meaning)}" for label, meaning in words.meanings(table))]
     out += [f"- \\[{number}\\] {plain(note)}" for number, note in enumerate(table.footnotes, 1)]
-    absent = [sentence for group in table.groups for sentence in group.absent]
-    below = [*absent, *table.notes, *(problem.sentence for problem in table.problems)]
-    return [*out, *(f"- {plain(note)}" for note in below)]
+    return [*out, *(f"- {plain(note)}" for note in words.notes(table))]

@@ -17,11 +17,10 @@ NARROWEST_NAME, WIDEST_NAME = 24, 40
 
 @dataclass(frozen=True)
 class _Line:
-    """A name and the stacked lines of every column; or a heading alone."""
+    """A name and the stacked lines of every column; without these a heading."""
 
     name: str
     cells: tuple[tuple[str, ...], ...] = ()
-    alone: bool = False
 
 
 def text(tables: Sequence[Table], intervals: bool = False) -> str:
@@ -34,14 +33,13 @@ def _table(table: Table, intervals: bool) -> str:
     out = [title, "=" * width(title)]
     for group in table.groups:
         out += ["", *_hung("", printable(group.title)), ""]
-        out += _drawn(group, intervals) if group.columns else [f"  {words.NO_COLUMN}"]
+        if not group.columns:
+            out.append(f"  {words.NO_COLUMN}")
+        elif len(group.columns) > max(MOST_COLUMNS, len(group.rows)):
+            out += _by_column(group, intervals)
+        else:
+            out += _by_row(group, intervals)
     return "\n".join([*out, "", *_legend(table, intervals)]) + "\n"
-
-
-def _drawn(group: Group, intervals: bool) -> list[str]:
-    if len(group.columns) > max(MOST_COLUMNS, len(group.rows)):
-        return _by_column(group, intervals)
-    return _by_row(group, intervals)
 
 
 def _by_row(group: Group, intervals: bool) -> list[str]:
@@ -55,7 +53,7 @@ def _by_row(group: Group, intervals: bool) -> list[str]:
     if counts := words.common_counts(group):
         lines.append(_Line(f"({words.COMMON})", (*((f"{each} ",) for each in counts), ("",))))
     if group.unranked:
-        lines += [_Line(f"{words.NOT_RANKED}:", alone=True), *map(line, group.unranked)]
+        lines += [_Line(f"{words.NOT_RANKED}:"), *map(line, group.unranked)]
     return _grid(group.heading, [*map(_head, group.columns), ["n"]], lines)
 
 
@@ -96,8 +94,9 @@ def _head(column: Column) -> list[str]:
 # ------------------------------------------------------------------------------------------------ grid
 def _grid(heading: str, heads: Sequence[list[str]], lines: Sequence[_Line]) -> list[str]:
     """Aligned columns; as many blocks below each other as the width asks for."""
+    rows = [line for line in lines if line.cells]
     widths = [
-        2 + max(width(each) for each in (*head, *(part for line in lines for part in _column(line, i))))
+        2 + max(width(part) for parts in (head, *(line.cells[i] for line in rows)) for part in parts)
         for i, head in enumerate(heads)
     ]
     longest = max(width(printable(line.name)) for line in lines)
@@ -126,12 +125,8 @@ def _blocks(widths: Sequence[int], room: int) -> list[list[int]]:
     return blocks
 
 
-def _column(line: _Line, number: int) -> tuple[str, ...]:
-    return line.cells[number] if line.cells else ()
-
-
 def _body(line: _Line, block: Sequence[int], first: int, widths: Sequence[int]) -> list[str]:
-    if line.alone:
+    if not line.cells:
         return [f"  {line.name}"]
     names = wrapped(printable(line.name), first)
     cells = [line.cells[i] for i in block]
@@ -147,16 +142,14 @@ def _joined(name: str, cells: Sequence[str], first: int, widths: Sequence[int]) 
 
 # ---------------------------------------------------------------------------------------------- legend
 def _legend(table: Table, intervals: bool) -> list[str]:
-    out = _hung("", f"{words.means(table)} {words.ARROWS}")
+    out = _hung("", f"{table.reading or words.MEANS} {words.ARROWS}")
     if words.has_marks([table]):
         out += _hung("", f"{MARKS['best']} {words.BEST}; {MARKS['tied']} {words.TIED}.")
     if intervals:
         out += _hung("", words.INTERVALS)
     if words.has_seeds([table]):
         out += _hung("", words.SEEDS)
-    meanings = [*words.short(table), *words.counts(table)]
-    meanings += [(kind, words.reason_known(kind)) for kind in words.empty_kinds(table)]
-    meanings = [(printable(label), printable(meaning)) for label, meaning in meanings]
+    meanings = [(printable(label), printable(meaning)) for label, meaning in words.meanings(table)]
     most = min(max(width(label) for label, _ in meanings), WIDEST_NAME)
     for label, meaning in meanings:
         if width(label) > most:
@@ -165,11 +158,7 @@ def _legend(table: Table, intervals: bool) -> list[str]:
         out += _hung(f"  {label}{' ' * (most - width(label))}  ", meaning)
     for number, footnote in enumerate(table.footnotes, 1):
         out += _hung(f"[{number}] ", printable(footnote))
-    absent = [sentence for group in table.groups for sentence in group.absent]
-    below = [*absent, *table.notes, *(problem.sentence for problem in table.problems)]
-    for note in below:
-        out += _hung("- ", printable(note))
-    return out
+    return [*out, *(line for note in words.notes(table) for line in _hung("- ", printable(note)))]
 
 
 def _hung(lead: str, sentence: str) -> list[str]:

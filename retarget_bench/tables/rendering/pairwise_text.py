@@ -7,8 +7,9 @@ import textwrap
 from collections.abc import Callable, Sequence
 
 from retarget_bench.analysis.pairwise import LEAST_CLIPS, Difference, PairwiseComparison
-from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, Interval
+from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS
 from retarget_bench.tables.model import ARROWS
+from retarget_bench.tables.rendering.as_markdown import line, plain
 
 WIDTH = 108
 HEADS = ("", "{first}", "{second}", "difference", "95 % interval", "p", "cases", "clips", "")
@@ -42,12 +43,11 @@ def markdown(found: Sequence[PairwiseComparison]) -> str:
     """A table per split, with a legend."""
     out = []
     for each in found:
-        head, *rows = [[_plain(cell) for cell in row] for row in _cells(each)]
-        out += [f"### {_plain(f'{each.first} against {each.second}: {each.dataset}, {each.split}')}", ""]
-        out += ["| " + " | ".join(head) + " |", "|---|" + "---:|" * (len(head) - 2) + "---|"]
-        out += ["| " + " | ".join(row) + " |" for row in rows]
-        out += ["", *(f"- {_plain(note)}" for note in each.notes), *([""] if each.notes else [])]
-    return "\n".join([*out, *(f"- {_plain(line)}" for line in _legend(found))]) + "\n"
+        head, *rows = [line([plain(cell) for cell in row]) for row in _cells(each)]
+        out += [f"### {plain(f'{each.first} against {each.second}: {each.dataset}, {each.split}')}", ""]
+        out += [head, "|---|" + "---:|" * (len(HEADS) - 2) + "---|", *rows]
+        out += ["", *(f"- {plain(note)}" for note in each.notes), *([""] if each.notes else [])]
+    return "\n".join([*out, *(f"- {plain(sentence)}" for sentence in _legend(found))]) + "\n"
 
 
 def comma_separated(found: Sequence[PairwiseComparison]) -> str:
@@ -86,33 +86,24 @@ def _cells(found: PairwiseComparison) -> list[list[str]]:
 
 
 def _row(found: PairwiseComparison, one: Difference) -> list[str]:
-    facts = one.facts
+    facts, interval = one.facts, one.interval
     goal = f"{facts.goal:g}" if facts.better == "target" else ""
     unit = f", {facts.unit}" if facts.unit != "1" else ""
     name = f"{one.value} {ARROWS[facts.better]}{goal}".rstrip() + unit
     decimals = _decimals(max(abs(one.first), abs(one.second)))
-    fine = _decimals(_size(one)) - 1
+    # a difference has the decimals of its uncertainty, or of its own size
+    uncertainty = (interval.high - interval.low) / 2 if interval else 0.0
+    fine = max(0, _decimals(uncertainty or abs(one.difference)) - 1)
+    shown = f"[{interval.low:+.{fine}f}, {interval.high:+.{fine}f}]" if interval else "–"
     return [
         name,
         f"{one.first:.{decimals}f}",
         f"{one.second:.{decimals}f}",
-        "0" if one.none else f"{one.difference:+.{max(0, fine)}f}",
-        _interval(one.interval, max(0, fine)) if not one.none else "",
-        "" if one.none else _p(one.adjusted),
+        *(["0", "", ""] if one.none else [f"{one.difference:+.{fine}f}", shown, _p(one.adjusted)]),
         str(one.cases),
         str(one.clips),
         verdict(found, one),
     ]
-
-
-def _size(one: Difference) -> float:
-    """The size that decides the decimals of a difference: its uncertainty, or its own size."""
-    uncertain = (one.interval.high - one.interval.low) / 2 if one.interval else 0.0
-    return uncertain or abs(one.difference)
-
-
-def _interval(interval: Interval | None, decimals: int) -> str:
-    return f"[{interval.low:+.{decimals}f}, {interval.high:+.{decimals}f}]" if interval else "–"
 
 
 def _p(p: float) -> str:
@@ -132,14 +123,6 @@ def _legend(found: Sequence[PairwiseComparison]) -> list[str]:
     names = {(each.first, each.second) for each in found}
     first, second = names.pop() if len(names) == 1 else ("the first", "the second")
     return [line.replace("{first}", first).replace("{second}", second) for line in LEGEND]
-
-
-def _plain(words: str) -> str:
-    """Text escaped for Markdown and the HTML in it."""
-    escaped = words.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;").replace("\n", " ")
-    for mark in "\\`*_[]|":
-        escaped = escaped.replace(mark, "\\" + mark)
-    return escaped
 
 
 RENDERERS: dict[str, Callable[[Sequence[PairwiseComparison]], str]] = {

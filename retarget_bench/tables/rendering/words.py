@@ -5,7 +5,7 @@ import unicodedata
 from collections.abc import Sequence
 
 from retarget_bench.analysis.statistics import ALPHA, ENOUGH_CLIPS, LEVEL
-from retarget_bench.tables.model import EMPTY, NOT_APPLICABLE, Column, Group, Row, Table
+from retarget_bench.tables.model import EMPTY, Column, Group, Row, Table
 
 NOT_RANKED = "not ranked"
 NO_COLUMN = "no case here has any of the values asked for"
@@ -69,26 +69,26 @@ def shown_unit(column: Column) -> str:
     return column.unit if column.unit != "1" else ""
 
 
-def short(table: Table) -> list[tuple[str, str]]:
-    """(heading and unit, meaning) of every column, by name where two headings are alike."""
+def meanings(table: Table) -> list[tuple[str, str]]:
+    """(label, meaning) of every column, of n and of the kinds of missing values.
+
+    The label of a column has its unit, and is its id where two columns have one label.
+    """
+    labels = [column.label for column in table.explained]
     found = []
     for column in table.explained:
-        alike = sum(other.label == column.label for other in table.explained) > 1
         unit = shown_unit(column)
-        name = column.id if alike else column.label
+        name = column.label if labels.count(column.label) == 1 else column.id
         found.append((name + (f" [{unit}]" if unit else ""), column.meaning))
-    return found
-
-
-def means(table: Table) -> str:
-    """How to read the numbers."""
-    return table.reading or MEANS
-
-
-def counts(table: Table) -> list[tuple[str, str]]:
-    """Meanings of n."""
     kinds = dict.fromkeys(map(counted, table.groups)) or {N: None}
-    return [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
+    found += [("n (windows)" if kind == WINDOWS else "n", kind) for kind in kinds]
+    return [*found, *((kind, EMPTY[kind]) for kind in empty_kinds(table))]
+
+
+def notes(table: Table) -> list[str]:
+    """Sentences below a table: columns without values, notes, cases without an answer."""
+    absent = [sentence for group in table.groups for sentence in group.absent]
+    return [*absent, *table.notes, *(problem.sentence for problem in table.problems)]
 
 
 def counted(group: Group) -> str:
@@ -96,11 +96,6 @@ def counted(group: Group) -> str:
     if group.counted == "windows":
         return WINDOWS
     return N_PART if group.subject else N
-
-
-def reason_known(kind: str) -> str:
-    """The legend of a kind of missing value."""
-    return EMPTY[kind] if kind in EMPTY else EMPTY[NOT_APPLICABLE]
 
 
 # ----------------------------------------------------------------------------------------- safe to print
@@ -115,7 +110,7 @@ def _escape(each: str) -> str:
 
 
 def width(words: str) -> int:
-    """How many places of a terminal a printable text takes."""
+    """Width of a printable text in a terminal, in characters."""
     wide = sum(unicodedata.east_asian_width(each) in "WF" for each in words)
     return len(words) + wide - sum(bool(unicodedata.combining(each)) for each in words)
 

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import Dataset
+from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import NotSupported, Unusable
 from retarget_bench.evaluation.plan import dataset
 from retarget_bench.evaluation.worker import register_plugins
@@ -94,9 +95,11 @@ def clips_of(job: Mapping[str, Any]) -> Clips:
 
 
 def _source(structure: str, cast: Mapping[str, Sequence[Character]], moving: Cast) -> Source | None:
-    roles = _roles(cast[structure][0])
+    body = cast[structure][0]
+    own = structure_joints(body).tolist()
+    roles = tuple(body.roles[joint] for joint in own)
     if structure in moving:
-        return Source(structure, structure, tuple(windows.joints_of(cast[structure][0]).tolist()), roles)
+        return Source(structure, structure, tuple(own), roles)
     offers = []
     for lender in moving:
         if lender in cast:
@@ -119,15 +122,11 @@ def _match(body: Character, lender: Character) -> tuple[float, tuple[int, ...]]:
         return np.inf, ()
     apart = np.linalg.norm(ours[:, None] - theirs, axis=-1)
     rows, columns = linear_sum_assignment(apart**2)
-    return float(apart[rows, columns].max()), tuple(windows.joints_of(lender)[columns].tolist())
+    return float(apart[rows, columns].max()), tuple(structure_joints(lender)[columns].tolist())
 
 
 def _places(body: Character) -> np.ndarray:
     """``(joints seen, 3)`` places in the reference pose, hips at zero, in heights."""
     places, _ = kinematics.forward(body.skeleton, body.reference_pose, np.zeros(3))
     hips = places[body.joint_of.get("hips", 0)]
-    return np.asarray((places[windows.joints_of(body)] - hips) / body.height)
-
-
-def _roles(body: Character) -> tuple[str | None, ...]:
-    return tuple(body.roles[joint] for joint in windows.joints_of(body))
+    return np.asarray((places[structure_joints(body)] - hips) / body.height)

@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 
 from retarget_bench.api import Prediction
+from retarget_bench.api.comparison import structure_joints
 from retarget_bench.errors import FileError
 from retarget_bench.files import cache_folder, slug
 from retarget_bench.motion.character import Character
@@ -45,13 +46,9 @@ class Network:
         """Sixteen hex digits of the tensors: what rows name the network by."""
         return str(self.card["hash"])
 
-    @property
-    def dimensions(self) -> int:
-        return LAYERS[-1]
-
     def unfit(self, character: Character) -> str:
         """Why a body cannot be seen by this network; "" where it can."""
-        joints = windows.joints_of(character)
+        joints = structure_joints(character)
         roles = [character.roles[joint] for joint in joints]
         if roles != self.card["roles"]:
             return (
@@ -67,13 +64,11 @@ class Network:
 
     def encode(self, cut: np.ndarray) -> np.ndarray:
         """``(windows, 256)`` float32 features of windows ``(windows, FRAMES, channels)``."""
-        parts = [self._encode(cut[at : at + BATCH]) for at in range(0, len(cut), BATCH)]
-        return np.concatenate(parts) if parts else np.zeros((0, self.dimensions), np.float32)
-
-    def _encode(self, cut: np.ndarray) -> np.ndarray:
-        return (
-            (self.activations(cut) - self._tensor["feature_mean"]) * self._tensor["feature_scale"]
-        ).astype(np.float32)
+        mean, scale = self._tensor["feature_mean"], self._tensor["feature_scale"]
+        found = np.zeros((len(cut), LAYERS[-1]), np.float32)
+        for at in range(0, len(cut), BATCH):
+            found[at : at + BATCH] = (self.activations(cut[at : at + BATCH]) - mean) * scale
+        return found
 
     def activations(self, cut: np.ndarray) -> np.ndarray:
         """``(windows, 256)`` deepest activations of a batch, mean over time, as they are."""

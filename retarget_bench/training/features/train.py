@@ -70,7 +70,11 @@ def train(
     facts: more lines for its card. progress is called after every step with the steps done and the loss.
     """
     begun = time.perf_counter()
-    kept, aside = _split(clips, config)
+    cut = [windows.windows(seen, config.hop) for seen in clips.values()]
+    held = slice(config.validation - 1, None, config.validation)
+    aside = np.concatenate(cut[held] or cut[:1])
+    del cut[held]
+    kept = np.concatenate(cut)
     mean, scale = _statistics(kept, config)
     curve, model = _fit((kept - mean) * scale, (aside - mean) * scale, config, progress)
     tensors = _tensors(model, mean, scale)
@@ -79,10 +83,9 @@ def train(
     )
     deepest = np.concatenate([bare.activations(kept[at : at + 64]) for at in range(0, len(kept), 64)])
     spread = deepest.std(axis=0)
+    scales = np.where(spread > DROPPED, 1.0 / np.maximum(spread, DROPPED), 0.0)
     tensors["feature_mean"] = deepest.mean(axis=0).astype(np.float32)
-    tensors["feature_scale"] = np.where(spread > DROPPED, 1.0 / np.maximum(spread, DROPPED), 0.0).astype(
-        np.float32
-    )
+    tensors["feature_scale"] = scales.astype(np.float32)
     card = {
         "structure": source.structure,
         "roles": list(source.roles),
@@ -97,15 +100,6 @@ def train(
         "torch": torch.__version__,
     }
     return network.write(folder, tensors, card)
-
-
-def _split(clips: Mapping[str, np.ndarray], config: FeatureTrainingConfig) -> tuple[np.ndarray, np.ndarray]:
-    """``(windows, FRAMES, channels)`` float32 to train on, and of clips that are kept aside."""
-    parts: tuple[list[np.ndarray], list[np.ndarray]] = [], []
-    for number, seen in enumerate(clips.values()):
-        parts[number % config.validation == config.validation - 1].append(windows.windows(seen, config.hop))
-    kept, aside = parts
-    return np.concatenate(kept), np.concatenate(aside or kept[:1])
 
 
 def _statistics(kept: np.ndarray, config: FeatureTrainingConfig) -> tuple[np.ndarray, np.ndarray]:
@@ -131,6 +125,7 @@ def _fit(
     here, there = (
         torch.from_numpy(np.ascontiguousarray(each.transpose(0, 2, 1))) for each in (kept, aside)
     )
+    every = max(config.steps // config.checks, 1)
     curve, recent = [], []
     for step, batch in enumerate(_batches(len(here), config), 1):
         wanted = here[batch]
@@ -141,20 +136,11 @@ def _fit(
         schedule.step()
         recent.append(loss.item())
         progress(step, recent[-1])
-        if step % max(config.steps // config.checks, 1) == 0 or step == config.steps:
-            curve.append(
-                {
-                    "step": step,
-                    "train": _short(sum(recent) / len(recent)),
-                    "validation": _check(model, there),
-                }
-            )
+        if step % every == 0 or step == config.steps:
+            mean = sum(recent) / len(recent)
+            curve.append({"step": step, "train": _short(mean), "validation": _check(model, there)})
             recent = []
     return curve, model
-
-
-def _tensor(cut: np.ndarray) -> Tensor:
-    return torch.from_numpy(np.ascontiguousarray(cut.transpose(0, 2, 1)))
 
 
 def _batches(count: int, config: FeatureTrainingConfig) -> Iterator[Tensor]:

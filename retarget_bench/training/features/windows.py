@@ -38,11 +38,6 @@ EVEN = 0.2
 """Heights per second squared, likewise."""
 
 
-def joints_of(character: Character) -> np.ndarray:
-    """Indices of the joints that are seen: the body's, without fingers, props and hair."""
-    return structure_joints(character)
-
-
 def unseeable(character: Character) -> str:
     """Why a body has no facing frame or scale; "" where it has."""
     if not character.height > 0:
@@ -53,14 +48,14 @@ def unseeable(character: Character) -> str:
 def channels(motion: Prediction, joints: Sequence[int] | None = None, floor: float = 0.0) -> np.ndarray:
     """``(frames, 5 * joints + 3)`` float64 channels of a motion, brought to 30 frames per second.
 
-    joints: which joints are seen, in this order; None: ``joints_of`` the character.
+    joints: which joints are seen, in this order; None: the body's, without fingers, props and hair.
     floor:  metres, the height of the floor. Raises NotSupported where ``unseeable`` says why.
     """
     character = motion.character
     if reason := unseeable(character):
         raise NotSupported(reason)
     places = _at_rate(motion)
-    seen = joints_of(character) if joints is None else np.asarray(joints)
+    seen = structure_joints(character) if joints is None else np.asarray(joints)
     hips = places[:, character.joint_of.get("hips", 0)] * (1.0, 0.0, 1.0)
     turn = facing.facing(places, character, SMOOTHING)
     centred = places[:, seen] - hips[:, None] - (0.0, floor, 0.0)

@@ -14,9 +14,8 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import Check
 from retarget_bench.verification.contract.datasets import DatasetTrial
-from retarget_bench.verification.contract.methods import MethodTrial
+from retarget_bench.verification.contract.methods import MethodTrial, PostTrial
 from retarget_bench.verification.contract.metrics import MetricTrial, SetMetricTrial
-from retarget_bench.verification.contract.posts import PostTrial
 
 __all__ = ["Check", "assert_contract", "check"]
 

@@ -1,21 +1,19 @@
 """Shared by the checks of every kind of plug-in: trials, outcomes, sample cases, snapshots."""
 
-import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, fields, is_dataclass, replace
-from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
 
 import numpy as np
 
-from retarget_bench.api import Case, Contacts, Dataset, Prediction
+from retarget_bench.api import Case, Dataset, Prediction
 from retarget_bench.errors import BenchError
+from retarget_bench.evaluation.predict import one_line
 from retarget_bench.plugins import parameters, registry
 from retarget_bench.plugins.spec import Spec
 
 P = TypeVar("P")
 """The contract that a plug-in is to fulfil."""
-KINDS_OF_SOURCE = ("motion", "positions")
 
 
 @dataclass(frozen=True)
@@ -33,16 +31,16 @@ class Check:
         return f"ok      {self.demand}" if self.passed else f"FAILED  {self.demand}: {self.problem}"
 
 
-Look = Callable[[Any], str | None]
+CheckMethod = Callable[[Any], str | None]
 """A method of a ``Trial`` that says what is wrong; None where nothing is."""
 
 
-def demand(text: str) -> Callable[[Look], Look]:
+def demand(text: str) -> Callable[[CheckMethod], CheckMethod]:
     """Mark a method of a ``Trial`` as the check of a demand."""
 
-    def marked(look: Look) -> Look:
-        look.demand = text  # type: ignore[attr-defined]
-        return look
+    def marked(method: CheckMethod) -> CheckMethod:
+        method.demand = text  # type: ignore[attr-defined]
+        return method
 
     return marked
 
@@ -61,34 +59,27 @@ class Trial(Generic[P]):
         self.plugin: P = registry.create(self.kind, spec)
 
     def __iter__(self) -> Iterator[Check]:
-        looks = [look for each in reversed(type(self).__mro__) for look in vars(each).values()]
-        for look in looks:
-            if text := getattr(look, "demand", ""):
-                yield Check(text, self._problem(look))
+        for method in [method for each in reversed(type(self).__mro__) for method in vars(each).values()]:
+            if text := getattr(method, "demand", ""):
+                try:
+                    problem = method(self) or ""
+                except BenchError as error:
+                    problem = str(error)
+                except Exception as error:  # the plug-in's own fault: it costs this check only
+                    problem = one_line(error)
+                yield Check(text, problem)
 
-    def _problem(self, look: Look) -> str:
-        try:
-            return look(self) or ""
-        except BenchError as error:
-            return str(error)
-        except Exception as error:  # the plug-in's own fault: it costs this check only
-            return _where(error)
-
-    def misnamed(self, name: str) -> str | None:
-        """The difference between the name on the card and the name of the plug-in."""
-        wanted = self.spec.names
-        return None if name == wanted else f"card.name is {name!r}, but the plug-in is called {wanted!r}"
-
-    def undescribed(self, described: Iterable[str]) -> str | None:
-        """The parameters of the plug-in that its card has no line for."""
+    def card_fault(self, card: Any, **known: Iterable[str]) -> str | None:
+        """The first fault of a card: unknown words, another name, or a parameter without a line."""
+        for name, words in known.items():
+            if strange := set(getattr(card, name)) - set(words):
+                return f"{name} {sorted(strange)}; known are {', '.join(words)}"
+        if card.name != (wanted := self.spec.names):
+            return f"card.name is {card.name!r}, but the plug-in is called {wanted!r}"
         taken, _ = parameters.known(registry.load(self.kind, self.spec.name))
-        missing = [each.name for each in taken if each.name not in described]
+        described = getattr(card, "parameters", None)
+        missing = [] if described is None else [p.name for p in taken if p.name not in described]
         return f"card.parameters has no line for {', '.join(missing)}" if missing else None
-
-
-def _where(error: Exception) -> str:
-    last = traceback.extract_tb(error.__traceback__)[-1]
-    return f"{type(error).__name__}: {error} ({Path(last.filename).name}:{last.lineno})"
 
 
 def sample(data: Dataset, frames: int = 40) -> list[Case]:
@@ -106,21 +97,17 @@ def resized(case: Case, frames: int) -> Case:
     there_and_back = np.arange(max(2 * case.source.frames - 2, 1))
     turning = np.minimum(there_and_back, len(there_and_back) - there_and_back)
     part = np.resize(turning, frames)
-    contacts = case.contacts and Contacts(
-        case.contacts.roles,
-        case.contacts.planted[part],
-        None if case.contacts.pivoting is None else case.contacts.pivoting[part],
-    )
-    touches = case.touches and tuple(replace(touch, rests=touch.rests[part]) for touch in case.touches)
-    answers = (None if each is None else each.at(part) for each in (case.reference, case.alternative))
-    reference, other = answers
+    contacts = case.contacts
+    if contacts is not None:
+        pivoting = None if contacts.pivoting is None else contacts.pivoting[part]
+        contacts = replace(contacts, planted=contacts.planted[part], pivoting=pivoting)
     return replace(
         case,
         source=case.source.at(part),
-        reference=reference,
-        alternative=other,
+        reference=case.reference and case.reference.at(part),
+        alternative=case.alternative and case.alternative.at(part),
         contacts=contacts,
-        touches=touches,
+        touches=case.touches and tuple(replace(touch, rests=touch.rests[part]) for touch in case.touches),
     )
 
 

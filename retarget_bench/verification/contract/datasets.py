@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset
-from retarget_bench.api.optional import offers_real
+from retarget_bench.api import SPLITS, Case, CaseInfo, Dataset, RealDataset
 from retarget_bench.motion.motion import Motion
 from retarget_bench.plugins import registry
 from retarget_bench.verification.contract.common import Trial, demand
@@ -36,9 +35,7 @@ class DatasetTrial(Trial[Dataset]):
         texts = ("summary", "version", "licence", "obtain")
         if empty := [name for name in texts if not getattr(card, name).strip()]:
             return f"no {', '.join(empty)}"
-        if unknown := set(card.splits) - set(SPLITS):
-            return f"splits {sorted(unknown)}; known are {', '.join(SPLITS)}"
-        return self.misnamed(card.name) or self.undescribed(card.parameters)
+        return self.card_fault(card, splits=SPLITS)
 
     @demand("label, content and notes are text")
     def texts(self) -> str | None:
@@ -84,7 +81,7 @@ class DatasetTrial(Trial[Dataset]):
     @demand("real motion, where it is offered, is of the structure asked for")
     def real(self) -> str | None:
         data: object = self.plugin
-        if not offers_real(data):
+        if not isinstance(data, RealDataset):
             return None
         for structure in {body.structure for body in self.plugin.characters().values()}:
             infos = data.real("retarget", structure)
@@ -109,7 +106,9 @@ class DatasetTrial(Trial[Dataset]):
                 motion = getattr(case, name)
                 if motion is not None and not np.isfinite(motion.positions).all():
                     return f"{case.info.id}: a position of the {name} is not finite"
-                if isinstance(motion, Motion) and _off_unit(motion.rotations) > 1e-6:
+                if not isinstance(motion, Motion):
+                    continue
+                if np.abs(np.linalg.norm(motion.rotations, axis=-1) - 1).max(initial=0.0) > 1e-6:
                     return f"{case.info.id}: a rotation of the {name} is not a unit quaternion"
         return None
 
@@ -148,7 +147,7 @@ def _misfit(case: Case) -> str | None:
             (contacts.planted.dtype == bool, f"contacts of type {contacts.planted.dtype}, not bool"),
             (
                 contacts.pivoting is None or contacts.pivoting.shape == wanted,
-                "contacts that pivot have another shape than those that are planted",
+                f"pivoting contacts of another shape than {wanted}",
             ),
             (not unknown, f"contacts of {', '.join(sorted(unknown))}, which the target does not have"),
         ]
@@ -161,7 +160,3 @@ def _misfit(case: Case) -> str | None:
             (not unknown, f"a touch of {', '.join(sorted(unknown))}, which the target does not have"),
         ]
     return next((f"{case.info.id}: {text}" for fits, text in facts if not fits), None)
-
-
-def _off_unit(rotations: np.ndarray) -> float:
-    return float(np.abs(np.linalg.norm(rotations, axis=-1) - 1).max(initial=0.0))

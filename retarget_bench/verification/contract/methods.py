@@ -1,21 +1,24 @@
-"""The checks that a method must pass."""
+"""The checks that methods and post-processors must pass."""
 
 import random
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from retarget_bench import defaults
 from retarget_bench.api import TASKS, BatchMethod, Case, Context, Dataset, Method, Prediction
 from retarget_bench.api.optional import method_card, takes_batches
 from retarget_bench.evaluation import predict
-from retarget_bench.motion.motion import Motion, Positions
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins import registry
+from retarget_bench.plugins.post_processors import Composed, Post
 from retarget_bench.plugins.prediction_check import verified
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.verification.contract.common import (
-    KINDS_OF_SOURCE,
+    Check,
     Trial,
     changed,
     demand,
@@ -25,8 +28,8 @@ from retarget_bench.verification.contract.common import (
     snapshot,
 )
 
+KINDS_OF_SOURCE = ("motion", "positions")
 PRIVILEGED = ("reference", "second_reference", "target_motions", "other_clips")
-UNPRIVILEGED = ("training",)
 BATCH_FRAMES = (40, 25, 1)
 """Lengths of the cases that are asked in one batch."""
 BATCH_TOLERANCE = 1e-5
@@ -48,15 +51,8 @@ class MethodTrial(Trial[Method]):
         card = self.plugin.card
         if not (card.summary and card.version):
             return "summary and version must not be empty"
-        if unknown := set(card.accepts) - set(KINDS_OF_SOURCE):
-            return f"accepts {sorted(unknown)}; known are {', '.join(KINDS_OF_SOURCE)}"
-        if unknown := set(card.needs) - set(PRIVILEGED):
-            return f"needs {sorted(unknown)}; known are {', '.join(PRIVILEGED)}"
-        if unknown := set(method_card(self.plugin).uses) - set(UNPRIVILEGED):
-            return f"uses {sorted(unknown)}; known are {', '.join(UNPRIVILEGED)}"
-        if unknown := set(method_card(self.plugin).tasks) - set(TASKS):
-            return f"tasks {sorted(unknown)}; known are {', '.join(TASKS)}"
-        return self.misnamed(card.name) or self.undescribed(card.parameters)
+        words = {"accepts": KINDS_OF_SOURCE, "needs": PRIVILEGED, "uses": ("training",), "tasks": TASKS}
+        return self.card_fault(method_card(self.plugin), **words)
 
     @demand("supports() gives None or a reason")
     def supports(self) -> str | None:
@@ -68,23 +64,31 @@ class MethodTrial(Trial[Method]):
 
     @demand("answers keep frames and rate, are finite, unit, of the target")
     def answers(self) -> str | None:
-        outcomes = [(case, self._ask(case)) for case in self.cases]
-        if not any(outcome.prediction for _, outcome in outcomes):
-            reasons = {outcome.message for _, outcome in outcomes}
-            return f"no case was answered: {'; '.join(sorted(reasons))}"
-        return _first_problem(outcomes)
+        outcomes = [self._ask(case) for case in self.cases]
+        if not any(outcome.prediction for outcome in outcomes):
+            return f"no case was answered: {'; '.join(sorted({outcome.message for outcome in outcomes}))}"
+        return self._first_problem(self.cases)
 
     @demand("a clip of one frame is answered or refused")
     def one_frame(self) -> str | None:
-        return _first_problem([(case, self._ask(resized(case, 1))) for case in self.cases])
+        return self._first_problem([resized(case, 1) for case in self.cases])
 
     @demand("another frame rate is kept")
     def other_rate(self) -> str | None:
-        return _first_problem([(case, self._ask(_at_rate(case, 50.0))) for case in self.cases])
+        other = [
+            replace(
+                case,
+                source=replace(case.source, fps=50.0),
+                reference=case.reference and replace(case.reference, fps=50.0),
+                alternative=case.alternative and replace(case.alternative, fps=50.0),
+            )
+            for case in self.cases
+        ]
+        return self._first_problem(other)
 
     @demand("a source known by positions only is answered or refused")
     def positions(self) -> str | None:
-        return _first_problem([(case, self._ask(_by_positions(case))) for case in self.cases])
+        return self._first_problem([replace(c, source=_by_positions(c.source)) for c in self.cases])
 
     @demand("its input is not modified")
     def input_untouched(self) -> str | None:
@@ -100,18 +104,18 @@ class MethodTrial(Trial[Method]):
 
     @demand("same case and seed, same answer, whatever ran before")
     def deterministic(self) -> str | None:
-        first = [self._ask(case).prediction for case in self.cases]
-        _disturb_global_state()
+        first = self._answers(self.cases)
+        # the generators that code forgets to seed are moved, so that reading one shows
+        random.seed(random.random())
+        np.random.seed(random.randrange(2**32))  # noqa: NPY002 - the legacy generator is the one meant here
         self.plugin = registry.create("methods", self.spec)
-        again = [self._ask(case).prediction for case in reversed(self.cases)]
-        return _first_difference(self.cases, first, again[::-1])
+        return self._first_difference(first, self._answers(self.cases[::-1])[::-1])
 
     @demand("the seed matters only if the card says stochastic")
     def seed(self) -> str | None:
         if self.plugin.card.stochastic:
             return None
-        first = [self._ask(case, seed=1).prediction for case in self.cases]
-        return _first_difference(self.cases, first, [self._ask(c, seed=2).prediction for c in self.cases])
+        return self._first_difference(self._answers(self.cases, 1), self._answers(self.cases, 2))
 
     @demand("privileged inputs are used only if the card needs them")
     def privileged(self) -> str | None:
@@ -120,7 +124,10 @@ class MethodTrial(Trial[Method]):
             if case.reference is None or predict.refusal(self.plugin, case) is not None:
                 continue
             honest = self._context(case)
-            leaks = {name: value for name, value in _leaks(case).items() if name not in declared}
+            motions = [case.reference]
+            inputs = case.reference, case.alternative or case.reference, motions, motions
+            named: dict[str, Any] = dict(zip(PRIVILEGED, inputs, strict=True))
+            leaks = {name: value for name, value in named.items() if name not in declared}
             answers = [
                 self.plugin.retarget(case.source, case.target, context=context)
                 for context in (honest, replace(honest, **leaks))
@@ -150,9 +157,8 @@ class MethodTrial(Trial[Method]):
             given = verified(answer, case)
             off = float(np.abs(given.positions - wanted.positions).max(initial=0.0)) / case.target.height
             if off > BATCH_TOLERANCE:
-                return (
-                    f"{case.info.id}: in a batch of {len(pairs)} joints are off by up to {off:.3g} heights"
-                )
+                off_by = f"joints are off by up to {off:.3g} heights"
+                return f"{case.info.id}: in a batch of {len(pairs)} {off_by}"
         return None
 
     def _ask(self, case: Case, seed: int = 0) -> predict.Outcome:
@@ -161,51 +167,73 @@ class MethodTrial(Trial[Method]):
     def _context(self, case: Case, seed: int = 0) -> Context:
         return predict.context_for(self.plugin, self.data, case, seed)
 
+    def _answers(self, cases: Sequence[Case], seed: int = 0) -> list[Prediction | None]:
+        return [self._ask(case, seed).prediction for case in cases]
 
-def _leaks(case: Case) -> dict[str, Any]:
-    """Privileged inputs that no method may use undeclared."""
-    motions = [case.reference]
-    return {
-        "reference": case.reference,
-        "second_reference": case.alternative or case.reference,
-        "target_motions": motions,
-        "other_clips": motions,
-    }
+    def _first_problem(self, cases: Sequence[Case]) -> str | None:
+        """The first answer that is neither valid nor a refusal."""
+        bad = ((c, o) for c in cases if (o := self._ask(c)).status not in ("ok", "unsupported"))
+        return next((f"{c.info.id}: {o.status}: {o.message}" for c, o in bad), None)
 
-
-def _first_problem(outcomes: Sequence[tuple[Case, predict.Outcome]]) -> str | None:
-    """The first answer that is neither valid nor a refusal."""
-    bad = ((c, o) for c, o in outcomes if o.status not in ("ok", "unsupported"))
-    return next((f"{c.info.id}: {o.status}: {o.message}" for c, o in bad), None)
-
-
-def _first_difference(
-    cases: Sequence[Case], first: Sequence[Prediction | None], second: Sequence[Prediction | None]
-) -> str | None:
-    for case, a, b in zip(cases, first, second, strict=True):
-        if (a is None) != (b is None):
-            return f"{case.info.id}: answered once, and once not"
-        if a is not None and b is not None and (off := difference(a, b)) > 0:
-            return f"{case.info.id}: answers differ by up to {off:.3g}"
-    return None
+    def _first_difference(
+        self, first: Sequence[Prediction | None], second: Sequence[Prediction | None]
+    ) -> str | None:
+        for case, a, b in zip(self.cases, first, second, strict=True):
+            if (a is None) != (b is None):
+                return f"{case.info.id}: answered once, and once not"
+            if a is not None and b is not None and (off := difference(a, b)) > 0:
+                return f"{case.info.id}: answers differ by up to {off:.3g}"
+        return None
 
 
-def _at_rate(case: Case, fps: float) -> Case:
-    reference, other = (
-        None if answer is None else replace(answer, fps=fps)
-        for answer in (case.reference, case.alternative)
-    )
-    return replace(case, source=replace(case.source, fps=fps), reference=reference, alternative=other)
+def _by_positions(motion: Prediction) -> Positions:
+    if isinstance(motion, Positions):
+        return motion
+    return motion.character.positions(motion.positions, motion.fps)
 
 
-def _by_positions(case: Case) -> Case:
-    source = case.source
-    if isinstance(source, Motion):
-        source = Positions(source.character, source.positions, source.fps)
-    return replace(case, source=source)
+# ------------------------------------------------------------------------------------- post-processors
+class PostTrial(Trial[Post]):
+    """Checks of a post-processor, with those of the default method that it follows."""
+
+    kind = "posts"
+
+    def __init__(self, spec: Spec, data: Dataset) -> None:
+        super().__init__(spec)
+        self.data = data
+        self.cases = sample(data)
+
+    def __iter__(self) -> Iterator[Check]:
+        yield from super().__iter__()
+        method = Spec.parse(defaults.METHOD)
+        for check in MethodTrial(replace(method, posts=(self.spec,)), self.data):
+            yield Check(f"{method.name}+{self.spec.name}: {check.demand}", check.problem)
+
+    @demand("its card says what it is and what it takes")
+    def card(self) -> str | None:
+        card = self.plugin.card
+        if not (card.summary and card.version and card.accepts):
+            return "summary, version and accepts must not be empty"
+        return self.card_fault(card, accepts=KINDS_OF_SOURCE)
+
+    @demand("answers known by positions only are worked on, if the card accepts them")
+    def positions(self) -> str | None:
+        method = Composed(_PositionsOnly(), [self.plugin])
+        wanted = {"ok", "unsupported"} if "positions" in self.plugin.card.accepts else {"unsupported"}
+        for case in self.cases:
+            outcome = predict.predict(method, case, Context(ground=case.ground))
+            if outcome.status not in wanted:
+                return f"{case.info.id}: {outcome.status}: {outcome.message}"
+        return None
 
 
-def _disturb_global_state() -> None:
-    """Move the random generators that code forgets to seed, so that reading one shows."""
-    random.seed(random.random())
-    np.random.seed(random.randrange(2**32))  # noqa: NPY002 - the legacy generator is the one meant here
+class _PositionsOnly:
+    """The default method with answers that are positions only."""
+
+    def __init__(self) -> None:
+        self.method: Method = registry.create("methods", defaults.METHOD)
+        self.card = self.method.card
+        self.supports = self.method.supports
+
+    def retarget(self, source: Prediction, target: Character, *, context: Context) -> Positions:
+        return _by_positions(self.method.retarget(source, target, context=context))

@@ -1,12 +1,12 @@
 """The checks that metrics of single cases, and metrics of sets of cases, must pass."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import TypeVar, get_args
+from typing import Any, TypeVar, get_args
 
 import numpy as np
 
+from retarget_bench.analysis.statistics import losses
 from retarget_bench.api import (
     Case,
     CaseFeatures,
@@ -21,7 +21,7 @@ from retarget_bench.api import (
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.errors import NotSupported
 from retarget_bench.evaluation import score
-from retarget_bench.evaluation.set_metrics.collect import collect
+from retarget_bench.evaluation.set_metrics.files import Arrays, collect
 from retarget_bench.motion import rotation
 from retarget_bench.motion.motion import Positions
 from retarget_bench.plugins.spec import Spec
@@ -49,7 +49,7 @@ class _Scored(Trial[M]):
     @demand("its card says what every value means")
     def card(self) -> str | None:
         card = self.plugin.card
-        if wrong := self.misnamed(card.name):
+        if wrong := self.card_fault(card):
             return wrong
         if not (card.summary and card.version and card.values):
             return "summary, version and values must not be empty"
@@ -64,6 +64,36 @@ class _Scored(Trial[M]):
         score.declared_values([self.plugin])
         return None
 
+    def measured(self, case: Case, prediction: Prediction) -> Mapping[str, Any]:
+        """All that the metric makes of a prediction, by name."""
+        raise NotImplementedError
+
+    @demand("a clip of one frame is measured or left out")
+    def one_frame(self) -> str | None:
+        for case in self.cases:
+            short = resized(case, 1)
+            self.measured(short, _disturbed(short))
+        return None
+
+    @demand("its input is not modified")
+    def input_untouched(self) -> str | None:
+        for case in self.cases:
+            wrong = _disturbed(case)
+            before = snapshot(case=case, prediction=wrong)
+            self.measured(case, wrong)
+            if problem := changed(before, case=case, prediction=wrong):
+                return problem
+        return None
+
+    @demand("same input, same numbers")
+    def deterministic(self) -> str | None:
+        for case in self.cases:
+            first, second = (self.measured(case, _disturbed(case)) for _ in range(2))
+            for name, number in first.items():
+                if not np.array_equal(number, second.get(name)):  # type: ignore[arg-type]
+                    return f"{case.info.id}: {name} was {number}, then {second.get(name)}"
+        return None
+
 
 class MetricTrial(_Scored[Metric]):
     """Checks of a metric of single cases."""
@@ -73,7 +103,7 @@ class MetricTrial(_Scored[Metric]):
         declared = {value.id: value for value in self.plugin.card.values}
         for case in self.cases:
             wrong = _disturbed(case)
-            found = self._score(case, wrong)
+            found = self.measured(case, wrong)
             if not found and any(not score.missing(v, case, wrong) for v in self.plugin.card.values):
                 return f"{case.info.id}: no value at all"
             for name, number in found.items():
@@ -81,7 +111,7 @@ class MetricTrial(_Scored[Metric]):
                     return (
                         f"{name} declares index {declared[name].index!r} but gave {type(number).__name__}"
                     )
-            if unknown := set(self._compute(case, _disturbed(case))) - set(declared):
+            if unknown := set(self.plugin.compute(Comparison(case, wrong))) - set(declared):
                 return f"gave undeclared values: {', '.join(sorted(unknown))}"
         return None
 
@@ -89,7 +119,7 @@ class MetricTrial(_Scored[Metric]):
     def perfect(self) -> str | None:
         for case in self.cases:
             assert case.reference is not None
-            right, wrong = self._score(case, case.reference), self._score(case, _disturbed(case))
+            right, wrong = (self.measured(case, each) for each in (case.reference, _disturbed(case)))
             for value in self.plugin.card.values:
                 pair = right.get(value.id), wrong.get(value.id)
                 if "reference" in value.needs and _worse(value, *pair):
@@ -98,43 +128,15 @@ class MetricTrial(_Scored[Metric]):
                     )
         return None
 
-    @demand("a clip of one frame is measured or left out")
-    def one_frame(self) -> str | None:
-        for case in self.cases:
-            short = resized(case, 1)
-            self._score(short, _disturbed(short))
-        return None
-
     @demand("a prediction known by positions only is measured or left out")
     def positions(self) -> str | None:
         for case in self.cases:
             wrong = _disturbed(case)
-            self._score(case, Positions(case.target, _places(wrong), wrong.fps))
+            self.measured(case, case.target.positions(np.array(wrong.positions), wrong.fps))
         return None
 
-    @demand("its input is not modified")
-    def input_untouched(self) -> str | None:
-        for case in self.cases:
-            wrong = _disturbed(case)
-            before = snapshot(case=case, prediction=wrong)
-            self._score(case, wrong)
-            if problem := changed(before, case=case, prediction=wrong):
-                return problem
-        return None
-
-    @demand("same input, same numbers")
-    def deterministic(self) -> str | None:
-        for case in self.cases:
-            first, second = (self._score(case, _disturbed(case)) for _ in range(2))
-            if moved := [name for name in first if first[name] != second.get(name)]:
-                return f"{case.info.id}: {moved[0]} was {first[moved[0]]}, then {second.get(moved[0])}"
-        return None
-
-    def _score(self, case: Case, prediction: Prediction) -> Values:
+    def measured(self, case: Case, prediction: Prediction) -> Values:
         return score.score([self.plugin], case, prediction)
-
-    def _compute(self, case: Case, prediction: Prediction) -> list[str]:
-        return list(self.plugin.compute(Comparison(case, prediction)))
 
 
 class SetMetricTrial(_Scored[SetMetric]):
@@ -142,20 +144,23 @@ class SetMetricTrial(_Scored[SetMetric]):
 
     def __init__(self, spec: Spec, data: Dataset) -> None:
         super().__init__(spec, data)
-        self.all, self.cases = self.cases, [case for case in self.cases if not self._reason(case)]
+        self.all, self.cases = self.cases, [case for case in self.cases if self._has_network(case)]
 
-    def _reason(self, case: Case) -> str:
+    def _has_network(self, case: Case) -> bool:
         try:
             self.plugin.network(case.target)
-        except NotSupported as reason:
-            return str(reason)
-        return ""
+        except NotSupported:
+            return False
+        return True
 
     @demand("a body either has a network or a reason why not")
     def networks(self) -> str | None:
         for case in self.all:
-            collect([self.plugin], case, case.reference or case.source)
+            self.measured(case, case.reference or case.source)
         return None if self.cases else "applies to no body of the data set it is tried on"
+
+    def measured(self, case: Case, prediction: Prediction) -> Arrays:
+        return collect([self.plugin], case, prediction)
 
     @demand("features of a prediction and of the reference are made alike")
     def alike(self) -> str | None:
@@ -167,30 +172,6 @@ class SetMetricTrial(_Scored[SetMetric]):
                 )
             if not len(found.real):
                 return f"{case.info.id}: no window in {LENGTH} frames"
-        return None
-
-    @demand("a clip of one frame has no windows or some")
-    def one_frame(self) -> str | None:
-        for case in self.cases:
-            short = resized(case, 1)
-            collect([self.plugin], short, short.reference or short.source)
-        return None
-
-    @demand("its input is not modified")
-    def input_untouched(self) -> str | None:
-        for case in self.cases:
-            before = snapshot(case=case)
-            self._features(case)
-            if problem := changed(before, case=case):
-                return problem
-        return None
-
-    @demand("same input, same features")
-    def deterministic(self) -> str | None:
-        for case in self.cases:
-            first, second = self._features(case), self._features(case)
-            if not np.array_equal(first.generated, second.generated):
-                return f"{case.info.id}: two calls gave different features"
         return None
 
     @demand("values do not depend on the order of the windows")
@@ -214,17 +195,11 @@ class SetMetricTrial(_Scored[SetMetric]):
 
 
 def _worse(value: Value, right: object, wrong: object) -> bool:
-    """Whether the right answer's number is worse than the wrong one's. Curves are not compared."""
-    if not isinstance(right, float) or not isinstance(wrong, float):
+    """The right answer's number is worse than the wrong one's. Curves are not compared."""
+    if value.better == "none" or not isinstance(right, float) or not isinstance(wrong, float):
         return False
-    slack = SLACK * (1 + abs(right))
-    if value.better == "lower":
-        return right > wrong + slack
-    if value.better == "higher":
-        return right < wrong - slack
-    if value.better == "target" and min(right, wrong, value.goal) > 0:
-        return abs(math.log(right / value.goal)) > abs(math.log(wrong / value.goal)) + slack
-    return False
+    ours, theirs = losses(np.array([right, wrong]), value.better, value.goal)
+    return bool(ours > theirs + SLACK * (1 + abs(right)))
 
 
 def _disturbed(case: Case) -> Prediction:
@@ -239,7 +214,3 @@ def _disturbed(case: Case) -> Prediction:
     )
     moved = case.reference.root + random.normal(scale=0.02, size=case.reference.root.shape)
     return replace(case.reference, rotations=rotation.multiply(case.reference.rotations, turn), root=moved)
-
-
-def _places(prediction: Prediction) -> np.ndarray:
-    return np.array(prediction.positions)

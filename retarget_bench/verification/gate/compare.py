@@ -6,13 +6,15 @@ from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
 
+import numpy as np
+
+from retarget_bench.analysis.statistics import losses
+from retarget_bench.verification.gate.golden import Snapshot, Table
 from retarget_bench.verification.gate.method_rows import MEAN
-from retarget_bench.verification.gate.snapshot import Snapshot
-from retarget_bench.verification.gate.table import Table, value_id
 
 
 class Status(StrEnum):
-    """The result for a row, gravest first."""
+    """The result for a row, most severe first."""
 
     UNMEASURED = "could not measure"
     FAILING = "newly failing"
@@ -70,7 +72,7 @@ NEW = "there is no golden row yet"
 
 
 def compare(golden: Snapshot, now: Snapshot) -> list[GateRow]:
-    """A line per row of either side, gravest first; unmeasured and changed lists included."""
+    """A line per row of either side, most severe first; unmeasured and changed lists included."""
     lines = [GateRow(Status.UNMEASURED, "", why=why) for why in now.missing]
     lines += _lists(golden, now)
     if golden.complete and now.complete:
@@ -134,32 +136,19 @@ def _value_moved(golden: Snapshot, now: Snapshot, value: str) -> str:
 
 # --------------------------------------------------------------------------------------------- frozen
 def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
-    changed = {name.rsplit(".", 1)[0] for name, hash_ in _union(golden.motions, now.motions) if hash_}
+    changed = {file for file, hash_ in golden.motions.items() if now.motions.get(file) != hash_}
     for row in sorted(golden.frozen.keys() | now.frozen.keys()):
         old, new = golden.frozen.get(row, {}), now.frozen.get(row, {})
-        file = row.split("/")[0]
+        file = f"{row.split('/')[0]}.npz"
         for value, columns in _by_value(old, new):
             why = _value_moved(golden, now, value)
-            if file in changed and f"{file}.npz" in golden.motions:
-                why = f"the frozen motion {file}.npz is another"
+            if file in changed:
+                why = f"the frozen motion {file} is another"
             fact = _fact(golden, now, value)
-            metric = fact.get("metric")
             limit = Tolerance(fact["tolerance"], LEARNED.relative) if "networks" in fact else EXACT
-            failure = now.failures.get(f"{row} {metric}", "")
-            yield _line(
-                FROZEN,
-                row,
-                fact,
-                [(_index(column), old.get(column), new.get(column), limit) for column in columns],
-                why,
-                failure,
-            )
-
-
-def _union(old: Mapping[str, str], new: Mapping[str, str]) -> Iterator[tuple[str, bool]]:
-    """Name -> whether the two differ."""
-    for name in old.keys() | new.keys():
-        yield name, old.get(name) != new.get(name)
+            pairs = [(_index(column), old.get(column), new.get(column), limit) for column in columns]
+            failure = now.failures.get(f"{row} {fact.get('metric')}", "")
+            yield _line(FROZEN, row, fact, pairs, why, failure)
 
 
 # -------------------------------------------------------------------------------------------- methods
@@ -183,16 +172,22 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[GateRow]:
         old, new = _of_split(before, split), _of_split(after, split)
         if not old and not new:
             continue
-        cases = _common(old, new)
-        for value, columns in _by_value(_merged(old), _merged(new)):
-            limit = _limit(now, value, bool(facts["weights"]))
+        # the cases answered before and now; with the mean where these are all, or there is none
+        cases = sorted((old.keys() & new.keys()) - {MEAN})
+        if not cases or old.keys() == new.keys():
+            cases.append(MEAN)
+        failure = _first_problem(golden, now, label, split)
+        for value, columns in _by_value(*old.values(), *new.values()):
+            tolerance = now.values.get(value, {}).get("tolerance", EXACT.absolute)
+            limit = Tolerance(tolerance, RELATIVE)
+            if facts["weights"]:
+                limit = Tolerance(LEARNED.absolute * tolerance, LEARNED.relative)
             pairs = [
                 (case + _index(column), old.get(case, {}).get(column), new.get(case, {}).get(column), limit)
                 for column in columns
                 for case in cases
             ]
             why = reason or _value_moved(golden, now, value)
-            failure = _first_problem(golden, now, label, split)
             yield _line(label, split, _fact(golden, now, value), pairs, why, failure)
 
 
@@ -221,25 +216,7 @@ def _first_problem(golden: Snapshot, now: Snapshot, label: str, split: str) -> s
 
 def _of_split(table: Table, split: str) -> Table:
     """Case (or mean) -> columns."""
-    parts = {tuple(row.split(" ", 1)): columns for row, columns in table.items()}
-    return {case: columns for (of, case), columns in parts.items() if of == split}
-
-
-def _common(old: Table, new: Table) -> list[str]:
-    """The cases answered before and now; with the mean where these are all, or there is none."""
-    both = sorted((old.keys() & new.keys()) - {MEAN})
-    return [*both, MEAN] if not both or old.keys() == new.keys() else both
-
-
-def _merged(table: Table) -> dict[str, float]:
-    return {column: number for row in table.values() for column, number in row.items()}
-
-
-def _limit(now: Snapshot, value: str, learned: bool) -> Tolerance:
-    tolerance = now.values.get(value, {}).get("tolerance", EXACT.absolute)
-    if learned:
-        return Tolerance(LEARNED.absolute * tolerance, LEARNED.relative)
-    return Tolerance(tolerance, RELATIVE)
+    return {row.split(" ", 1)[1]: each for row, each in table.items() if row.split(" ", 1)[0] == split}
 
 
 # ----------------------------------------------------------------------------------------------- rows
@@ -252,12 +229,12 @@ def _index(column: str) -> str:
     return " at " + column.split("@", 1)[1] if "@" in column else ""
 
 
-def _by_value(old: Iterable[str], new: Iterable[str]) -> Iterator[tuple[str, list[str]]]:
-    """Value id -> its columns on either side."""
+def _by_value(*rows: Iterable[str]) -> Iterable[tuple[str, list[str]]]:
+    """Value id -> its columns in any of the rows."""
     found: dict[str, list[str]] = {}
-    for column in sorted({*old, *new}):
-        found.setdefault(value_id(column), []).append(column)
-    yield from found.items()
+    for column in sorted(set().union(*rows)):
+        found.setdefault(column.split("@", 1)[0], []).append(column)
+    return found.items()
 
 
 def _fact(golden: Snapshot, now: Snapshot, value: str) -> dict[str, Any]:
@@ -277,7 +254,11 @@ def _line(
         if old is not None and new is not None
     ]
     moved = [each for each in both if not each[0] <= 1.0]
-    ratio, before, after = _shown(both, moved)
+    ratio, _, before, after = max(both, default=(0.0, "", None, None))
+    for _, name, old, new in moved or both:
+        if name.split(" at ")[0] == MEAN:  # the mean is shown where it moved, or nothing did
+            before, after = old, new
+            break
     status = Status.SAME
     if why:
         status = Status.INCOMPARABLE
@@ -286,29 +267,12 @@ def _line(
         why = failure or "no value any more" + _first(gone)
     elif moved:
         status = Status.MOVED if subject == FROZEN else _direction(fact, before, after)
-        why = _most(moved, len(both))
+        _, most, old, new = max(moved)
+        if len(both) > 1:
+            why = f"{len(moved)} of {len(both)}, most {most.strip()}: {old:.6g} -> {new:.6g}"
     elif come:
         status, why = Status.MOVED, "a value where there was none" + _first(come)
     return GateRow(status, subject, where, fact["id"], fact["unit"], before, after, ratio, why)
-
-
-def _shown(
-    both: list[tuple[float, str, float, float]], moved: list[tuple[float, str, float, float]]
-) -> tuple[float, float | None, float | None]:
-    """The largest move in limits, and the numbers to show: the mean where it moved or
-    nothing did, else the number that moved most."""
-    means = [each for each in (moved or both) if each[1].split(" at ")[0] == MEAN]
-    if not both:
-        return 0.0, None, None
-    most = max(both)
-    _, _, before, after = means[0] if means else most
-    return most[0], before, after
-
-
-def _most(moved: list[tuple[float, str, float, float]], count: int) -> str:
-    """The number of several that moved most; "" where there is only one."""
-    _, name, before, after = max(moved)
-    return f"{len(moved)} of {count}, most {name.strip()}: {before:.6g} -> {after:.6g}" if count > 1 else ""
 
 
 def _first(names: list[str]) -> str:
@@ -318,14 +282,7 @@ def _first(names: list[str]) -> str:
 
 def _direction(fact: Mapping[str, Any], before: float | None, after: float | None) -> Status:
     """Better or worse; a value that has no better side has moved."""
-    assert before is not None
-    assert after is not None
-    better, goal = fact["better"], fact.get("goal", 1.0)
-    if better == "lower":
-        return Status.BETTER if after < before else Status.WORSE
-    if better == "higher":
-        return Status.BETTER if after > before else Status.WORSE
-    if better == "target" and min(before, after, goal) > 0:
-        nearer = abs(math.log(after / goal)) < abs(math.log(before / goal))
-        return Status.BETTER if nearer else Status.WORSE
-    return Status.MOVED
+    if fact["better"] == "none":
+        return Status.MOVED
+    old, new = losses(np.array([before, after], dtype=float), fact["better"], fact.get("goal", 1.0))
+    return Status.BETTER if new < old else Status.WORSE

@@ -1,26 +1,41 @@
-"""Metrics on frozen motions: predictions with known faults, kept as files, that no generator can change."""
+"""Metrics on frozen motions: predictions with known faults, kept as files, that no generator can change.
+
+A file holds any of the engine's frozen dataclasses: their arrays, and all else as JSON. A character's
+measures are found anew when it is read, so that a change of how bodies are measured is seen. Skins are left
+out. Rotations are stored in single precision, and are unit again when they are read.
+"""
 
 from __future__ import annotations
 
 import hashlib
+import json
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, is_dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import cast
+from typing import Any
 
 import numpy as np
 
+from retarget_bench import api
 from retarget_bench.api import Case, Metric, Prediction, Sample, SetMetric
 from retarget_bench.api.comparison import Comparison
 from retarget_bench.api.optional import is_set_metric
-from retarget_bench.errors import FileError, NotSupported
+from retarget_bench.errors import BenchError, FileError, NotSupported
 from retarget_bench.evaluation import score
-from retarget_bench.verification.gate import packing
-from retarget_bench.verification.gate.table import Table, flat
+from retarget_bench.motion import character, measures, motion, rotation, skeleton
+from retarget_bench.results.store import read_npz, write_npz
+from retarget_bench.verification.gate.golden import MOTIONS, Snapshot, flat
 
-FOLDER = "frozen"
+SCHEMA = 1
+KNOWN = {
+    name: made
+    for module in (api, character, motion, skeleton)
+    for name, made in vars(module).items()
+    if isinstance(made, type) and is_dataclass(made)
+}
+"""Name -> dataclass that a file may hold."""
 
 
 @dataclass(frozen=True)
@@ -36,73 +51,125 @@ class FrozenCase:
     origin: str
 
 
+# ---------------------------------------------------------------------------------------------- files
 def write(folder: Path, frozen: FrozenCase) -> None:
-    """One file ``<name>.npz``. Raises FileError."""
+    """One file ``<name>.npz``. Raises FileError, and BenchError for what cannot be stored."""
+    arrays: dict[str, np.ndarray] = {}
     parts = {"case": frozen.case, "predictions": frozen.predictions, "origin": frozen.origin}
-    packing.write(folder / f"{frozen.name}.npz", parts)
+    tree = json.dumps({"schema": SCHEMA, "thing": _packed(parts, arrays, {})}, allow_nan=False)
+    write_npz(folder / f"{frozen.name}.npz", arrays | {"tree": np.array(tree)}, compressed=True)
+
+
+def _packed(thing: Any, arrays: dict[str, np.ndarray], seen: dict[int, int]) -> Any:
+    """An object as JSON; arrays go to ``arrays``. ``seen``: id of a dataclass -> its number in the file,
+    so that those that occur more than once, such as bodies, are written once."""
+    if thing is None or isinstance(thing, bool | int | float | str):
+        return thing
+    if isinstance(thing, np.generic):
+        return thing.item()
+    if id(thing) in seen:
+        return {"same": seen[id(thing)]}
+    if isinstance(thing, np.ndarray):
+        single = thing.astype(np.float32) if thing.dtype == np.float64 else thing
+        name = f"array_{len(arrays)}"
+        arrays[name] = single if np.array_equal(single, thing) else thing
+        return {"array": name}
+    if isinstance(thing, Mapping):
+        return {"mapping": {str(key): _packed(value, arrays, seen) for key, value in thing.items()}}
+    if isinstance(thing, tuple | list):
+        return {"tuple": [_packed(each, arrays, seen) for each in thing]}
+    name = type(thing).__name__
+    if KNOWN.get(name) is not type(thing):
+        raise BenchError(f"a {name} cannot be stored among frozen motions")
+    stored = thing
+    if isinstance(thing, motion.Motion):
+        stored = replace(thing, rotations=thing.rotations.astype(np.float32))
+    names = [each.name for each in fields(stored) if each.name not in ("measures", "skin")]
+    inside = {name: _packed(getattr(stored, name), arrays, seen) for name in names}
+    seen[id(thing)] = len(seen)
+    return {"is": name, "fields": inside}
 
 
 def read(path: Path) -> FrozenCase:
     """Raises FileError where the file is missing, damaged, from a newer version or something else."""
-    parts = packing.read(path)
+    problem = "is not a file of frozen motions, or is damaged"
+    arrays = read_npz(path, problem)
     try:
+        tree = json.loads(str(arrays.pop("tree")))
+        schema = tree["schema"]
+    except (ValueError, KeyError, TypeError) as error:
+        raise FileError(path, f"{problem} ({error})") from error
+    if not isinstance(schema, int) or schema > SCHEMA:
+        raise FileError(
+            path, f"has schema {schema} of frozen motions; this version reads up to {SCHEMA}. Upgrade"
+        )
+    try:
+        parts = _unpacked(tree["thing"], arrays, [])
         return FrozenCase(path.stem, parts["case"], parts["predictions"], parts["origin"])
-    except (KeyError, TypeError) as error:
-        raise FileError(path, f"is not a frozen case with predictions ({error})") from error
+    except (KeyError, IndexError, TypeError, ValueError, BenchError) as error:
+        raise FileError(path, f"holds something that this version cannot build: {error}") from error
 
 
-def hashes(folder: Path) -> dict[str, str]:
-    """File name -> eight hex digits of what it holds, for every frozen motion."""
-    found = sorted((folder / FOLDER).glob("*.npz"))
-    return {path.name: hashlib.sha256(path.read_bytes()).hexdigest()[:8] for path in found}
+def _unpacked(packed: Any, arrays: Mapping[str, np.ndarray], made: list[Any]) -> Any:
+    """The object that ``_packed`` wrote. ``made``: the dataclasses of the file so far."""
+    if not isinstance(packed, dict):
+        return packed
+    if "same" in packed:
+        return made[packed["same"]]
+    if "array" in packed:
+        array = arrays[packed["array"]]
+        return array.astype(np.float64) if array.dtype == np.float32 else array
+    if "mapping" in packed:
+        return {key: _unpacked(value, arrays, made) for key, value in packed["mapping"].items()}
+    if "tuple" in packed:
+        return tuple(_unpacked(each, arrays, made) for each in packed["tuple"])
+    inside = {name: _unpacked(value, arrays, made) for name, value in packed["fields"].items()}
+    if packed["is"] == "Character":
+        parts = (inside[name] for name in ("skeleton", "roles", "reference_pose"))
+        inside["measures"] = measures.measure(*parts)
+    if packed["is"] == "Motion":
+        inside["rotations"] = rotation.normalise(inside["rotations"])
+    made.append(KNOWN[packed["is"]](**inside))
+    return made[-1]
 
 
+# ------------------------------------------------------------------------------------------ measuring
 def measure(
-    folder: Path, metrics: Sequence[Metric | SetMetric], progress: Callable[[int, int], None]
-) -> FrozenMeasures:
-    """Every value of every metric on every frozen motion. Raises FileError."""
-    found = FrozenMeasures()
-    paths = sorted((folder / FOLDER).glob("*.npz"))
+    found: Snapshot,
+    folder: Path,
+    metrics: Sequence[Metric | SetMetric],
+    progress: Callable[[int, int], None],
+) -> None:
+    """Add every value of every metric on every frozen motion. Raises FileError."""
+    paths = sorted((folder / MOTIONS).glob("*.npz"))
+    found.motions = {path.name: hashlib.sha256(path.read_bytes()).hexdigest()[:8] for path in paths}
     for done, path in enumerate(paths, 1):
         held = read(path)
         for metric in metrics:
-            if is_set_metric(metric) and (hash_ := network(metric, held.case)):
-                found.networks.setdefault(metric.card.name, {})[held.case.target.structure] = hash_
+            if is_set_metric(metric):
+                _add_network(found, metric, held.case)
             for name, case, prediction in _asked(held):
-                found.keep(name, metric, partial(_columns, metric, case, prediction))
+                columns = set_features if is_set_metric(metric) else _scores
+                _keep(found, name, metric, partial(columns, metric, case, prediction))  # type: ignore[arg-type]
         progress(done, len(paths))
     for metric in metrics:
         if is_set_metric(metric):
             for name in ROWS:
-                found.keep(name, metric, partial(set_values, metric, name))
-    return found
+                _keep(found, name, metric, partial(set_values, metric, name))
 
 
-@dataclass
-class FrozenMeasures:
-    """table: ``<file>/<prediction>`` -> column -> number. failures: ``<row> <metric>`` -> what went wrong.
-
-    networks: set metric -> structure -> hash of what makes its features.
-    """
-
-    table: Table = field(default_factory=dict)
-    failures: dict[str, str] = field(default_factory=dict)
-    networks: dict[str, dict[str, str]] = field(default_factory=dict)
-
-    def keep(
-        self, row: str, metric: Metric | SetMetric, columns: Callable[[], Mapping[str, float]]
-    ) -> None:
-        kept = self.table.setdefault(row, {})
-        try:
-            kept |= columns()
-        except Exception as error:  # a metric's own fault is a finding, not the end
-            self.failures[f"{row} {metric.card.name}"] = f"{type(error).__name__}: {error}"
+def _keep(
+    found: Snapshot, row: str, metric: Metric | SetMetric, columns: Callable[[], Mapping[str, float]]
+) -> None:
+    kept = found.frozen.setdefault(row, {})
+    try:
+        kept |= columns()
+    except Exception as error:  # a metric's own fault is a finding, not the end
+        found.failures[f"{row} {metric.card.name}"] = f"{type(error).__name__}: {error}"
 
 
-def _columns(metric: Metric | SetMetric, case: Case, prediction: Prediction) -> Mapping[str, float]:
-    if not is_set_metric(metric):
-        return flat(score.score([cast(Metric, metric)], case, prediction))
-    return set_features(metric, case, prediction)
+def _scores(metric: Metric, case: Case, prediction: Prediction) -> Mapping[str, float]:
+    return flat(score.score([metric], case, prediction))
 
 
 def _asked(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:
@@ -115,15 +182,24 @@ def _asked(frozen: FrozenCase) -> Iterator[tuple[str, Case, Prediction]]:
     yield f"{frozen.name}/{name}, no answer", replace(frozen.case, **known), prediction  # type: ignore[arg-type]
 
 
+# --------------------------------------------------------------------------------- metrics of sets
 WINDOWS, FEATURES, CLIPS = 240, 16, 24
 """Size of the clouds: enough for every value to be defined, few enough to take no time."""
+ROWS = ("clouds/one way", "clouds/the other")
 TOLERANCE = 1e-3
 """Of the sums of features: networks compute in single precision."""
 
 
-def feature_value(metric: SetMetric) -> str:
-    """The id in reports of a metric's features, which are no value of its card."""
-    return f"{metric.card.name}.features"
+def _add_network(found: Snapshot, metric: SetMetric, case: Case) -> None:
+    """Facts of a metric's features, as if these were a value, with the hashes of the networks."""
+    try:
+        hash_ = metric.network(case.target)
+    except NotSupported:
+        return
+    name = metric.card.name
+    plain = {"unit": "1", "better": "none", "goal": 1.0, "index": "sum", "with_self": False}
+    facts = {"metric": name, **plain, "tolerance": TOLERANCE, "networks": {}}
+    found.values.setdefault(f"{name}.features", facts)["networks"][case.target.structure] = hash_
 
 
 def clouds() -> tuple[Sample, Sample]:
@@ -133,9 +209,6 @@ def clouds() -> tuple[Sample, Sample]:
     points = (drawn.astype(np.float64) * 2.0**-53).reshape(2, WINDOWS, FEATURES, 4).sum(axis=-1) - 2.0
     clips = np.repeat([f"clip {number}" for number in range(CLIPS)], WINDOWS // CLIPS)
     return Sample(points[0], clips), Sample(0.8 * points[1] + 0.1, clips)
-
-
-ROWS = ("clouds/one way", "clouds/the other")
 
 
 def set_values(metric: SetMetric, row: str) -> dict[str, float]:
@@ -164,12 +237,4 @@ def set_features(metric: SetMetric, case: Case, prediction: Prediction) -> dict[
         "real": np.asarray(found.real, dtype=np.float64) @ weights,
         "speed": np.asarray(found.speed, dtype=np.float64),
     }
-    return {f"{feature_value(metric)}@{name}": float(each.mean()) for name, each in sums.items()}
-
-
-def network(metric: SetMetric, case: Case) -> str:
-    """The hash of the network for a case's target; "" where there is none."""
-    try:
-        return metric.network(case.target)
-    except NotSupported:
-        return ""
+    return {f"{metric.card.name}.features@{name}": float(each.mean()) for name, each in sums.items()}

@@ -1,11 +1,8 @@
 """Methods on a few cases: which cases, and everything from the question to the mean that a table shows."""
 
 import tempfile
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
-from functools import cached_property
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from retarget_bench.analysis import summary
 from retarget_bench.api import CaseInfo, Dataset, Method, optional
@@ -14,70 +11,60 @@ from retarget_bench.evaluation import plan as plans
 from retarget_bench.evaluation import predict as stage_one
 from retarget_bench.evaluation.header_builder import header_of
 from retarget_bench.evaluation.plan import EvaluationUnit, Plan
-from retarget_bench.evaluation.score import declared_values, score
+from retarget_bench.evaluation.score import score
 from retarget_bench.files import digest
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
-from retarget_bench.results.store import CaseResult
-from retarget_bench.verification.gate.table import Table, flat, without_arrays
+from retarget_bench.results.store import CaseResult, ResultPaths
+from retarget_bench.verification.gate.golden import Snapshot, flat
 
 TASK = "retarget"
 CASES = 5
 """Cases of each split. Their structures, bodies and kinds of performance differ as far as they can."""
 STRUCTURES, OTHERS = 10, 1
-"""What a structure, and what a body or a kind that no chosen case has yet, is worth in the choice."""
+"""Weights in the choice of cases: of a new structure, and of a new body or kind."""
 MEAN = "mean"
 
 
-@dataclass(frozen=True)
-class SmokeCases:
-    """The cases of a check: split -> cases, and what is known of the data set."""
-
-    spec: Spec
-    infos: Mapping[str, Sequence[CaseInfo]]
-    facts: dict[str, Any]
-
-    def __iter__(self) -> Iterator[tuple[str, Sequence[CaseInfo]]]:
-        return iter(self.infos.items())
-
-
-@dataclass
-class Answers:
-    """One method: rows, and why rows are missing."""
-
-    table: Table = field(default_factory=dict)
-    problems: dict[str, str] = field(default_factory=dict)
-
-
 # ---------------------------------------------------------------------------------------------- cases
-def prepare(spec: Spec, wanted: Mapping[str, Sequence[str]] | None, missing: list[str]) -> SmokeCases:
-    """The wanted cases, or those chosen by rule; wanted ones that the data set lacks are missing."""
+def prepare(
+    found: Snapshot, spec: Spec, wanted: Mapping[str, Sequence[str]] | None
+) -> dict[str, Sequence[CaseInfo]]:
+    """Split -> the wanted cases, or those chosen by rule; wanted ones that the data set lacks are missing.
+
+    Also adds them, and the facts of the data set, to what was found.
+    """
     data = plans.dataset(spec)
     listed = {split: data.cases(TASK, split) for split in data.card.splits}
-    facts = {
+    found.dataset = {
         "spec": str(Spec(spec.name, plans.without_location(spec))),
         "name": spec.name,
         "parameters": plans.without_location(registry.canonical("datasets", spec)),
         "content": data.content,
-        "lists": {split: _list_facts(infos) for split, infos in listed.items()},
+        "lists": {
+            split: {"cases": len(infos), "hash": digest("\n".join(info.id for info in infos))}
+            for split, infos in listed.items()
+        },
     }
-    if wanted is None:
-        return SmokeCases(spec, {split: choose(data, infos) for split, infos in listed.items()}, facts)
-    found = {}
-    for split, ids in wanted.items():
+    asked: dict[str, Sequence[CaseInfo]] = {}
+    for split, ids in (dict.fromkeys(listed) if wanted is None else wanted).items():
         known = {info.id: info for info in listed.get(split, ())}
+        if ids is None:
+            asked[split] = choose(data, listed[split])
+            continue
         if lost := [case for case in ids if case not in known]:
-            missing.append(f"{spec} has no longer {len(lost)} of the cases of {split}, {lost[0]} first")
-        found[split] = [known[case] for case in ids if case in known]
-    return SmokeCases(spec, found, facts)
+            found.missing.append(
+                f"{spec} has no longer {len(lost)} of the cases of {split}, {lost[0]} first"
+            )
+        asked[split] = [known[case] for case in ids if case in known]
+    found.smoke = {split: [info.id for info in infos] for split, infos in asked.items()}
+    if not any(asked.values()):
+        found.missing.append(f"{spec} has no case to ask methods")
+    return asked
 
 
-def _list_facts(infos: Sequence[CaseInfo]) -> dict[str, Any]:
-    return {"cases": len(infos), "hash": digest("\n".join(info.id for info in infos))}
-
-
-def choose(data: Dataset, infos: Sequence[CaseInfo], most: int = CASES) -> list[CaseInfo]:
+def choose(data: Dataset, infos: Sequence[CaseInfo]) -> list[CaseInfo]:
     """A few cases, each the one that shows most of what the others do not; short ones where it is equal."""
     bodies = data.characters()
 
@@ -94,7 +81,7 @@ def choose(data: Dataset, infos: Sequence[CaseInfo], most: int = CASES) -> list[
         return -sum(STRUCTURES if mark in ("from", "to") else OTHERS for mark in new), info.frames, info.id
 
     waiting = list(infos)
-    while waiting and len(chosen) < most:
+    while waiting and len(chosen) < CASES:
         best = min(waiting, key=rank)
         waiting.remove(best)
         chosen.append(best)
@@ -116,57 +103,54 @@ def default_methods() -> list[str]:
     return found
 
 
-def methods(labels: Sequence[str], missing: list[str]) -> dict[str, Spec]:
-    """Label -> spec of the methods that can be built; the others are missing."""
-    found = {}
+def _built(found: Snapshot, labels: Sequence[str]) -> dict[str, Spec]:
+    """Label -> spec of the methods that can be built, with their facts; the others are missing."""
+    specs = {}
     for label in labels:
         try:
             spec = registry.canonical("methods", label)
-            plans.method(spec)
+            method = plans.method(spec)
+            version = str(optional.method_card(method).version)
+            found.methods[str(spec)] = {"version": version, "weights": optional.weights_hash(method)}
+            specs[str(spec)] = spec
         except BenchError as error:
-            missing.append(str(error))
-        else:
-            found[str(spec)] = spec
-    return found
-
-
-def method_facts(spec: Spec) -> dict[str, str]:
-    """Version, and the hash of the weights of a learned method ("" for others)."""
-    method = plans.method(spec)
-    return {
-        "version": str(optional.method_card(method).version),
-        "weights": optional.weights_hash(method),
-    }
-
-
-@dataclass(frozen=True)
-class _Part(EvaluationUnit):
-    """A unit of a few chosen cases."""
-
-    chosen: tuple[CaseInfo, ...] = ()
-
-    @cached_property
-    def infos(self) -> Sequence[CaseInfo]:
-        return self.chosen
+            found.missing.append(str(error))
+    return specs
 
 
 def measure(
-    asked: SmokeCases,
-    specs: Mapping[str, Spec],
+    found: Snapshot,
+    data: Spec,
+    wanted: Mapping[str, Sequence[str]] | None,
+    labels: Sequence[str],
     metrics: tuple[str, ...],
-    missing: list[str],
     progress: Callable[[int, int], None],
-) -> dict[str, Answers]:
-    """Label -> its rows: predicted, scored, written, read back and averaged as in any run."""
-    entries: dict[tuple[str, str], list[CaseResult]] = {}
-    total = sum(len(infos) for _, infos in asked)
-    for done, (split, info) in enumerate([(s, info) for s, infos in asked for info in infos], 1):
-        for label, entry in _ask(asked.spec, info, specs, metrics, missing).items():
-            entries.setdefault((label, split), []).append(entry)
-        progress(done, total)
+) -> None:
+    """Add the rows of methods: predicted, scored, written, read back and averaged as in any run.
+
+    wanted: split -> case ids; None: those that ``choose`` takes. metrics: names, none of sets.
+    """
+    asked = prepare(found, data, wanted)
+    if not any(asked.values()):
+        return
+    specs = _built(found, labels)
+    answers: dict[tuple[str, str], list[tuple[CaseInfo, CaseResult]]] = {}
+    questions = [(split, info) for split, infos in asked.items() for info in infos]
+    for done, (split, info) in enumerate(questions, 1):
+        for label, entry in _ask(data, info, specs, metrics, found.missing).items():
+            answers.setdefault((label, split), []).append((info, entry))
+        progress(done, len(questions))
     with tempfile.TemporaryDirectory(prefix="bench-check-") as folder:
-        plan = Plan(tuple(specs.values()), (asked.spec,), metrics=metrics, root=Path(folder))
-        return {label: _rows(plan, asked, label, spec, entries) for label, spec in specs.items()}
+        plan = Plan(tuple(specs.values()), (data,), metrics=metrics, root=Path(folder))
+        for label, spec in specs.items():
+            written = []
+            for split in asked:
+                if pairs := answers.get((label, split)):
+                    infos, entries = zip(*pairs, strict=True)
+                    unit = EvaluationUnit(plan, data, split, spec)
+                    store.write_results(unit.paths, header_of(unit, entries), entries, infos)
+                    written.append(unit.paths)
+            _add_rows(found, label, written)
 
 
 def _ask(
@@ -199,38 +183,22 @@ def _ask(
     return found
 
 
-def _rows(
-    plan: Plan,
-    asked: SmokeCases,
-    label: str,
-    spec: Spec,
-    entries: Mapping[tuple[str, str], Sequence[CaseResult]],
-) -> Answers:
-    """The rows as their files give them back, and the means as a table would show them."""
-    written = []
-    for split, infos in asked:
-        listed = entries.get((label, split), [])
-        answered = {entry.case for entry in listed}
-        chosen = tuple(info for info in infos if info.id in answered)
-        part = _Part(plan=plan, dataset=asked.spec, split=split, method=spec, chosen=chosen)
-        if part.infos:
-            store.write_results(part.paths, header_of(part, listed), listed, part.infos)
-            written.append(part.paths)
-    index = {key: value.index for key, value in declared_values(plans.metrics(plan.metrics)).items()}
-    answers = Answers()
+def _add_rows(found: Snapshot, label: str, written: Sequence[ResultPaths]) -> None:
+    """The rows of a method as their files give them back, and the means as a table would show them."""
+    table, problems = found.rows.setdefault(label, {}), {}
     for paths in written:
         for entry in store.read_results(paths).entries:
             name = f"{paths.split} {entry.case}"
             if entry.status == "ok":
-                answers.table[name] = flat(without_arrays(entry.values, index))
+                table[name] = flat(entry.values)
             else:
-                answers.problems[name] = f"{entry.status}: {entry.message}"
+                problems[name] = f"{entry.status}: {entry.message}"
+    if problems:
+        found.problems[label] = problems
     for section in summary.split_summaries(written):
         (means,) = section.scores
-        curves = {
-            key: {index: mean.value for index, mean in curve.items()} for key, curve in means.curves.items()
-        }
-        values = {key: mean.value for key, mean in means.means.items()} | curves
+        values: store.Values = {key: mean.value for key, mean in means.means.items()}
+        for key, curve in means.curves.items():
+            values[key] = {index: mean.value for index, mean in curve.items()}
         if values:
-            answers.table[f"{section.split} {MEAN}"] = flat(values)
-    return answers
+            table[f"{section.split} {MEAN}"] = flat(values)

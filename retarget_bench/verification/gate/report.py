@@ -1,5 +1,6 @@
 """Report of a check as text, and as Markdown for a pull request: moved rows first, then counts."""
 
+import html
 from collections import Counter
 from collections.abc import Sequence
 
@@ -22,7 +23,9 @@ def text(lines: Sequence[GateRow], verdict: int, everything: bool = False) -> st
         out.append(f"{status}:")
         shown = found if everything else found[:MOST]
         width = max(len(_name(line)) for line in shown)
-        out += [f"  {_name(line):<{width}}  {_numbers(line)}".rstrip() for line in shown]
+        for line in shown:
+            why = f"({line.why})" if line.why else ""
+            out.append("  ".join(filter(None, (f"  {_name(line):<{width}}", _change(line), why))).rstrip())
         if len(found) > len(shown):
             out.append(f"  and {len(found) - len(shown)} more (--all shows them): {_most(found)}")
     return "\n".join([*out, counts(lines), VERDICTS[verdict]])
@@ -35,9 +38,9 @@ def markdown(lines: Sequence[GateRow], verdict: int) -> str:
         out += [f"#### {status}", "", "| row | golden, now | |", "|---|---|---|"]
         for line in found[:MOST]:
             name = " ".join(f"`{_cell(part)}`" for part in (line.subject, line.where, line.value) if part)
-            out.append(f"| {name} | {_cell(_change(line))} | {_cell(_escaped(line.why))} |")
+            out.append(f"| {name} | {_cell(_change(line))} | {_cell(html.escape(line.why, quote=False))} |")
         if len(found) > MOST:
-            out += ["", f"and {len(found) - MOST} more: {_escaped(_most(found))}"]
+            out += ["", f"and {len(found) - MOST} more: {html.escape(_most(found), quote=False)}"]
         out.append("")
     return "\n".join([*out, VERDICTS[verdict], ""])
 
@@ -66,17 +69,11 @@ def _by_status(lines: Sequence[GateRow]) -> dict[Status, list[GateRow]]:
     for line in lines:
         if line.status not in (Status.SAME, Status.INCOMPARABLE):
             found.setdefault(line.status, []).append(line)
-    if folded := _folded([line for line in lines if line.status is Status.INCOMPARABLE]):
-        found[Status.INCOMPARABLE] = folded
+    alike = Counter((line.subject, line.why) for line in lines if line.status is Status.INCOMPARABLE)
+    for (subject, why), count in alike.items():
+        line = GateRow(Status.INCOMPARABLE, subject, f"{count} rows" if count > 1 else "", why=why)
+        found.setdefault(Status.INCOMPARABLE, []).append(line)
     return found
-
-
-def _folded(lines: Sequence[GateRow]) -> list[GateRow]:
-    grouped: dict[tuple[str, str], int] = Counter((line.subject, line.why) for line in lines)
-    return [
-        GateRow(Status.INCOMPARABLE, subject, f"{count} rows" if count > 1 else "", why=why)
-        for (subject, why), count in grouped.items()
-    ]
 
 
 def _most(lines: Sequence[GateRow]) -> str:
@@ -89,10 +86,6 @@ def _name(line: GateRow) -> str:
     return "  ".join(part for part in (line.subject, line.where, line.value) if part)
 
 
-def _numbers(line: GateRow) -> str:
-    return "  ".join(part for part in (_change(line), f"({line.why})" if line.why else "") if part)
-
-
 def _change(line: GateRow) -> str:
     if line.before is None or line.after is None:
         return ""
@@ -102,7 +95,3 @@ def _change(line: GateRow) -> str:
 
 def _cell(text: str) -> str:
     return text.replace("|", "\\|").replace("\n", " ")
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")

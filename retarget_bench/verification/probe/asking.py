@@ -9,7 +9,8 @@ import numpy as np
 from retarget_bench.api import Case, CaseInfo, Context, Method, Prediction
 from retarget_bench.api.optional import method_card
 from retarget_bench.errors import BenchError
-from retarget_bench.evaluation.predict import predict
+from retarget_bench.evaluation.predict import Outcome, predict
+from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.results import store
@@ -18,7 +19,6 @@ from retarget_bench.verification.probe.probes import PROBES, Probe, ProbeCase, d
 FEWEST = 4
 """Motions without which a correlation says nothing."""
 _STILL = 1e-9
-
 
 Bones = Sequence[tuple[str, str]]
 """Roles of the two ends of lines on a body."""
@@ -35,10 +35,12 @@ def poses(motion: Prediction, bones: Bones) -> np.ndarray:
     joint, places = motion.character.joint_of, motion.positions
     lines = np.stack([places[:, joint[end]] - places[:, joint[start]] for start, end in bones], axis=1)
     lines /= np.maximum(np.linalg.norm(lines, axis=-1, keepdims=True), _STILL)
-    yaw = _facing(motion.character, places)
-    cos, sin = np.cos(yaw)[:, None], np.sin(yaw)[:, None]
-    x, y, z = (lines[..., axis] for axis in range(3))
-    return np.stack([cos * x - sin * z, y, sin * x + cos * z], axis=-1)
+    if not {"left_up_leg", "right_up_leg"} <= joint.keys():
+        return lines
+    across = places[:, joint["left_up_leg"]] - places[:, joint["right_up_leg"]]
+    # the hips face across x up = (-across z, 0, across x)
+    yaw = np.arctan2(-across[:, 2], across[:, 0])
+    return rotation.rotate(rotation.about(np.array([0.0, 1.0, 0.0]), -yaw[:, None]), lines)
 
 
 def shared_bones(characters: Sequence[Character]) -> Bones:
@@ -53,16 +55,6 @@ def shared_bones(characters: Sequence[Character]) -> Bones:
         if above >= 0:
             bones.append((str(first.roles[above]), role))
     return bones
-
-
-def _facing(character: Character, places: np.ndarray) -> np.ndarray:
-    """``(frames,)`` radians about Y from +Z to where the hips face, by the line between the hip joints."""
-    joint = character.joint_of
-    if not {"left_up_leg", "right_up_leg"} <= joint.keys():
-        return np.zeros(len(places))
-    across = places[:, joint["left_up_leg"]] - places[:, joint["right_up_leg"]]
-    # forward = across x up = (-across z, 0, across x)
-    return np.arctan2(-across[:, 2], across[:, 0])
 
 
 def dependence(sources: Sequence[Prediction], answers: Sequence[Prediction]) -> dict[str, float]:
@@ -87,13 +79,12 @@ def dependence(sources: Sequence[Prediction], answers: Sequence[Prediction]) -> 
         return {}
     ours, theirs = ([poses(each, bones) for each in side] for side in (sources, answers))
     pairs = list(combinations(range(len(ours)), 2))
-    before = np.array([pose_distance(ours[i], ours[j]) for i, j in pairs])
-    after = np.array([pose_distance(theirs[i], theirs[j]) for i, j in pairs])
+    before, after = (np.array([pose_distance(p[i], p[j]) for i, j in pairs]) for p in (ours, theirs))
     varied = before.std() > _STILL and after.std() > _STILL
-    turns = [(i, (i + 1) % len(ours)) for i in range(len(ours))]
-    moved = np.mean([pose_distance(theirs[i], theirs[j]) for i, j in turns])
-    asked = np.mean([pose_distance(ours[i], ours[j]) for i, j in turns])
     found = {"correlation": float(np.corrcoef(before, after)[0, 1]) if varied else 0.0}
+    asked, moved = (
+        np.mean([pose_distance(p[i], p[(i + 1) % len(p)]) for i in range(len(p))]) for p in (ours, theirs)
+    )
     return found | ({"shuffled": float(moved / asked)} if asked > _STILL else {})
 
 
@@ -159,82 +150,48 @@ def ask(
         )
     replies = []
     for each in subjects:
-        replies.append(_ask(_Asking(method, label, each), probes))
+        replies.append(_ask(method, label, each, probes))
         progress()
     return replies + [_dependence(method, label, group) for group in groups]
 
 
-class _NoAnswer(BenchError):
-    """A question without an answer, with the status and message of its outcome."""
-
-    def __init__(self, status: str, message: str) -> None:
-        super().__init__(f"{status}: {message}")
-        self.status, self.message = status, message
+def _answer(method: Method, label: str, info: CaseInfo, question: ProbeCase) -> Outcome:
+    case = Case(info, question.source, question.target)
+    return predict(method, case, Context(seed=store.case_seed(0, label, info.id)))
 
 
-class _Asking:
-    """One method and one subject: questions in, places of the answer out, each asked once."""
-
-    def __init__(self, method: Method, label: str, about: Subject) -> None:
-        self.method, self.about = method, about
-        self.seed = store.case_seed(0, label, about.info.id)
-        self._plain: dict[int, np.ndarray] = {}
-
-    def answer(self, question: ProbeCase) -> Prediction:
-        """Raises _NoAnswer."""
-        case = Case(self.about.info, question.source, question.target)
-        outcome = predict(self.method, case, Context(seed=self.seed))
-        if outcome.prediction is None:
-            raise _NoAnswer(outcome.status, outcome.message)
-        return outcome.prediction
-
-    def plain(self, question: ProbeCase) -> np.ndarray:
-        """``(frames, joints, 3)`` of a plain question. Raises _NoAnswer."""
-        if id(question) not in self._plain:
-            self._plain[id(question)] = self.answer(question).positions
-        return self._plain[id(question)]
-
-
-def _ask(asking: _Asking, probes: Sequence[Probe]) -> Reply:
-    about = asking.about
-    try:
-        asking.plain(about.question)
-    except _NoAnswer as error:
-        return Reply(about, error.status, error.message)
-    reply = Reply(about)
-    for probe in probes:
+def _ask(method: Method, label: str, about: Subject, probes: Sequence[Probe]) -> Reply:
+    first = _answer(method, label, about.info, about.question)
+    reply = Reply(about, first.status, first.message)
+    for probe in probes if first.prediction else ():
         asked = probe.ask(about.question)
         if isinstance(asked, str):
             reply.skipped[probe.id] = asked
             continue
-        try:
-            plain = asking.plain(asked.plain)
-            new = asking.answer(asked.question).positions
-        except _NoAnswer as error:
-            if error.status == "unsupported":
-                reply.refused[probe.id] = error.message
-            else:
-                reply.failed[probe.id] = str(error)
-            continue
-        reply.deviations[probe.id] = deviation(asked, new, plain)
+        plain = first
+        if asked.plain is not about.question:
+            plain = _answer(method, label, about.info, asked.plain)
+        new = _answer(method, label, about.info, asked.question) if plain.prediction else plain
+        if plain.prediction and new.prediction:
+            places = new.prediction.positions, plain.prediction.positions
+            reply.deviations[probe.id] = deviation(asked, *places)
+        elif new.status == "unsupported":
+            reply.refused[probe.id] = new.message
+        else:
+            reply.failed[probe.id] = f"{new.status}: {new.message}"
     return reply
 
 
 def _dependence(method: Method, label: str, group: Sequence[Subject]) -> Reply:
     """Dependence of the answers of one target on the sources of a group, as reply of its first subject."""
-    first = group[0]
-    questions = [
-        Subject(each.info, ProbeCase(each.question.source, first.question.target)) for each in group
-    ]
+    target = group[0].question.target
     sources, answers = [], []
-    for each in questions:
-        try:
-            answers.append(_Asking(method, label, each).answer(each.question))
-        except _NoAnswer:
-            continue
-        sources.append(each.question.source)
-    found = dependence(sources, answers)
-    return Reply(first, dependence=found)
+    for each in group:
+        question = ProbeCase(each.question.source, target)
+        if answer := _answer(method, label, each.info, question).prediction:
+            sources.append(question.source)
+            answers.append(answer)
+    return Reply(group[0], dependence=dependence(sources, answers))
 
 
 def groups_of(infos: Sequence[CaseInfo], structure: Mapping[str, str]) -> list[list[CaseInfo]]:
@@ -249,17 +206,13 @@ def groups_of(infos: Sequence[CaseInfo], structure: Mapping[str, str]) -> list[l
 
 def pieces(whole: Subject) -> list[Subject]:
     """A long clip in pieces of equal length, at most ``MOST``; none where they would be under a second."""
-    frames, motion = whole.question.source.frames, whole.question.source
-    number = min(MOST, int(frames // RATE))
+    motion = whole.question.source
+    number = min(MOST, int(motion.frames // RATE))
     if number < FEWEST:
         return []
-    length = frames // number
-    return [
-        Subject(
-            whole.info, ProbeCase(motion.at(slice(k * length, (k + 1) * length)), whole.question.target)
-        )
-        for k in range(number)
-    ]
+    length = motion.frames // number
+    parts = (motion.at(slice(k * length, (k + 1) * length)) for k in range(number))
+    return [Subject(whole.info, ProbeCase(part, whole.question.target)) for part in parts]
 
 
 def spread(infos: Mapping[str, Sequence[CaseInfo]], number: int) -> list[CaseInfo]:

@@ -6,9 +6,11 @@ deviation is the mean distance between the two over frames and joints, in per ce
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 
+from retarget_bench.motion import rotation
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.verification.probe import rewriting
@@ -49,29 +51,35 @@ class Probe:
     """One way to write a question differently.
 
     id:       ``source_names``, ...
-    label:    a column's heading.
     meaning:  what is changed, and what must come of it.
+    ask:      the question, or a sentence that says why it cannot be asked.
+    heading:  of its column; "": the id in words.
     demanded: whether every sound method passes; else the deviation is a description (a method that only
               looks back in time need not be symmetric in time).
     tolerance: deviation, in per cent of height, up to which the answer counts as it should be.
-    ask:      the question, or a sentence that says why it cannot be asked.
     """
 
     id: str
-    label: str
     meaning: str
     ask: Callable[[ProbeCase], ProbeQuestion | str]
+    heading: str = ""
     demanded: bool = True
     tolerance: float = 0.01
+
+    @property
+    def label(self) -> str:
+        return self.heading or self.id.replace("_", " ")
 
 
 def _same(new: Places, plain: Places) -> tuple[Places, Places]:
     return new, plain
 
 
-def _source(rewritten: Callable[[Motion], Motion]) -> Callable[[ProbeCase], ProbeQuestion]:
-    """The question with another source, and the same answer."""
-    return lambda q: ProbeQuestion(ProbeCase(rewritten(q.source), q.target), _same, q)
+def _source(
+    rewritten: Callable[[Motion], Motion], bring: Alignment = _same
+) -> Callable[[ProbeCase], ProbeQuestion]:
+    """The question with another source."""
+    return lambda q: ProbeQuestion(ProbeCase(rewritten(q.source), q.target), bring, q)
 
 
 def _target(
@@ -119,32 +127,19 @@ def _source_merged(q: ProbeCase) -> ProbeQuestion | str:
 
 # --------------------------------------------------------------------------------------- size, place, side
 def _units(q: ProbeCase) -> ProbeQuestion:
-    asked = ProbeCase(
-        rewriting.scaled_motion(q.source, CENTIMETRES), rewriting.scaled(q.target, CENTIMETRES)
-    )
+    source, target = rewriting.scaled_motion(q.source, CENTIMETRES), rewriting.scaled(q.target, CENTIMETRES)
+    asked = ProbeCase(source, target)
     return ProbeQuestion(asked, lambda new, plain: (new / CENTIMETRES, plain), q)
 
 
-def _shifted(q: ProbeCase) -> ProbeQuestion:
-    asked = ProbeCase(replace(q.source, root=q.source.root + SHIFT), q.target)
-    return ProbeQuestion(asked, _moved_by_a_constant, q)
-
-
-def _moved_by_a_constant(new: Places, plain: Places) -> tuple[Places, Places]:
+def _moved_back(new: Places, plain: Places) -> tuple[Places, Places]:
     """The answer must move by one constant on the floor: how far is the root rule's choice."""
     moved = (new - plain).mean(axis=(0, 1)) * np.array([1.0, 0.0, 1.0])
     return new - moved, plain
 
 
-def _turned(q: ProbeCase) -> ProbeQuestion:
-    asked = ProbeCase(rewriting.turned_motion(q.source, TURN), q.target)
-
-    def back(new: Places, plain: Places) -> tuple[Places, Places]:
-        cos, sin = np.cos(-TURN), np.sin(-TURN)
-        x, y, z = new[..., 0], new[..., 1], new[..., 2]
-        return np.stack([cos * x + sin * z, y, cos * z - sin * x], axis=-1), plain
-
-    return ProbeQuestion(asked, back, q)
+def _turned_back(new: Places, plain: Places) -> tuple[Places, Places]:
+    return rotation.rotate(rotation.about(np.array([0.0, 1.0, 0.0]), -TURN), new), plain
 
 
 def _mirrored(q: ProbeCase) -> ProbeQuestion | str:
@@ -156,11 +151,6 @@ def _mirrored(q: ProbeCase) -> ProbeQuestion | str:
 
 
 # --------------------------------------------------------------------------------------- time
-def _reversed(q: ProbeCase) -> ProbeQuestion:
-    backwards = q.source.at(slice(None, None, -1))
-    return ProbeQuestion(ProbeCase(backwards, q.target), lambda new, plain: (new[::-1], plain), q)
-
-
 def _rate(q: ProbeCase, rate: float) -> ProbeQuestion | str:
     if q.source.frames < 6:
         return "the clip has fewer than six frames"
@@ -170,79 +160,47 @@ def _rate(q: ProbeCase, rate: float) -> ProbeQuestion | str:
     # only moments that both rates show: between them nobody knows the source
     both = (np.abs(frames / rate - times) < 1e-6) & (frames < source.frames)
     ours = np.flatnonzero(both)
-    return ProbeQuestion(
-        ProbeCase(source, q.target), lambda new, plain: (new[frames[ours]], plain[ours]), q
-    )
-
-
-def _rate_probe(rate: int) -> Probe:
-    return Probe(
-        f"rate_{rate}",
-        f"{rate} fps",
-        f"the source at {rate} frames per second: the same answer at the moments that both rates show",
-        lambda q: _rate(q, rate),
-        tolerance=0.5,
-    )
+    asked = ProbeCase(source, q.target)
+    return ProbeQuestion(asked, lambda new, plain: (new[frames[ours]], plain[ours]), q)
 
 
 PROBES: tuple[Probe, ...] = (
     Probe(
         "source_names",
-        "source names",
         "the source's joints get names that say nothing: the same answer",
         _source(lambda motion: replace(motion, character=rewriting.renamed(motion.character))),
     ),
     Probe(
         "target_names",
-        "target names",
         "the target's joints get names that say nothing: the same answer",
         _target(rewriting.renamed),
     ),
-    Probe(
-        "source_order",
-        "source order",
-        "the source's joints in another order: the same answer",
-        _source_order,
-    ),
-    Probe(
-        "target_order",
-        "target order",
-        "the target's joints in another order: the same answer",
-        _target_order,
-    ),
+    Probe("source_order", "the source's joints in another order: the same answer", _source_order),
+    Probe("target_order", "the target's joints in another order: the same answer", _target_order),
     Probe(
         "source_axes",
-        "source axes",
         "the source authored with Z up: the same answer",
         _source(lambda motion: rewriting.reframed_motion(motion, rewriting.z_up(motion.character))),
     ),
     Probe(
         "target_axes",
-        "target axes",
         "the target authored with Z up: the same answer",
         _target(lambda body: rewriting.reframed(body, rewriting.z_up(body))),
     ),
     Probe(
         "source_rest",
-        "source rest",
         "the source's bones all rest along +X: the same answer",
         _source(lambda motion: rewriting.reframed_motion(motion, rewriting.one_axis(motion.character))),
     ),
     Probe(
         "target_rest",
-        "target rest",
         "the target's bones all rest along +X: the same answer",
         _target(lambda body: rewriting.reframed(body, rewriting.one_axis(body))),
     ),
-    Probe(
-        "source_split", "source split", "bones of the source split in two: the same answer", _source_split
-    ),
-    Probe(
-        "target_split", "target split", "bones of the target split in two: the same answer", _target_split
-    ),
+    Probe("source_split", "bones of the source split in two: the same answer", _source_split),
+    Probe("target_split", "bones of the target split in two: the same answer", _target_split),
     Probe(
         "source_merged",
-        "source merged",
         "a stiff spine joint of the source is left out: the same answer where a method carries "
         "spines over joint by joint",
         _source_merged,
@@ -250,37 +208,44 @@ PROBES: tuple[Probe, ...] = (
     ),
     Probe(
         "source_scale",
-        "source scale",
         "the source 1.5 times as large: the same answer",
         _source(lambda motion: rewriting.scaled_motion(motion, LARGER)),
     ),
     Probe(
         "target_scale",
-        "target scale",
         "the target 1.5 times as large: the same answer, as much larger",
         _target(lambda body: rewriting.scaled(body, LARGER), lambda new, plain: (new / LARGER, plain)),
     ),
-    Probe("units", "cm for m", "all lengths in centimetres: the same answer in centimetres", _units),
+    Probe("units", "all lengths in centimetres: the same answer in centimetres", _units, "cm for m"),
     Probe(
         "shifted",
-        "root shifted",
         "a constant added to the root: the answer moves by one constant",
-        _shifted,
+        _source(lambda motion: replace(motion, root=motion.root + SHIFT), _moved_back),
+        "root shifted",
     ),
-    Probe("turned", "turned", "the whole motion turned about the vertical: the answer turns too", _turned),
     Probe(
-        "mirrored", "mirrored", "source and target seen in a mirror: the answer's mirror image", _mirrored
+        "turned",
+        "the whole motion turned about the vertical: the answer turns too",
+        _source(lambda motion: rewriting.turned_motion(motion, TURN), _turned_back),
     ),
+    Probe("mirrored", "source and target seen in a mirror: the answer's mirror image", _mirrored),
     Probe(
         "reversed",
-        "time reversed",
         "the source played backwards: the answer backwards, of methods without memory",
-        _reversed,
+        _source(lambda motion: motion.at(slice(None, None, -1)), lambda new, plain: (new[::-1], plain)),
+        "time reversed",
         demanded=False,
     ),
-    _rate_probe(24),
-    _rate_probe(60),
-    _rate_probe(120),
+    *(
+        Probe(
+            f"rate_{rate}",
+            f"the source at {rate} frames per second: the same answer at the moments that both rates show",
+            partial(_rate, rate=rate),
+            f"{rate} fps",
+            tolerance=0.5,
+        )
+        for rate in (24, 60, 120)
+    ),
 )
 """All of them; 30 frames per second is the plain question."""
 

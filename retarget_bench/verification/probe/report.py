@@ -12,7 +12,7 @@ from retarget_bench.evaluation.plan import EvaluationUnit, Plan
 from retarget_bench.files import digest
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store as records
-from retarget_bench.results.header import DeclaredValue, ResultHeader
+from retarget_bench.results.header import DeclaredValue
 from retarget_bench.results.store import CaseResult, ResultPaths
 from retarget_bench.verification.probe.asking import Reply
 from retarget_bench.verification.probe.probes import PROBES
@@ -85,31 +85,24 @@ def store(method: Spec, dataset: Spec, replies: Sequence[Reply], root: Path) -> 
     """Write the rows of one method, a result per split; gives their paths."""
     plan = Plan(methods=(method,), datasets=(dataset,), task=TASK, root=root)
     written = []
+    code = code_hash(package_code("verification.probe"))
     for split in dict.fromkeys(reply.subject.info.split for reply in replies):
         mine = [reply for reply in replies if reply.subject.info.split == split]
         unit = EvaluationUnit(plan, dataset, split, method)
         listed = entries(mine)
-        header = _header(unit, listed, mine)
-        unit.paths.folder.mkdir(parents=True, exist_ok=True)
+        plain = header_of(unit, listed)
+        header = replace(
+            plain,
+            not_applicable={f"probe.{name}": each for name, each in _refused(mine).items()},
+            keys={**plain.keys, "score_key": digest(f"probes {code}", 16)},
+            values={value.id: replace(DeclaredValue.of(value, TASK), needs=()) for value in VALUES},
+            metrics={TASK: f"1+{code}"},
+            dataset=replace(plain.dataset, label=f"probes on {plain.dataset.label}"),
+        )
         infos = {reply.subject.info.id: reply.subject.info for reply in mine}
         records.write_results(unit.paths, header, listed, list(infos.values()))
         written.append(unit.paths)
     return written
-
-
-def _header(unit: EvaluationUnit, listed: Sequence[CaseResult], replies: Sequence[Reply]) -> ResultHeader:
-    header = header_of(unit, listed)
-    code = code_hash(package_code("verification.probe"))
-    keys = {"prediction_key": header.keys["prediction_key"], "score_key": digest(f"probes {code}", 16)}
-    values = {value.id: replace(DeclaredValue.of(value, TASK), needs=()) for value in VALUES}
-    return replace(
-        header,
-        not_applicable={f"probe.{name}": each for name, each in _refused(replies).items()},
-        keys=keys,
-        values=values,
-        metrics={TASK: f"1+{code}"},
-        dataset=replace(header.dataset, label=f"probes on {header.dataset.label}"),
-    )
 
 
 # ------------------------------------------------------------------------------------- in words
@@ -120,7 +113,7 @@ def findings(label: str, replies: Sequence[Reply]) -> list[str]:
         for reply in replies
         if reply.status not in ("ok", "unsupported")
     ]
-    if replies and not any(_answered(reply) for reply in replies):
+    if replies and not any(reply.deviations or reply.dependence for reply in replies):
         found.append(f"{label}: no question was answered, so nothing is known")
     for probe in PROBES:
         numbers = _numbers(replies, probe.id)
@@ -138,7 +131,14 @@ def findings(label: str, replies: Sequence[Reply]) -> list[str]:
                 f"{label}: {probe.id}: off by {mean:.3g} % of height on average, {numbers[worst]:.3g} at "
                 f"worst ({worst}). {probe.meaning[0].upper()}{probe.meaning[1:]}"
             )
-    return found + _blindness(label, replies)
+    known = [reply.dependence for reply in replies if reply.dependence]
+    means = {name: sum(each[name] for each in known) / len(known) for name in (known[0] if known else ())}
+    if min(means.values(), default=BLIND) < BLIND:
+        said = ", ".join(f"{name} {value:.2f}" for name, value in means.items())
+        found.append(
+            f"{label}: the answer hardly depends on its source ({said}; a faithful method has about 1)"
+        )
+    return found
 
 
 def refusals(label: str, replies: Sequence[Reply]) -> list[str]:
@@ -160,29 +160,14 @@ def _refused(replies: Sequence[Reply]) -> dict[str, dict[str, Any]]:
     return {name: {"cases": len(each), "reason": each[0]} for name, each in reasons.items() if each}
 
 
-def _answered(reply: Reply) -> bool:
-    return bool(reply.deviations or reply.dependence)
-
-
 def _asked(reply: Reply) -> bool:
     """Whether any rewritten question was put."""
     return bool(reply.deviations or reply.failed or reply.refused)
 
 
-def _blindness(label: str, replies: Sequence[Reply]) -> list[str]:
-    known = [reply.dependence for reply in replies if reply.dependence]
-    if not known:
-        return []
-    means = {name: sum(each[name] for each in known) / len(known) for name in known[0]}
-    if min(means.values()) >= BLIND:
-        return []
-    said = ", ".join(f"{name} {value:.2f}" for name, value in means.items())
-    return [f"{label}: the answer hardly depends on its source ({said}; a faithful method has about 1)"]
-
-
 def listing(label: str, replies: Sequence[Reply]) -> str:
     """For a terminal: a line per probe, of few cases that no result folder holds."""
-    out, known, refused = [label], skipped(replies), _refused(replies)
+    out, refused = [label], _refused(replies)
     for probe in PROBES:
         numbers = list(_numbers(replies, probe.id).values())
         failed = [reply.failed[probe.id] for reply in replies if probe.id in reply.failed]
@@ -193,7 +178,8 @@ def listing(label: str, replies: Sequence[Reply]) -> str:
         elif probe.id in refused:
             said = f"not applicable: {refused[probe.id]['reason']}"
         else:
-            said = f"not asked: {known.get(probe.id, 'left out')}"
+            reasons = [reply.skipped[probe.id] for reply in replies if probe.id in reply.skipped]
+            said = f"not asked: {reasons[0] if reasons else 'left out'}"
         out.append(f"  {probe.id:<14}  {said}")
     for value in DEPENDENCE:
         name = value.id.removeprefix("probe.")
@@ -201,16 +187,6 @@ def listing(label: str, replies: Sequence[Reply]) -> str:
         said = f"{depends[0]:.2f}  {value.meaning}" if depends else "not asked: the clip is too short"
         out.append(f"  {name:<14}  {said}")
     return "\n".join(out) + "\n"
-
-
-def skipped(replies: Sequence[Reply]) -> dict[str, str]:
-    """Probe id -> why it was asked of no case."""
-    return {
-        probe.id: next(iter(reasons))
-        for probe in PROBES
-        if (reasons := {reply.skipped[probe.id] for reply in replies if probe.id in reply.skipped})
-        and not _numbers(replies, probe.id)
-    }
 
 
 def _numbers(replies: Sequence[Reply], probe: str) -> Mapping[str, float]:

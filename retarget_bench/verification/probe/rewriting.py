@@ -4,7 +4,7 @@ Every function gives a new Motion (or Character) in which each original joint is
 function says. None of them looks at what a joint is called.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import asdict, replace
 
 import numpy as np
@@ -45,23 +45,30 @@ def other_order(character: Character) -> np.ndarray:
 
 def reordered(character: Character, order: np.ndarray) -> Character:
     """The same body with its joints listed in this order."""
-    place = np.argsort(order)
+    return _selected(character, order, np.argsort(order))
+
+
+def _selected(character: Character, kept: np.ndarray, place: np.ndarray) -> Character:
+    """The body with some of its joints in another order; ``place``: old joint -> new joint."""
     skeleton = character.skeleton
-    parents = skeleton.parents[order]
-    return Character(
-        name=character.name,
+    parents = skeleton.parents[kept]
+    return replace(
+        character,
         skeleton=Skeleton(
-            tuple(skeleton.names[joint] for joint in order),
+            tuple(skeleton.names[joint] for joint in kept),
             np.where(parents >= 0, place[parents], -1),
-            skeleton.offsets[order],
-            tuple(EndSite(int(place[site.parent]), site.offset) for site in skeleton.end_sites),
+            skeleton.offsets[kept],
+            _end_sites((place[site.parent], site.offset) for site in skeleton.end_sites),
         ),
-        structure=character.structure,
-        roles=tuple(character.roles[joint] for joint in order),
-        reference_pose=character.reference_pose[order],
-        measures=character.measures,
-        hinges=character.hinges,
+        roles=tuple(character.roles[joint] for joint in kept),
+        reference_pose=character.reference_pose[kept],
+        skin=None,
     )
+
+
+def _end_sites(sites: Iterable[tuple[int, Sequence[float] | np.ndarray]]) -> tuple[EndSite, ...]:
+    """Tips, from joints and offsets."""
+    return tuple(EndSite(int(joint), tuple(np.array(offset).tolist())) for joint, offset in sites)
 
 
 # --------------------------------------------------------------------------------------- frames of joints
@@ -70,19 +77,16 @@ def reframed(character: Character, turns: np.ndarray) -> Character:
 
     A joint that was oriented G is now oriented G * turn.
     """
-    skeleton = character.skeleton
+    skeleton, back = character.skeleton, rotation.conjugate(turns)
     offsets = np.array(skeleton.offsets)
-    offsets[1:] = rotation.rotate(rotation.conjugate(turns[skeleton.parents[1:]]), skeleton.offsets[1:])
-    tips = tuple(
-        EndSite(
-            site.parent,
-            tuple(rotation.rotate(rotation.conjugate(turns[site.parent]), np.array(site.offset)).tolist()),
-        )
+    offsets[1:] = rotation.rotate(back[skeleton.parents[1:]], skeleton.offsets[1:])
+    tips = _end_sites(
+        (site.parent, rotation.rotate(back[site.parent], np.array(site.offset)))
         for site in skeleton.end_sites
     )
     return replace(
         character,
-        skeleton=Skeleton(skeleton.names, skeleton.parents, offsets, tips),
+        skeleton=replace(skeleton, offsets=offsets, end_sites=tips),
         reference_pose=_reframed(skeleton, character.reference_pose, turns),
         skin=None,
     )
@@ -96,11 +100,9 @@ def reframed_motion(motion: Motion, turns: np.ndarray) -> Motion:
 
 def _reframed(skeleton: Skeleton, rotations: np.ndarray, turns: np.ndarray) -> np.ndarray:
     """Local rotations ``(..., joints, 4)`` in the turned frames."""
-    turned = rotation.multiply(rotations, np.broadcast_to(turns, rotations.shape))
+    turned = rotation.multiply(rotations, turns)
     above = rotation.conjugate(turns[skeleton.parents[1:]])
-    turned[..., 1:, :] = rotation.multiply(
-        np.broadcast_to(above, turned[..., 1:, :].shape), turned[..., 1:, :]
-    )
+    turned[..., 1:, :] = rotation.multiply(above, turned[..., 1:, :])
     return turned
 
 
@@ -129,39 +131,33 @@ def splittable(character: Character) -> list[int]:
 
 
 def split(character: Character, ends: Sequence[int]) -> tuple[Character, np.ndarray]:
-    """A joint without a role in the middle of each bone that ends in one of ``ends``.
+    """Put a joint without a role in the middle of each bone that ends in one of ``ends``.
 
     Also gives the new indices ``(joints,)`` of the old joints.
     """
-    skeleton = character.skeleton
-    place = np.arange(len(skeleton)) + np.searchsorted(
-        np.sort(ends), np.arange(len(skeleton)), side="right"
-    )
-    total = len(skeleton) + len(ends)
-    names, roles = [""] * total, [None] * total  # type: list[str], list[str | None]
-    parents, offsets = np.empty(total, dtype=np.int64), np.zeros((total, 3))
-    pose = rotation.identity(total)
-    for joint, at in enumerate(place.tolist()):
-        parent = int(skeleton.parents[joint])
-        names[at], roles[at], pose[at] = (
-            skeleton.names[joint],
-            character.roles[joint],
-            character.reference_pose[joint],
-        )
-        parents[at], offsets[at] = -1 if parent < 0 else place[parent], skeleton.offsets[joint]
-        if joint in ends:
-            names[at - 1], parents[at - 1] = f"{skeleton.names[joint]}_half", parents[at]
-            parents[at] = at - 1
-            offsets[at] = offsets[at - 1] = skeleton.offsets[joint] / 2.0
-    tips = tuple(EndSite(int(place[site.parent]), site.offset) for site in skeleton.end_sites)
-    body = Character(
-        name=character.name,
-        skeleton=Skeleton(tuple(names), parents, offsets, tips),
+    skeleton, joints = character.skeleton, np.arange(len(character.skeleton))
+    copies = 1 + np.isin(joints, ends)
+    old = np.repeat(joints, copies)  # of every new joint, the old one; the half comes before the joint
+    place = np.cumsum(copies) - 1
+    half = place[old] != np.arange(len(old))
+    parents = np.where(skeleton.parents[old] < 0, -1, place[skeleton.parents[old]])
+    parents[1:][half[:-1]] = np.flatnonzero(half)
+    pose = character.reference_pose[old]
+    pose[half] = rotation.identity()
+    new = list(zip(old.tolist(), half.tolist(), strict=True))
+    tips = _end_sites((place[site.parent], site.offset) for site in skeleton.end_sites)
+    body = replace(
+        character,
+        skeleton=Skeleton(
+            tuple(skeleton.names[joint] + at_half * "_half" for joint, at_half in new),
+            parents,
+            skeleton.offsets[old] / copies[old, None],
+            tips,
+        ),
         structure=f"{character.structure} split",
-        roles=tuple(roles),
+        roles=tuple(None if at_half else character.roles[joint] for joint, at_half in new),
         reference_pose=pose,
-        measures=character.measures,
-        hinges=character.hinges,
+        skin=None,
     )
     return body, place
 
@@ -192,58 +188,45 @@ def merged(motion: Motion, joint: int) -> Motion:
     counted anew."""
     character, skeleton = motion.character, motion.skeleton
     stiff, parent = character.reference_pose[joint], int(skeleton.parents[joint])
-    kept = np.array([j for j in range(len(skeleton)) if j != joint])
-    place = np.full(len(skeleton), -1)
-    place[kept] = np.arange(len(kept))
-    place[joint] = place[parent]
-    offsets, pose, rotations = (
-        np.array(a) for a in (skeleton.offsets, character.reference_pose, motion.rotations)
+    parents, offsets, pose, rotations = map(
+        np.array, (skeleton.parents, skeleton.offsets, character.reference_pose, motion.rotations)
     )
+    # first its children and tips are hung from its parent
     for child in skeleton.children[joint]:
+        parents[child] = parent
         offsets[child] = skeleton.offsets[joint] + rotation.rotate(stiff, skeleton.offsets[child])
         pose[child] = rotation.multiply(stiff, pose[child])
-        rotations[:, child] = rotation.multiply(
-            np.broadcast_to(stiff, rotations[:, child].shape), rotations[:, child]
-        )
-    tips = []
-    for site in skeleton.end_sites:
-        offset = np.array(site.offset)
-        if site.parent == joint:
-            offset = skeleton.offsets[joint] + rotation.rotate(stiff, offset)
-        tips.append(EndSite(int(place[site.parent]), tuple(offset.tolist())))
+        rotations[:, child] = rotation.multiply(stiff, rotations[:, child])
+    tips = _end_sites(
+        (parent, skeleton.offsets[joint] + rotation.rotate(stiff, np.array(site.offset)))
+        if site.parent == joint
+        else (site.parent, site.offset)
+        for site in skeleton.end_sites
+    )
     roles = list(character.roles)
     roles[joint] = None
     for rank, each in enumerate(j for j in chain(character.roles, "spine") if j != joint):
         roles[each] = f"spine_{rank + 1}"
-    parents = skeleton.parents[kept]
-    body = Character(
-        name=character.name,
-        skeleton=Skeleton(
-            tuple(skeleton.names[j] for j in kept),
-            np.where(parents >= 0, place[parents], -1),
-            offsets[kept],
-            tuple(tips),
-        ),
+    body = replace(
+        character,
+        skeleton=Skeleton(skeleton.names, parents, offsets, tips),
         structure=f"{character.structure} merged",
-        roles=tuple(roles[j] for j in kept),
-        reference_pose=pose[kept],
-        measures=character.measures,
-        hinges=character.hinges,
+        roles=tuple(roles),
+        reference_pose=pose,
     )
-    return Motion(body, rotations[:, kept], motion.root, motion.fps)
+    kept = np.array([j for j in range(len(skeleton)) if j != joint])
+    place = np.arange(len(skeleton)) - (np.arange(len(skeleton)) > joint)
+    return Motion(_selected(body, kept, place), rotations[:, kept], motion.root, motion.fps)
 
 
 # --------------------------------------------------------------------------------------- size and side
 def scaled(character: Character, factor: float) -> Character:
     """The same body in another size."""
     skeleton = character.skeleton
-    tips = tuple(
-        EndSite(site.parent, tuple((factor * np.array(site.offset)).tolist()))
-        for site in skeleton.end_sites
-    )
+    tips = _end_sites((site.parent, factor * np.array(site.offset)) for site in skeleton.end_sites)
     return replace(
         character,
-        skeleton=Skeleton(skeleton.names, skeleton.parents, skeleton.offsets * factor, tips),
+        skeleton=replace(skeleton, offsets=skeleton.offsets * factor, end_sites=tips),
         measures=Measures(**{name: factor * size for name, size in asdict(character.measures).items()}),
         skin=None,
     )
@@ -262,47 +245,38 @@ def partners(character: Character) -> np.ndarray | None:
     partner = np.full(len(skeleton), -1)
     partner[0] = 0
     for joint in range(1, len(skeleton)):
-        above = partner[skeleton.parents[joint]]
-        candidates = skeleton.children[above] if above >= 0 else ()
-        partner[joint] = _partner(character, joint, candidates)
+        partner[joint] = _partner(character, joint, int(partner[skeleton.parents[joint]]))
     back = (partner >= 0).all() and (partner[partner] == np.arange(len(partner))).all()
     return partner if back else None
 
 
-def _partner(character: Character, joint: int, candidates: Sequence[int]) -> int:
-    role = character.roles[joint]
+def _partner(character: Character, joint: int, above: int) -> int:
+    """The partner of a joint whose parent's partner is ``above``; -1 where there is none."""
+    role, skeleton = character.roles[joint], character.skeleton
     if role is not None:
         return character.joint_of.get(other_side(role), -1)
-    free = [each for each in candidates if character.roles[each] is None]
-    mine = [
-        each
-        for each in character.skeleton.children[character.skeleton.parents[joint]]
-        if character.roles[each] is None
-    ]
-    rank = mine.index(joint)
-    return free[rank] if len(free) == len(mine) else -1
+    free, mine = (
+        [each for each in skeleton.children[parent] if character.roles[each] is None] if parent >= 0 else []
+        for parent in (above, skeleton.parents[joint])
+    )
+    return free[mine.index(joint)] if len(free) == len(mine) else -1
 
 
 def other_side(role: str) -> str:
     """``left_hand`` -> ``right_hand`` and back; what has no side stays."""
-    for ours, theirs in (("left_", "right_"), ("right_", "left_")):
-        if role.startswith(ours):
-            return theirs + role[len(ours) :]
-    return role
+    side, _, rest = role.partition("_")
+    other = {"left": "right", "right": "left"}.get(side)
+    return f"{other}_{rest}" if other else role
 
 
 def mirrored(character: Character, partner: np.ndarray) -> Character:
     """The mirror image of a body, its joints in the same order with the same names and roles."""
     skeleton = character.skeleton
-    tips = []
-    for site in skeleton.end_sites:
-        # a tip goes to the other side: its joint's partner carries the image
-        tips.append(EndSite(int(partner[site.parent]), tuple((MIRROR * np.array(site.offset)).tolist())))
+    # a tip goes to the other side: its joint's partner carries the image
+    tips = _end_sites((partner[site.parent], MIRROR * np.array(site.offset)) for site in skeleton.end_sites)
     return replace(
         character,
-        skeleton=Skeleton(
-            skeleton.names, skeleton.parents, skeleton.offsets[partner] * MIRROR, tuple(tips)
-        ),
+        skeleton=replace(skeleton, offsets=skeleton.offsets[partner] * MIRROR, end_sites=tips),
         reference_pose=character.reference_pose[partner] * _MIRRORED_TURN,
         skin=None,
     )
@@ -319,5 +293,5 @@ def turned_motion(motion: Motion, angle: float) -> Motion:
     """The whole motion turned about the vertical through the origin, radians."""
     turn = rotation.about(np.array([0.0, 1.0, 0.0]), angle)
     rotations = np.array(motion.rotations)
-    rotations[:, 0] = rotation.multiply(np.broadcast_to(turn, rotations[:, 0].shape), rotations[:, 0])
+    rotations[:, 0] = rotation.multiply(turn, rotations[:, 0])
     return replace(motion, rotations=rotations, root=rotation.rotate(turn, motion.root))

@@ -1,21 +1,19 @@
 """Kinds of performance on four legs."""
 
 from collections.abc import Callable, Mapping
+from functools import partial
 
 from ...randomness import Stream
 from ..score import DogScore
-from .gaits import gallop, trot, walk
-from .resting import lie, shake_paw, sit, stand, turn
+from .gaits import GALLOP, TROT, WALK, go
+from .resting import shake_paw, sit_or_lie, stand, turn
 from .sequencing import sequence
 
 KINDS: Mapping[str, Callable[[Stream, int], DogScore]] = {
-    "dog_walk": walk,
-    "trot": trot,
-    "gallop": gallop,
+    **{gait.kind: partial(go, gait=gait) for gait in (WALK, TROT, GALLOP)},
     "dog_stand": stand,
     "dog_turn": turn,
-    "dog_sit": sit,
-    "dog_lie": lie,
+    **{kind: partial(sit_or_lie, kind=kind) for kind in ("dog_sit", "dog_lie")},
     "shake_paw": shake_paw,
     "dog_sequence": sequence,
 }

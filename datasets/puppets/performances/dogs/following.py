@@ -8,10 +8,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from ...conventions import FPS
+from ...conventions import FPS, along
 from ...randomness import Stream
 from ..score import DogScore, Score
-from .gaits import GALLOP, STANDING, TROT, WALK, Habit, Way, paced
+from .gaits import GALLOP, STANDING, TROT, WALK, Gait, Habit, Way, paced
 from .resting import stood, turned
 
 PARTNERS: Mapping[str, str] = {
@@ -23,13 +23,12 @@ PARTNERS: Mapping[str, str] = {
 }
 """A person's kind -> the dog's kind that answers to it."""
 
-_GAITS = {"dog_walk": WALK, "trot": TROT, "gallop": GALLOP}
+_GAITS = {gait.kind: gait for gait in (WALK, TROT, GALLOP)}
 
 
 def speeds(score: Score) -> np.ndarray:
     """``(frames,)`` of the way forward along the heading, leg lengths a second."""
-    ahead = np.stack([np.sin(score.heading), np.cos(score.heading)], axis=-1)
-    return (np.gradient(score.path, axis=0) * ahead).sum(axis=-1) * FPS
+    return (np.gradient(score.path, axis=0) * along(score.heading)).sum(axis=-1) * FPS
 
 
 def follow(stream: Stream, leader: Score) -> DogScore | None:
@@ -39,7 +38,7 @@ def follow(stream: Stream, leader: Score) -> DogScore | None:
     """
     kind = PARTNERS.get(leader.kind)
     if kind in _GAITS:
-        return _going(stream, leader, kind)
+        return _going(stream, leader, _GAITS[kind])
     moving = np.flatnonzero(np.abs(np.diff(leader.heading)) > 1e-3)
     if kind == "dog_stand" and not len(moving):
         return stood(stream, leader.heading)
@@ -50,7 +49,7 @@ def follow(stream: Stream, leader: Score) -> DogScore | None:
     return replace(score, kind=kind)
 
 
-def _going(stream: Stream, leader: Score, kind: str) -> DogScore | None:
+def _going(stream: Stream, leader: Score, gait: Gait) -> DogScore | None:
     forward, frames = speeds(leader), leader.frames
     flat = (np.gradient(leader.path, axis=0) ** 2).sum(axis=-1) * FPS**2
     moving = np.flatnonzero(forward > STANDING)
@@ -59,4 +58,4 @@ def _going(stream: Stream, leader: Score, kind: str) -> DogScore | None:
     first, last = int(moving[0]), int(moving[-1])
     over = (first if first else -frames, last if last < frames - 1 else 2 * frames)
     way = Way(leader.heading, leader.path, np.maximum(forward, 0.0), over)
-    return paced(stream, _GAITS[kind], kind, way, Habit.draw(stream))
+    return paced(stream, gait, way, Habit.draw(stream))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...conventions import FPS
+from ...conventions import FPS, along
 from ...curves import plateau, wander
 from ...randomness import Stream
 from ..people.style import seconds
@@ -111,12 +111,7 @@ def way(stream: Stream, frames: int, speed: float, most: float, there: bool = Fa
         over = (begin, end)
     pace = speed * going * (1.0 + wander(stream, t, 0.03, 0.1, 0.4))
     heading = facing + summed(turn * going)
-    return Way(heading, summed(pace[:, None] * ahead(heading)), pace, over)
-
-
-def ahead(heading: np.ndarray) -> np.ndarray:
-    """``(..., 2)`` unit (x, z) of a heading."""
-    return np.stack([np.sin(heading), np.cos(heading)], axis=-1)
+    return Way(heading, summed(pace[:, None] * along(heading)), pace, over)
 
 
 def summed(rate: np.ndarray) -> np.ndarray:
@@ -134,13 +129,15 @@ Span = tuple[float, float]
 
 @dataclass(frozen=True)
 class Gait:
-    """phases: of the first touch of each paw (``LIMBS``), shares of the period. Of the slowest and the
-    fastest: speed, leg lengths a second; stride, leg lengths; duty, share of the period that a paw is
-    down; lift of the paws, leg lengths; bounce of the trunk, shares of the standing height. beats: how
-    often in a period it bounces. skew: above 1 most go slowly. rest, off: radians that hind and fore paws
-    are rolled forward over their tips where they rest and when they leave. low: how much lower rump and
-    shoulders are carried. neck: how much lower it is carried, radians."""
+    """kind: of its performances. phases: of the first touch of each paw (``LIMBS``), shares of the period.
+    Of the slowest and the fastest: speed, leg lengths a second; stride, leg lengths; duty, share of the
+    period that a paw is down; lift of the paws, leg lengths; bounce of the trunk, shares of the standing
+    height. beats: how often in a period it bounces. skew: above 1 most go slowly. rest, off: radians that
+    hind and fore paws are rolled forward over their tips where they rest and when they leave. low: how much
+    lower rump and shoulders are carried. neck: how much lower it is carried, radians. turning: at most,
+    radians a second. there: out of these is drawn whether it is from standing to standing."""
 
+    kind: str
     phases: tuple[float, float, float, float]
     speed: Span
     stride: Span
@@ -153,6 +150,8 @@ class Gait:
     off: Span
     low: Span
     neck: float
+    turning: float
+    there: tuple[bool, ...]
 
     def at(self, pair: Span, speed: np.ndarray) -> np.ndarray:
         """A pair of values interpolated at a speed; slower than the slowest counts as the slowest."""
@@ -164,7 +163,9 @@ class Gait:
         return self.speed[0] + (self.speed[1] - self.speed[0]) * stream.uniform(0.0, 1.0) ** self.skew
 
 
+# four beats, each hind paw followed by the fore paw of its side
 WALK = Gait(
+    kind="dog_walk",
     phases=(0.0, 0.5, 0.22, 0.72),
     speed=(0.55, 2.0),
     stride=(0.64, 1.40),
@@ -177,8 +178,12 @@ WALK = Gait(
     off=(0.38, 0.50),
     low=(0.035, 0.05),
     neck=0.25,
+    turning=0.45,
+    there=(True, False, False),
 )
+# two beats of diagonal pairs
 TROT = Gait(
+    kind="trot",
     phases=(0.0, 0.5, 0.52, 0.02),
     speed=(2.35, 4.7),
     stride=(1.70, 2.35),
@@ -191,8 +196,12 @@ TROT = Gait(
     off=(0.40, 0.60),
     low=(0.03, 0.055),
     neck=0.10,
+    turning=0.25,
+    there=(True, False, False, False),
 )
+# hind paws, fore paws, flight; the back folds and stretches
 GALLOP = Gait(
+    kind="gallop",
     phases=(0.0, 0.13, 0.46, 0.60),
     speed=(3.8, 6.8),
     stride=(1.98, 2.92),
@@ -205,6 +214,8 @@ GALLOP = Gait(
     off=(0.40, 0.75),
     low=(0.03, 0.06),
     neck=0.45,
+    turning=0.15,
+    there=(False,),
 )
 
 
@@ -236,7 +247,7 @@ def rhythm(gait: Gait, going: Way, start: float) -> Rhythm:
     return Rhythm(phase, times, np.concatenate([before, phase, after]))
 
 
-def paced(stream: Stream, gait: Gait, kind: str, going: Way, habit: Habit) -> DogScore:
+def paced(stream: Stream, gait: Gait, going: Way, habit: Habit) -> DogScore:
     """A gait along a way."""
     frames, speed = len(going.heading), going.speed
     t, still = seconds(frames), np.zeros(frames)
@@ -264,7 +275,7 @@ def paced(stream: Stream, gait: Gait, kind: str, going: Way, habit: Habit) -> Do
     neck = neck + gait.neck + 0.05 * habit.bounce * alive * np.sin(turn * gait.beats)
     gaze[:, 0] += 0.6 * bend
     return DogScore(
-        kind=kind,
+        kind=gait.kind,
         heading=going.heading,
         path=going.path,
         sway=np.stack([sway + shaken[0], shaken[1]], axis=-1),
@@ -283,6 +294,13 @@ def paced(stream: Stream, gait: Gait, kind: str, going: Way, habit: Habit) -> Do
         spread=np.zeros((frames, 2)),
         paws=paws,
     )
+
+
+def go(stream: Stream, frames: int, gait: Gait, there: Sequence[bool] = ()) -> DogScore:
+    """A gait along a way of its own. there: in place of the gait's."""
+    habit = Habit.draw(stream)
+    going = way(stream, frames, gait.draw(stream), gait.turning, stream.choice(there or gait.there))
+    return paced(stream, gait, going, habit)
 
 
 def _heaving(
@@ -360,30 +378,3 @@ def _standing(plants: list[PawPlant], over: tuple[int, int], frames: int) -> lis
         last = replace(plants[swings], moment=frames - 1.0, ahead=0.0, lift=EVER, off=EVER)
         plants = [*plants[:swings], replace(last, strike_pitch=-0.1, rest=0.0)]
     return plants
-
-
-# --------------------------------------------------------------------------------------------- kinds
-def _kind(
-    stream: Stream, frames: int, gait: Gait, name: str, most: float, there: Sequence[bool]
-) -> DogScore:
-    habit = Habit.draw(stream)
-    going = way(stream, frames, gait.draw(stream), most, stream.choice(there))
-    return paced(stream, gait, name, going, habit)
-
-
-def walk(stream: Stream, frames: int, there: Sequence[bool] = (True, False, False)) -> DogScore:
-    """Four beats, each hind paw followed by the fore paw of its side.
-
-    there: out of these is drawn whether it is from standing to standing.
-    """
-    return _kind(stream, frames, WALK, "dog_walk", 0.45, there)
-
-
-def trot(stream: Stream, frames: int, there: Sequence[bool] = (True, False, False, False)) -> DogScore:
-    """Two beats of diagonal pairs. there: as of ``walk``."""
-    return _kind(stream, frames, TROT, "trot", 0.25, there)
-
-
-def gallop(stream: Stream, frames: int) -> DogScore:
-    """Hind paws, fore paws, flight; the back folds and stretches."""
-    return _kind(stream, frames, GALLOP, "gallop", 0.15, (False,))

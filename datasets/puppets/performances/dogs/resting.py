@@ -3,33 +3,34 @@
 Getting up is sitting down played backwards.
 """
 
+from collections.abc import Mapping
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from ...conventions import FPS, SIDES
+from ...conventions import FPS, SIDES, sign
 from ...curves import plateau, ramp, wander
 from ...randomness import Stream
 from ..people.style import seconds
 from ..score import LIMBS, DogScore, Paw, PawAir, PawPlant, Trunk, idle_hands
 from .gaits import EVER, WALK, Habit, head_and_tail
 
+CHANNELS = (
+    *("heading", "path", "sway", "height", "balance", "support"),
+    *("fore", "anchor", "neck", "tail", "spread"),
+)
+"""What a dog's score has for each frame, beside trunk and paws."""
+
 
 def backwards(score: DogScore) -> DogScore:
     """The same performance run backwards; paws that have nothing in the air only."""
     trunk, last = score.trunk, score.frames - 1
+    channels: dict[str, Any] = {name: _turned(getattr(score, name)) for name in CHANNELS}
     return replace(
         score,
-        heading=_turned(score.heading),
-        path=_turned(score.path),
-        sway=_turned(score.sway),
-        height=_turned(score.height),
+        **channels,
         trunk=Trunk(_turned(trunk.pelvis), _turned(trunk.chest), _turned(trunk.gaze)),
-        fore=_turned(score.fore),
-        anchor=_turned(score.anchor),
-        neck=_turned(score.neck),
-        tail=_turned(score.tail),
-        spread=_turned(score.spread),
         paws={limb: _backwards(paw, last) for limb, paw in score.paws.items()},
     )
 
@@ -75,7 +76,7 @@ def _score(
     bend: np.ndarray | float = 0.0,
     spread: np.ndarray | float = 0.0,
     neck: np.ndarray | float = 0.0,
-    parameters: dict[str, float | str] | None = None,
+    parameters: Mapping[str, float | str],
 ) -> DogScore:
     """A dog about one spot, breathing and looking about."""
     t, still = seconds(frames), np.zeros(frames)
@@ -97,7 +98,7 @@ def _score(
         trunk=Trunk(np.zeros((frames, 3)), chest, gaze + np.stack([bend + still, still, still], axis=-1)),
         feet={},
         hands=idle_hands(frames),
-        parameters=parameters or {},
+        parameters=parameters,
         fore=shoulders + breath,
         anchor=anchor + still,
         neck=carried + neck,
@@ -130,9 +131,9 @@ def stood(stream: Stream, heading: np.ndarray) -> DogScore:
     look = stream.sign() * stream.uniform(0.2, 0.6)
     t = np.arange(frames, dtype=float)
     bend = look * 0.5 * plateau(t, 0.15 * frames, 0.4 * frames, 0.6 * frames, 0.9 * frames)
-    parameters: dict[str, float | str] = {"look": look}
+    told = {"look": look}
     return _score(
-        stream, frames, "dog_stand", habit, paws, heading=heading, bend=0.5 * bend, parameters=parameters
+        stream, frames, "dog_stand", habit, paws, heading=heading, bend=0.5 * bend, parameters=told
     )
 
 
@@ -187,15 +188,13 @@ def _round(number: int, habit: Habit, over: tuple[int, int], period: float, fram
     return Paw(tuple(plants), np.zeros(frames))
 
 
-def _tucked(
-    habit: Habit, limb: str, stream: Stream, off: int, swing: int, frames: int, hocks: float
-) -> Paw:
+def _tucked(habit: Habit, limb: str, stream: Stream, off: int, swing: int, frames: int) -> Paw:
     """The paw from standing to where the paw of a lying body is, by one step."""
     before = _until(_standing(habit, limb, stream), off, curl=0.1)
     strike = off + swing
     after = PawPlant(frames - 1.0, habit.stance + 0.25, 0.0, strike, strike + 2, EVER, EVER, lain=1.0)
     t = np.arange(frames, dtype=float)
-    return Paw((before, replace(after, strike_pitch=0.0)), hocks * ramp(t, off, strike + 3.0))
+    return Paw((before, replace(after, strike_pitch=0.0)), ramp(t, off, strike + 3.0))
 
 
 def settling(stream: Stream, frames: int, kind: str) -> DogScore:
@@ -204,38 +203,28 @@ def settling(stream: Stream, frames: int, kind: str) -> DogScore:
     pace = stream.uniform(0.85, 1.2) * min(1.0, frames / 70.0)
     begin = round(stream.uniform(0.06, 0.14) * frames) + 5
     t = np.arange(frames, dtype=float)
-    first = stream.choice((0, 1))
-    swing = round(10 * pace)
-    fall = (begin + 4.0, begin + 37.0 * pace)
-    rump = 0.97 - 0.97 * ramp(t, *fall)
+    first = stream.choice(SIDES)
+    level = ramp(t, begin + 4.0, begin + 37.0 * pace)
+    # when the first and the second paw of an end step
+    steps = {"hind": (0.0, 13.0 if down else 8.0), "fore": (6.5, 19.5)}
     paws = {}
-    for number, side in enumerate(SIDES):
-        off = begin + round((0 if number == first else 13 if down else 8) * pace) + 4
-        paws[f"{side}_hind"] = _tucked(habit, f"{side}_hind", stream, off, swing, frames, 1.0)
-    shoulders = 0.98 - 0.10 * ramp(t, *fall)
-    anchor = ramp(t, *fall)
+    for limb in LIMBS:
+        side, end = limb.split("_")
+        off = begin + round(steps[end][side != first] * pace) + 4
+        if end == "hind" or down:
+            paws[limb] = _tucked(habit, limb, stream, off, round(10 * pace), frames)
+        else:
+            paws[limb] = Paw((_standing(habit, limb, stream),), np.zeros(frames))
     late = begin + 5.0 * pace
-    for number, side in enumerate(SIDES):
-        limb = f"{side}_fore"
-        off = begin + round((6.5 if number == first else 19.5) * pace) + 4
-        paws[limb] = (
-            _tucked(habit, limb, stream, off, swing, frames, 1.0)
-            if down
-            else Paw((_standing(habit, limb, stream),), np.zeros(frames))
-        )
-    if down:
-        shoulders = 0.98 - 0.98 * ramp(t, late, late + 36.0 * pace)
-        anchor = np.full(frames, 0.5)
-    level = ramp(t, *fall)
     return _score(
         stream,
         frames,
         kind,
         habit,
         paws,
-        rump=rump,
-        shoulders=shoulders,
-        anchor=anchor,
+        rump=0.97 - 0.97 * level,
+        shoulders=0.98 - (0.98 * ramp(t, late, late + 36.0 * pace) if down else 0.10 * level),
+        anchor=0.5 if down else level,
         arch=(0.15 if down else 0.25) * level,
         spread=0.35 * level,
         neck=-0.15 * level,
@@ -243,18 +232,9 @@ def settling(stream: Stream, frames: int, kind: str) -> DogScore:
     )
 
 
-def sit(stream: Stream, frames: int) -> DogScore:
-    """From standing to sitting, or back."""
-    return _either_way(stream, settling(stream, frames, "dog_sit"))
-
-
-def lie(stream: Stream, frames: int) -> DogScore:
-    """From standing to lying on the belly, fore legs ahead, or back."""
-    return _either_way(stream, settling(stream, frames, "dog_lie"))
-
-
-def _either_way(stream: Stream, score: DogScore) -> DogScore:
-    """One of three gets up."""
+def sit_or_lie(stream: Stream, frames: int, kind: str) -> DogScore:
+    """From standing to sitting, or to lying on the belly with the fore legs ahead; one of three gets up."""
+    score = settling(stream, frames, kind)
     way = stream.choice(("down", "down", "up"))
     score = replace(score, parameters={**score.parameters, "way": way})
     return backwards(score) if way == "up" else score
@@ -275,14 +255,12 @@ def shake_paw(stream: Stream, frames: int) -> DogScore:
     weight = plateau(t, up + 1.0, top[0], top[1], down - 1.0)
     rate, height = stream.uniform(1.2, 2.2), stream.uniform(-0.40, -0.15)
     shaken = 0.07 * habit.bounce * np.sin(2.0 * np.pi * rate * t / FPS) * plateau(t, up, *top, down)
-    reach = np.stack(
-        [0.03 + 0.0 * t, height + shaken, np.full(frames, stream.uniform(0.55, 0.68))], axis=-1
-    )
+    still = np.zeros(frames)
+    reach = np.stack([still + 0.03, height + shaken, still + stream.uniform(0.55, 0.68)], axis=-1)
     stay = paws[f"{side}_fore"].plants[0]
     before = _until(stay, up, curl=0.2)
     after = replace(stay, strike=down, flat=down + 3, strike_pitch=0.2)
-    paws[f"{side}_fore"] = Paw((before, after), np.zeros(frames), PawAir(reach, weight))
-    lean = -0.05 * weight if side == "left" else 0.05 * weight
+    paws[f"{side}_fore"] = Paw((before, after), still, PawAir(reach, weight))
     score = _score(
         stream,
         frames,
@@ -297,5 +275,5 @@ def shake_paw(stream: Stream, frames: int) -> DogScore:
         neck=-0.2,
         parameters={"paw": side, "shakes": rate},
     )
-    score.sway[:, 0] += lean
+    score.sway[:, 0] -= sign(side) * 0.05 * weight
     return score

@@ -7,6 +7,7 @@ them; all other channels run on with fading speed and are cross-faded on a bridg
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
+from typing import Any
 
 import numpy as np
 
@@ -14,8 +15,8 @@ from ...randomness import Stream
 from ..fading import bridged, joined_trunk
 from ..people.sequencing import TRANSITION
 from ..score import Act, DogScore, Paw, PawPlant, idle_hands
-from .gaits import trot, walk
-from .resting import backwards, settling, stand, turn
+from .gaits import TROT, WALK, go
+from .resting import CHANNELS, backwards, settling, stand, turn
 
 BRIDGE = 16
 """Frames between two parts."""
@@ -67,8 +68,8 @@ def _down_and_up(stream: Stream, frames: int, kind: str) -> DogScore:
 
 
 PARTS: dict[str, tuple[Callable[[Stream, int], DogScore], int]] = {
-    "dog_walk": (partial(walk, there=(True,)), 75),
-    "trot": (partial(trot, there=(True,)), 65),
+    "dog_walk": (partial(go, gait=WALK, there=(True,)), 75),
+    "trot": (partial(go, gait=TROT, there=(True,)), 65),
     "dog_stand": (stand, 45),
     "dog_turn": (turn, 58),
     "dog_sit": (partial(_down_and_up, kind="dog_sit"), 136),
@@ -85,21 +86,13 @@ def joined(a: DogScore, b: DogScore, between: str = TRANSITION) -> DogScore:
     """
     b = _brought(a, b)
     start = a.frames + BRIDGE
-
+    channels: dict[str, Any] = {
+        name: bridged(getattr(a, name), getattr(b, name), BRIDGE) for name in CHANNELS
+    }
     acts = tuple(replace(act, first=act.first + start, end=act.end + start) for act in b.stretches())
     return replace(
         a,
-        heading=bridged(a.heading, b.heading, BRIDGE),
-        path=bridged(a.path, b.path, BRIDGE),
-        sway=bridged(a.sway, b.sway, BRIDGE),
-        height=bridged(a.height, b.height, BRIDGE),
-        balance=bridged(a.balance, b.balance, BRIDGE),
-        support=bridged(a.support, b.support, BRIDGE),
-        fore=bridged(a.fore, b.fore, BRIDGE),
-        anchor=bridged(a.anchor, b.anchor, BRIDGE),
-        neck=bridged(a.neck, b.neck, BRIDGE),
-        tail=bridged(a.tail, b.tail, BRIDGE),
-        spread=bridged(a.spread, b.spread, BRIDGE),
+        **channels,
         trunk=joined_trunk(a.trunk, b.trunk, a.frames, b.frames, BRIDGE),
         hands=idle_hands(start + b.frames),
         paws={limb: _joined_paw(paw, b.paws[limb], start) for limb, paw in a.paws.items()},

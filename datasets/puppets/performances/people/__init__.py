@@ -14,7 +14,6 @@ from . import (
     running,
     sitting,
     squatting,
-    stairs,
     striking,
     walking,
 )
@@ -34,49 +33,10 @@ def sequence(
     return strung(stream, frames, whole, kinds, LEAST)
 
 
-STRUNG = (
-    "walk",
-    "walk_backwards",
-    "walk_sideways",
-    "turn",
-    "jump",
-    "leap",
-    "hop",
-    "wave",
-    "squat",
-    "stand",
-    "point",
-    "clap",
-    "hands_on_hips",
-    "arms_crossed",
-    "touch_head",
-    "touch_toe",
-    "salute",
-    "bow",
-    "kick_front",
-    "kick_side",
-    "punch",
-    "throw",
-    "catch",
-    "push",
-    "pull",
-    "dance_steps",
-    "dance_line",
-    "lunge",
-    "kneel",
-    "lift",
-    "touch_floor",
-    "arc",
-    "sneak",
-    "limp",
-)
-"""Kinds that sequences draw on their own: their performances begin and end standing, or often enough do."""
-
 LEAST: Mapping[str, int] = {"lunge": 112, "kneel": 112, "lift": 220, "touch_floor": 80}
 """Frames that a kind takes from standing to standing: of fewer a clip shows a part."""
 
-KINDS: Mapping[str, Callable[..., Score]] = {
-    "walk": walking.walk,
+_ON_THE_SPOT: Mapping[str, Callable[..., Score]] = {
     "wave": gestures.wave,
     "squat": squatting.squat,
     "stand": gestures.stand,
@@ -88,33 +48,38 @@ KINDS: Mapping[str, Callable[..., Score]] = {
     "touch_toe": gestures.touch_toe,
     "salute": gestures.salute,
     "bow": gestures.bow,
-    "kick_front": striking.kick_front,
-    "kick_side": striking.kick_side,
+    "kick_front": partial(striking.kick, kind="kick_front"),
+    "kick_side": partial(striking.kick, kind="kick_side"),
     "punch": striking.punch,
     "throw": striking.throw,
     "catch": striking.catch,
-    "push": striking.push,
-    "pull": striking.pull,
-    "arc": walking.arc,
+    "push": partial(striking.shove, kind="push"),
+    "pull": partial(striking.shove, kind="pull"),
+}
+
+KINDS: Mapping[str, Callable[..., Score]] = {
+    "walk": walking.walk,
+    **_ON_THE_SPOT,
+    "arc": partial(walking.walk, mode="steady", kind="arc"),
     "walk_backwards": walking.walk_backwards,
     "walk_sideways": walking.walk_sideways,
     "turn": walking.turn,
     "sneak": walking.sneak,
     "march": walking.march,
     "limp": walking.limp,
-    "jog": running.jog,
+    "jog": partial(running.run, kind="jog"),
     "run": running.run,
-    "stairs_up": stairs.stairs_up,
-    "stairs_down": stairs.stairs_down,
+    "stairs_up": partial(walking.stairs, kind="stairs_up"),
+    "stairs_down": partial(walking.stairs, kind="stairs_down"),
     "jump": jumping.jump,
-    "leap": jumping.leap,
+    "leap": partial(jumping.jump, kind="leap"),
     "hop": jumping.hop,
     "dance_steps": dancing.dance_steps,
     "dance_line": dancing.dance_line,
     "lunge": kneeling.lunge,
     "kneel": kneeling.kneel,
     "sit": sitting.sit,
-    "get_up": sitting.get_up,
+    "get_up": partial(sitting.sit, kind="get_up"),
     "crawl": crawling.crawl,
     "lift": squatting.lift,
     "touch_floor": squatting.touch_floor,
@@ -122,8 +87,12 @@ KINDS: Mapping[str, Callable[..., Score]] = {
 }
 """Kind -> the function that draws one performance of so many frames."""
 
+_FIRST = ("walk", "walk_backwards", "walk_sideways", "turn", "jump", "leap", "hop")
+_LAST = ("dance_steps", "dance_line", "lunge", "kneel", "lift", "touch_floor", "arc", "sneak", "limp")
+STRUNG = (*_FIRST, *_ON_THE_SPOT, *_LAST)
+"""Kinds that sequences draw on their own: their performances begin and end standing, or often enough do."""
+
 FROM_STAND_TO_STAND: Mapping[str, Callable[[Stream, int], Score]] = {
-    kind: partial(KINDS[kind], mode="there")
-    for kind in ["walk", "walk_backwards", "walk_sideways", "turn", "arc", "sneak", "limp", "jump", "leap"]
+    kind: partial(KINDS[kind], mode="there") for kind in (*_FIRST[:4], "arc", "sneak", "limp", *_FIRST[4:6])
 }
-"""How kinds that need not stand at either end are drawn for sequences."""
+"""Kinds that need not stand at either end, as they are drawn for sequences."""

@@ -5,10 +5,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...curves import bump, ramp, wander
-from ...randomness import Stream
+from ...curves import bump, ramp
 from ..score import Hand, Touch
-from .style import Style, hanging, seconds
+from .style import Performer, rows
 
 Triple = tuple[float, float, float]
 
@@ -39,16 +38,14 @@ class Move:
     arc: Triple = (0.0, 0.0, 0.0)
 
 
-def moving(stream: Stream, frames: int, style: Style, moves: Sequence[Move]) -> Hand:
+def moving(person: Performer, moves: Sequence[Move]) -> Hand:
     """An arm at ease that makes the moves in order."""
-    t, k = seconds(frames), np.arange(frames, dtype=float)
-    noise = [wander(stream, t, size * style.loose) for size in (0.035, 0.02, 0.05, 0.08, 0.08)]
-    small = np.stack([wander(stream, t, 0.009 * style.loose) for _ in range(3)], axis=-1)
-    hang = hanging(noise[0], style.aside + noise[1], style.elbow + noise[2])
-    ease = np.stack([0.18 + noise[3], np.zeros(frames), noise[4]], axis=-1)
+    frames, k = person.frames, np.arange(person.frames, dtype=float)
+    hang = person.hang(0.035, 0.02, 0.05)
+    ease = rows(frames, 0.18 + person.wander(0.08), 0.0, person.wander(0.08))
+    small = rows(frames, *(person.wander(0.009) for _ in range(3)))
     reach, wrist, touches = hang, ease, dict[str, np.ndarray]()
-    rest = np.stack([np.zeros(frames), np.full(frames, 0.7), np.zeros(frames)], axis=-1)
-    held = rest
+    held = rest = rows(frames, 0.0, 0.7, 0.0)
     aim, aimed = np.tile([0.0, -1.0, 0.0, 0.0, 0.0, 1.0], (frames, 1)), np.zeros(frames)
     for move in moves:
         s = ramp(k, move.start, move.end)[:, None]

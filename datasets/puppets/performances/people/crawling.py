@@ -6,7 +6,7 @@ their shoulders are held a little lower for it (``kneeling.all_fours``), so that
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -16,7 +16,7 @@ from ...curves import plateau, wander
 from ...randomness import Stream
 from ..score import Foot, Hand, HandPlant, Plant, Score
 from .arms import other
-from .style import Style, hand, seconds, trunk
+from .style import Performer, Style, rows
 
 _DWELL = 2
 """Frames between two knees' being on their way, where the crawler does not pause."""
@@ -101,16 +101,15 @@ class _Way:
 
 def crawl(stream: Stream, frames: int) -> Score:
     """On hands and knees along a bend, diagonal or in a pace, with pauses, looking ahead or about."""
-    style, way = Style.draw(stream), _Way.draw(stream, frames)
-    t, still = seconds(frames), np.zeros(frames)
+    person, way = Performer(stream, frames), _Way.draw(stream, frames)
+    style, still = person.style, np.zeros(frames)
     gone = way.gone(frames)
     heading, path = way.at(gone)
     tip = np.sin(np.pi * gone + (0.0 if way.lead == "right" else np.pi))
     size, low = stream.uniform(0.5, 1.3), stream.uniform(0.0, 0.16)
-    hips = np.stack([0.05 * size * tip, low + still, 0.015 * size * tip], axis=-1)
     arch = stream.uniform(-0.24, 0.08) - 0.6 * low
-    chest = np.stack([-0.08 * size * tip, arch + wander(stream, t, 0.02), -0.02 * size * tip], axis=-1)
-    gaze = _gaze(stream, frames, 1.32 + low + arch) + np.stack([0.04 * tip, still, still], axis=-1)
+    chest = (-0.08 * size * tip, arch + wander(stream, person.t, 0.02), -0.02 * size * tip)
+    gaze = _gaze(stream, frames, 1.32 + low + arch) + rows(frames, 0.04 * tip, 0.0, 0.0)
     gaze[:, 0] += way.at(gone + 0.8)[0] - heading
     return Score(
         kind="crawl",
@@ -120,9 +119,9 @@ def crawl(stream: Stream, frames: int) -> Score:
         height=still + 0.55,
         balance=still,
         support=still + 0.5,
-        trunk=trunk(stream, t, style, pelvis=hips, chest=chest, gaze=gaze, follow=0.1),
+        trunk=person.trunk((0.05 * size * tip, low, 0.015 * size * tip), chest, gaze.T, follow=0.1),
         feet={side: _foot(side, way, frames, style) for side in SIDES},
-        hands={side: _hand(stream, side, way, frames, style) for side in SIDES},
+        hands={side: _hand(person, side, way) for side in SIDES},
         parameters={"stride": way.long, "pace": float(way.pace), "bend": way.bend},
         phase=0.5 * gone % 1.0,
         sit_back=still + stream.uniform(0.0, 0.16),
@@ -172,8 +171,9 @@ def _foot(side: str, way: _Way, frames: int, style: Style) -> Foot:
     return Foot(tuple(plants), np.zeros(frames), kneel=np.ones(frames), bears=bears)
 
 
-def _hand(stream: Stream, side: str, way: _Way, frames: int, style: Style) -> Hand:
+def _hand(person: Performer, side: str, way: _Way) -> Hand:
     """The hand goes a little before its knee: the opposite one, or in a pace that of its side."""
+    stream = person.stream
     plants, high, turned = [], stream.uniform(0.03, 0.08), stream.uniform(-0.1, 0.4)
     for turn in way.turns(side if way.pace else other(side)):
         heading, place = way.at(turn + 1.6)
@@ -190,12 +190,11 @@ def _hand(stream: Stream, side: str, way: _Way, frames: int, style: Style) -> Ha
                 coming=coming,
                 going=0,
                 under=1.0,
-                width=way.wide[1] * (0.9 + 0.15 * style.stance),
+                width=way.wide[1] * (0.9 + 0.15 * person.style.stance),
                 turned=turned,
                 lift=high,
             )
         )
-    t = seconds(frames)
-    below = np.tile([0.1, -0.6, 0.6], (frames, 1))
-    arm = hand(stream, t, below, style, upright=1.0, swivel=stream.uniform(-0.15, 0.25))
-    return Hand(arm.reach, arm.upright, arm.middle, arm.swivel, arm.wrist, plants=tuple(plants))
+    below = np.tile([0.1, -0.6, 0.6], (person.frames, 1))
+    arm = person.hand(below, upright=1.0, swivel=stream.uniform(-0.15, 0.25))
+    return replace(arm, plants=tuple(plants))

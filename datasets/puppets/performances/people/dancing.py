@@ -15,7 +15,7 @@ from .scene import Scene, step_to
 _QUICKEST = 14
 """Frames of a beat below which there is time for neither steps nor great figures."""
 _SWAY = 0.30
-"""How far the weight goes to a side on a beat without a step."""
+"""Share of the weight that goes to a side on a beat without a step."""
 
 
 class _Floor:
@@ -24,7 +24,7 @@ class _Floor:
 
     def __init__(self, scene: Scene, beat: int, start: int) -> None:
         self.scene, self.beat, self.start = scene, beat, start
-        self.heading, self.place = float(scene.feet.heading[0]), np.zeros(2)
+        self.heading, self.place = scene.heading, np.zeros(2)
         self.turned = np.zeros(scene.frames)
         self.weight = [(-40.0, 0.5), (start - 4.0, 0.5)]
 
@@ -32,14 +32,16 @@ class _Floor:
         """Frame of a beat."""
         return self.start + self.beat * number
 
-    def step(self, number: int, side: str, left: float, ahead: float, turn: float = 0.0) -> None:
-        """On a beat a foot goes to a place beside the middle, seen from where the bar began."""
+    def beside(self, left: float, ahead: float) -> np.ndarray:
+        """(x, z) of a place seen from where the bar began."""
         c, s = np.cos(self.heading), np.sin(self.heading)
-        place = self.place + left * np.array([c, -s]) + ahead * np.array([s, c])
-        scene, start = self.scene, round(self.at(number))
-        scene.feet = step_to(
-            scene.feet, side, start, (float(place[0]), float(place[1])), self.heading + turn, self.beat
-        )
+        return np.asarray(self.place + left * np.array([c, -s]) + ahead * np.array([s, c]))
+
+    def step(self, number: int, side: str, left: float, ahead: float, turn: float = 0.0) -> None:
+        """On a beat a foot goes to a place beside the middle."""
+        (x, z), start = self.beside(left, ahead).tolist(), round(self.at(number))
+        heading = self.heading + turn
+        self.scene.feet = step_to(self.scene.feet, side, start, (x, z), heading, self.beat)
         self.weight.append((start + 0.5 * self.beat, 0.5 - 0.36 * sign(side)))
 
     def sway(self, number: int, side: str) -> None:
@@ -47,8 +49,7 @@ class _Floor:
 
     def moved(self, number: int, left: float, ahead: float, turn: float = 0.0) -> None:
         """The bar from a beat on has brought the body there."""
-        c, s = np.cos(self.heading), np.sin(self.heading)
-        self.place = self.place + left * np.array([c, -s]) + ahead * np.array([s, c])
+        self.place = self.beside(left, ahead)
         self.heading += turn
         self.turned += turn * ramp(self.scene.k, self.at(number), self.at(number + 4))
 
@@ -62,34 +63,27 @@ class _Floor:
 
 
 # ------------------------------------------------------------------------------------------ steps
-def _vine(floor: _Floor, number: int, lead: str) -> None:
-    """Side, together, side, together."""
-    way = 0.24 * sign(lead)
-    for beat, (side, to) in enumerate(
-        ((lead, way), (other(lead), way), (lead, 2 * way), (other(lead), 2 * way))
-    ):
-        floor.step(number + beat, side, to, 0.0)
-    floor.moved(number, 2 * way, 0.0)
+_STEPS = {
+    # shares of the way of a bar after each beat; the way: to the leading side, ahead, radians turned to it
+    "vine": ((0.5, 0.5, 1.0, 1.0), (0.48, 0.0, 0.0)),
+    "march": ((0.26, 0.52, 0.70, 0.70), (0.0, 1.0, 0.0)),
+    "turn": ((0.5, 0.5, 1.0, 1.0), (0.0, 0.0, 1.6)),
+}
 
 
-def _march(floor: _Floor, number: int, lead: str, way: float) -> None:
-    """Three steps ahead or back, and together."""
-    for beat, to in enumerate((0.26, 0.52, 0.70, 0.70)):
-        floor.step(number + beat, lead if beat % 2 == 0 else other(lead), 0.0, way * to)
-    floor.moved(number, 0.0, 0.70 * way)
-
-
-def _turn(floor: _Floor, number: int, lead: str) -> None:
-    """Round by a quarter or more on the spot, the inner foot first."""
-    angle = 1.6 * sign(lead)
-    for beat, share in enumerate((0.5, 0.5, 1.0, 1.0)):
-        floor.step(number + beat, lead if beat % 2 == 0 else other(lead), 0.0, 0.0, angle * share)
-    floor.moved(number, 0.0, 0.0, angle)
-
-
-def _sway(floor: _Floor, number: int, lead: str) -> None:
-    for beat in range(4):
-        floor.sway(number + beat, lead if beat % 2 == 0 else other(lead))
+def _steps(floor: _Floor, number: int, name: str, lead: str, way: float = 1.0) -> None:
+    """A bar of steps, the feet in turn. vine: side, together, side, together. march: three steps ahead, or
+    with ``way`` -1 back, and together. turn: round on the spot, the inner foot first. sway: no step."""
+    feet = (lead, other(lead), lead, other(lead))
+    if name == "sway":
+        for beat, side in enumerate(feet):
+            floor.sway(number + beat, side)
+        return
+    shares, (aside, ahead, turn) = _STEPS[name]
+    aside, ahead, turn = aside * sign(lead), ahead * way, turn * sign(lead)
+    for beat, (side, share) in enumerate(zip(feet, shares, strict=True)):
+        floor.step(number + beat, side, aside * share, ahead * share, turn * share)
+    floor.moved(number, aside * shares[-1], ahead * shares[-1], turn * shares[-1])
 
 
 # ------------------------------------------------------------------------------------------ arms
@@ -99,23 +93,14 @@ def _figure(floor: _Floor, number: int, name: str, lead: str) -> None:
     if name in ("hips", "shoulders", "belly"):
         point = {"hips": "hip", "shoulders": "shoulder", "belly": "belly"}[name]
         for late, side in enumerate((lead, other(lead))):
-            scene.arm(
-                side,
-                at(number) - 2,
-                at(number + 1) + 0.4 * beat * late,
-                arms.on(point, side),
-                (0.08, 0.0, 0.12),
-            )
+            end = at(number + 1) + 0.4 * beat * late
+            scene.arm(side, at(number) - 2, end, arms.on(point, side), (0.08, 0.0, 0.12))
             if beat >= _QUICKEST:
                 scene.arm(side, at(number + 3) + 0.2 * beat * late, at(number + 4), _READY)
     elif name == "raise":
         for side in SIDES:
-            scene.arm(
-                side,
-                at(number),
-                at(number + 1.4),
-                Shape((0.42, 0.80, 0.20), (-0.2, 0.0, -0.5), upright=0.8),
-            )
+            up = Shape((0.42, 0.80, 0.20), (-0.2, 0.0, -0.5), upright=0.8)
+            scene.arm(side, at(number), at(number + 1.4), up)
             scene.arm(side, at(number + 2), at(number + 3.5), _READY, (0.25, 0.0, 0.0))
     elif name == "clap":
         for side in SIDES:
@@ -124,24 +109,19 @@ def _figure(floor: _Floor, number: int, name: str, lead: str) -> None:
                 scene.arm(side, at(number + half), met, _together(side), (0.06, 0.0, 0.0))
                 scene.arm(side, met + 1, met + 0.8 * beat, _READY)
     elif name == "diagonal":
-        for half in (0, 2):
-            up, down = Shape((0.62, 0.68, 0.25), upright=0.8), Shape((-0.42, -0.60, 0.42), upright=0.6)
-            begin = at(number + half)
+        up, down = Shape((0.62, 0.68, 0.25), upright=0.8), Shape((-0.42, -0.60, 0.42), upright=0.6)
+        for begin in (at(number), at(number + 2)):
             scene.arm(lead, begin, begin + 0.9 * beat, up, (0.0, 0.0, 0.22))
             scene.arm(lead, begin + beat, begin + 1.95 * beat, down, (0.05, 0.0, 0.28))
-        scene.arm(
-            other(lead), at(number) - 2, at(number + 1), arms.on("hip", other(lead)), (0.1, 0.0, 0.05)
-        )
-        scene.arm(other(lead), at(number + 3), at(number + 4), _READY)
+        side = other(lead)
+        scene.arm(side, at(number) - 2, at(number + 1), arms.on("hip", side), (0.1, 0.0, 0.05))
+        scene.arm(side, at(number + 3), at(number + 4), _READY)
     else:
         for half in range(4):
-            ahead, back = (lead, other(lead)) if half % 2 == 0 else (other(lead), lead)
-            scene.arm(
-                ahead, at(number + half), at(number + half + 1), Shape((0.10, -0.45, 0.58), upright=0.8)
-            )
-            scene.arm(
-                back, at(number + half), at(number + half + 1), Shape((0.28, -0.68, -0.20), upright=0.8)
-            )
+            for side in SIDES:
+                ahead = (side == lead) == (half % 2 == 0)
+                reach = (0.10, -0.45, 0.58) if ahead else (0.28, -0.68, -0.20)
+                scene.arm(side, at(number + half), at(number + half + 1), Shape(reach, upright=0.8))
 
 
 _READY = Shape((0.22, -0.52, 0.38), (0.0, 0.0, 0.2), swivel=0.1, upright=0.7)
@@ -172,15 +152,10 @@ def dance_steps(stream: Stream, frames: int) -> Score:
         name = "sway" if floor.beat < _QUICKEST else name
         again = bar % 2 == 1 and name == before
         number = 4 * bar
-        if name == "vine":
-            _vine(floor, number, other(side) if again else side)
-        elif name == "march":
-            _march(floor, number, side, -1.0 if again else 1.0)
-        elif name == "turn":
+        if name == "turn":
             side = other(side)
-            _turn(floor, number, side)
-        else:
-            _sway(floor, number, side)
+        lead = other(side) if again and name == "vine" else side
+        _steps(floor, number, name, lead, way=-1.0 if again else 1.0)
         before = name
         quick = ("hips", "belly")
         slow = ("swing", "raise", "clap", "diagonal", "shoulders", *quick)
@@ -202,39 +177,38 @@ def dance_line(stream: Stream, frames: int) -> Score:
         if floor.beat < _QUICKEST:
             phrase = 3
         _line_bar(floor, number, ("ahead", "shoulders", third, "hips")[phrase], first)
-        if phrase == 3 and floor.beat >= _QUICKEST:
-            _turn(floor, number, first)
-        else:
-            _sway(floor, number, first)
+        _steps(floor, number, "turn" if phrase == 3 and floor.beat >= _QUICKEST else "sway", first)
     return _ended(scene, floor, bars, "dance_line", third=third, first=first)
+
+
+_LINE = {
+    # place on the body, frames of rest there, arc of the way
+    "shoulders": ("shoulder", 2, (0.0, 0.0, 0.0)),
+    "head": ("head", 2, (0.05, 0.0, 0.10)),
+    "belly": ("belly", 4, (0.05, 0.0, 0.08)),
+    "hips": ("hip", 4, (0.10, 0.0, 0.12)),
+}
 
 
 def _line_bar(floor: _Floor, number: int, name: str, first: str) -> None:
     """Four beats: each hand has one of its own and rests in the next."""
     scene, at, beat = floor.scene, floor.at, floor.beat
     for late, side in enumerate((first, other(first))):
-        begin = at(number + late)
-        end = begin + 0.85 * beat
+        begin, rest = at(number + late), at(number + 2 + late)
         if name == "ahead":
             flat = Shape((0.10, -0.04, 0.86), (-0.1, 0.0, 0.0), 0.15, 0.9, palm=(0.0, -1.0, 0.0))
-            scene.arm(side, begin, end, flat, (0.0, 0.0, 0.05))
-            up = replace(flat, palm=(-0.85, 0.5, 0.0))
-            scene.arm(side, at(number + 2 + late), at(number + 2 + late) + 0.8 * beat, up)
-        elif name == "shoulders":
-            scene.arm(side, begin, at(number + 2 + late) - 2, arms.on("shoulder", side))
-        elif name == "head":
-            scene.arm(side, begin, at(number + 2 + late) - 2, arms.on("head", side), (0.05, 0.0, 0.10))
-        elif name == "belly":
-            scene.arm(side, begin, at(number + 2 + late) - 4, arms.on("belly", side), (0.05, 0.0, 0.08))
+            scene.arm(side, begin, begin + 0.85 * beat, flat, (0.0, 0.0, 0.05))
+            scene.arm(side, rest, rest + 0.8 * beat, replace(flat, palm=(-0.85, 0.5, 0.0)))
         elif name == "knees":
             scene.arm(side, at(number) + 2 * late, at(number + 2), arms.on("knee", side), (0.05, 0.0, 0.10))
             scene.arm(side, at(number + 2.8), at(number + 4), _READY, (0.0, 0.0, 0.10))
         else:
-            scene.arm(side, begin, at(number + 2 + late) - 4, arms.on("hip", side), (0.10, 0.0, 0.12))
+            point, sooner, arc = _LINE[name]
+            scene.arm(side, begin, rest - sooner, arms.on(point, side), arc)
     if name == "knees":
         down = scene.held(at(number), at(number + 1.9), at(number + 2.7), at(number + 4))
         scene.low += 0.26 * down
-        scene.bend(down, pelvis=(0.0, 0.48, 0.0), chest=(0.0, 0.36, 0.0), gaze=(0.0, 0.3, 0.0))
+        scene.lean(down, 0.48, 0.36, 0.3)
 
 
 # ------------------------------------------------------------------------------------------ both
@@ -258,5 +232,5 @@ def _ended(scene: Scene, floor: _Floor, bars: int, kind: str, **parameters: str)
     scene.low += bounce * dancing * (0.016 + 0.012 * np.cos(2.0 * beats))
     aside = dancing * np.sin(beats)
     scene.bend(bounce * aside, pelvis=(0.05, 0.0, 0.0), chest=(-0.09, 0.0, 0.03), gaze=(0.0, 0.0, -0.05))
-    scene.bend(bounce * dancing * np.cos(2.0 * beats), chest=(0.0, 0.03, 0.0), gaze=(0.0, 0.04, 0.0))
+    scene.lean(bounce * dancing * np.cos(2.0 * beats), chest=0.03, gaze=0.04)
     return scene.score(kind, beat=floor.beat, bars=bars, **parameters)

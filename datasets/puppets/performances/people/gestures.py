@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from ...conventions import SIDES, sign
-from ...curves import plateau, ramp, wander
+from ...curves import plateau, ramp
 from ...randomness import Stream
-from ..score import Hand, Score, Touch, Trunk
+from ..score import Hand, Score, Touch
 from . import arms
 from .arms import Shape, other
 from .scene import Scene, Stance, lift_heel, shifting, slots, small_step, stance, turn
-from .style import Style, hand, hanging, idle_hand, seconds, trunk
+from .style import Performer, Style, hanging, rows
 
 
 def stand(stream: Stream, frames: int) -> Score:
@@ -24,13 +24,10 @@ def stand(stream: Stream, frames: int) -> Score:
         at, side = stream.uniform(-0.7, 0.7), stream.choice(SIDES)
         rise = min(stream.uniform(20.0, 32.0), 0.4 * (end - start))
         share = scene.held(start, start + rise, end - rise, end)
-        scene.bend(
-            share, pelvis=(0.1 * at, 0.0, 0.0), chest=(0.15 * at, 0.0, 0.0), gaze=(0.7 * at, 0.08, 0.0)
-        )
+        scene.bend(share, (0.1 * at, 0.0, 0.0), (0.15 * at, 0.0, 0.0), (0.7 * at, 0.08, 0.0))
         if stream.choice((True, False, False, False)):
-            rests = arms.on("hip", side) if stream.choice((True, False)) else arms.on("belly", side)
-            scene.arm(side, start, start + rise, rests, (0.10, 0.0, 0.10))
-            scene.arm(side, end - rise, end)
+            rests = arms.on(stream.choice(("hip", "belly")), side)
+            scene.hold(side, rests, start, end, rise, (0.10, 0.0, 0.10))
     return scene.score("stand")
 
 
@@ -48,16 +45,14 @@ def point(stream: Stream, frames: int) -> Score:
             far * float(np.cos(aside) * np.cos(rise)),
         )
         up = min(stream.uniform(20.0, 32.0), 0.38 * (end - start))
-        scene.arm(side, start, start + up, Shape(reach, (-0.15, 0.0, 0.1), 0.2, 1.0), (0.05, 0.0, 0.12))
-        scene.arm(side, end - up, end, None, (0.08, 0.0, 0.05))
+        to = Shape(reach, (-0.15, 0.0, 0.1), 0.2, 1.0)
+        scene.hold(side, to, start, end, up, (0.05, 0.0, 0.12), (0.08, 0.0, 0.05))
         turned = sign(side) * aside
         looking = scene.held(start - 3.0, start + 0.6 * up, end - up, end)
         leaning = scene.held(start, start + up, end - up, end)
         scene.bend(looking, gaze=(0.75 * turned, -0.5 * rise, 0.0))
-        scene.bend(
-            leaning, pelvis=(0.15 * turned, 0.0, 0.0), chest=(0.25 * turned, 0.04, 0.03 * sign(side))
-        )
-        scene.weight(0.5 + 0.25 * sign(side), start, start + up, end - up, end)
+        scene.bend(leaning, (0.15 * turned, 0.0, 0.0), (0.25 * turned, 0.04, 0.03 * sign(side)))
+        scene.weight(leaning, 0.5 + 0.25 * sign(side))
     return scene.score("point")
 
 
@@ -95,7 +90,7 @@ def clap(stream: Stream, frames: int) -> Score:
     nod = np.zeros(frames)
     for at in met:
         nod += scene.held(at - 0.4 * beat, at, at, at + 0.55 * beat)
-    scene.bend(nod, chest=(0.0, 0.02, 0.0), gaze=(0.0, 0.035, 0.0))
+    scene.lean(nod, chest=0.02, gaze=0.035)
     return scene.score("clap", claps=count, beat=beat)
 
 
@@ -110,13 +105,12 @@ def hands_on_hips(stream: Stream, frames: int) -> Score:
         scene.arm(side, first + late, first + late + up, arms.on("hip", side), (0.14, 0.05, 0.06))
         scene.arm(side, last - up - late, last - late, None, (0.12, 0.0, 0.0))
     share = scene.held(first, first + up, last - up, last)
-    scene.bend(share, pelvis=(0.0, -0.03, 0.0), chest=(0.0, -0.06, 0.0), gaze=(0.0, -0.02, 0.0))
+    scene.lean(share, -0.03, -0.06, -0.02)
     for start, end in slots(stream, frames, 1.4, 2.6):
         at = stream.uniform(-0.6, 0.6)
         half = 0.5 * (start + end)
-        scene.bend(
-            scene.held(start, half - 3.0, half + 3.0, end), chest=(0.3 * at, 0.0, 0.0), gaze=(at, 0.05, 0.0)
-        )
+        share = scene.held(start, half - 3.0, half + 3.0, end)
+        scene.bend(share, chest=(0.3 * at, 0.0, 0.0), gaze=(at, 0.05, 0.0))
     return scene.score("hands_on_hips")
 
 
@@ -128,12 +122,10 @@ def arms_crossed(stream: Stream, frames: int) -> Score:
     above = other(below)
     first, last = 5.0, frames - 6.0
     up = min(22.0, 0.28 * frames)
-    scene.arm(below, first, first + up, arms.on("ribs", below), (0.05, 0.0, 0.14))
-    scene.arm(above, first + 4.0, first + 4.0 + up, arms.on("upper_arm", above), (0.05, 0.05, 0.22))
-    scene.arm(above, last - 4.0 - up, last - 4.0, None, (0.05, 0.0, 0.20))
-    scene.arm(below, last - up, last, None, (0.05, 0.0, 0.12))
-    share = scene.held(first, first + up, last - up, last)
-    scene.bend(share, pelvis=(0.0, -0.03, 0.0), chest=(0.0, -0.02, 0.0), gaze=(0.0, 0.03, 0.0))
+    scene.hold(below, arms.on("ribs", below), first, last, up, (0.05, 0.0, 0.14), (0.05, 0.0, 0.12))
+    on_top = arms.on("upper_arm", above)
+    scene.hold(above, on_top, first + 4.0, last - 4.0, up, (0.05, 0.05, 0.22), (0.05, 0.0, 0.20))
+    scene.lean(scene.held(first, first + up, last - up, last), -0.03, -0.02, 0.03)
     return scene.score("arms_crossed", above=above)
 
 
@@ -165,8 +157,7 @@ def touch_toe(stream: Stream, frames: int) -> Score:
             scene.arm(side, end - down, end - 0.1 * down, None, (0.05, 0.0, 0.12))
         if len(hands) == 1:
             free = other(hands[0])
-            scene.arm(free, start, start + down, Shape((0.40, -0.70, 0.02), upright=0.9))
-            scene.arm(free, end - down, end)
+            scene.hold(free, Shape((0.40, -0.70, 0.02), upright=0.9), start, end, down)
         lean = float(sum(sign(side) for side in hands))
         knees = stream.uniform(0.05, 0.12)
         # the deeper the knees bend, the less the trunk has to
@@ -188,7 +179,7 @@ def salute(stream: Stream, frames: int) -> Score:
         up = min(28.0, 0.4 * (end - start))
         scene.touch(side, arms.on("brow", side), start, end, up)
         straight = scene.held(start - 4.0, start + up, end - up, end)
-        scene.bend(straight, pelvis=(0.0, -0.02, 0.0), chest=(0.0, -0.07, 0.0), gaze=(0.0, -0.04, 0.0))
+        scene.lean(straight, -0.02, -0.07, -0.04)
     return scene.score("salute", side=side)
 
 
@@ -200,23 +191,15 @@ def bow(stream: Stream, frames: int) -> Score:
         down = 0.38 * (end - start)
         share = scene.held(start, start + down, end - down, end)
         deep = stream.uniform(0.4, 1.0)
-        scene.bend(
-            share,
-            pelvis=(0.0, 0.62 * deep, 0.0),
-            chest=(0.0, 0.38 * deep, 0.0),
-            gaze=(0.0, 0.95 * deep, 0.0),
-        )
+        scene.lean(share, 0.62 * deep, 0.38 * deep, 0.95 * deep)
         scene.low += 0.02 * deep * share
         if courtly:
-            scene.arm(side, start, start + 0.8 * down, arms.on("belly", side), (0.12, 0.0, 0.12))
-            scene.arm(side, end - 0.8 * down, end, None, (0.10, 0.0, 0.10))
-            scene.arm(other(side), start, start + down, Shape((0.75, -0.45, -0.05), (0.0, 0.0, 0.8), 0.1))
-            scene.arm(other(side), end - down, end)
+            belly, swept = arms.on("belly", side), Shape((0.75, -0.45, -0.05), (0.0, 0.0, 0.8), 0.1)
+            scene.hold(side, belly, start, end, 0.8 * down, (0.12, 0.0, 0.12), (0.10, 0.0, 0.10))
+            scene.hold(other(side), swept, start, end, down)
         else:
-            along = Shape((0.06, -0.92, 0.20), (0.1, 0.0, 0.0), 0.0, 0.85)
             for each in SIDES:
-                scene.arm(each, start, start + down, along)
-                scene.arm(each, end - down, end)
+                scene.hold(each, Shape((0.06, -0.92, 0.20), (0.1, 0.0, 0.0), 0.0, 0.85), start, end, down)
     return scene.score("bow", courtly=float(courtly))
 
 
@@ -228,74 +211,46 @@ _SHAPES = {
 }
 
 
-@dataclass(frozen=True)
-class _Wave:
-    """hands: which ones wave. shape: of the arm. rate: hertz. size: 1 is usual. up, down: seconds between
-    which the hand is raised. at: direction of the gaze. rest: what the other hand does."""
-
-    hands: tuple[str, ...]
-    shape: str
-    rate: float
-    size: float
-    up: float
-    down: float
-    at: float
-    rest: str
-
-    @classmethod
-    def draw(cls, stream: Stream, frames: int) -> _Wave:
-        length = frames / 30.0
-        shape = stream.choice(("small", "usual", "usual", "high"))
-        hands = stream.choice((("left",), ("right",), ("right",), SIDES))
-        up = stream.uniform(-0.2, 0.3 * length)
-        return cls(
-            hands=hands,
-            shape="high" if len(hands) == 2 else shape,
-            rate=stream.uniform(0.9, 1.9) * (0.75 if shape == "high" or len(hands) == 2 else 1.0),
-            size=stream.uniform(0.7, 1.25),
-            up=up,
-            down=min(up + stream.uniform(2.0, 4.5), length + stream.uniform(-0.5, 0.5)),
-            at=stream.uniform(-0.6, 0.6),
-            rest=stream.choice(("hang", "hip")),
-        )
-
-
 def wave(stream: Stream, frames: int) -> Score:
     """A greeting: the hand goes up, swings from the elbow, the rest of the body takes part."""
-    plan, style = _Wave.draw(stream, frames), Style.draw(stream)
+    length = frames / 30.0
+    shape = stream.choice(("small", "usual", "usual", "high"))
+    hands = stream.choice((("left",), ("right",), ("right",), SIDES))
+    up = stream.uniform(-0.2, 0.3 * length)
+    rate = stream.uniform(0.9, 1.9) * (0.75 if shape == "high" or len(hands) == 2 else 1.0)
+    shape = "high" if len(hands) == 2 else shape
+    size = stream.uniform(0.7, 1.25)
+    down = min(up + stream.uniform(2.0, 4.5), length + stream.uniform(-0.5, 0.5))
+    at, rests = stream.uniform(-0.6, 0.6), stream.choice(("hang", "hip"))
+    person = Performer(stream, frames)
     soft, upright = 0.065 * stream.uniform(0.0, 1.0) ** 2.2 - 0.008, stream.normal(0.075)
-    style = replace(
-        style, aside=style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5, posture=style.posture + upright
+    aside = person.style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5
+    person.style = replace(person.style, aside=aside, posture=person.style.posture + upright)
+    t, feet = person.t, _feet(stream, person.style, stream.uniform(-np.pi, np.pi), frames)
+    raised = plateau(t, up, up + 0.85, down, down + 0.9)
+    swing = size * raised * np.sin(2.0 * np.pi * rate * (t - up))
+    late = raised * np.sin(2.0 * np.pi * rate * (t - up) - 0.7) * size
+    lift = raised * float(sum(sign(side) for side in hands))
+    # the hip drops over the idle leg, the chest evens that out and leans off the raised arm
+    over = 0.10 * feet.tip - 0.06 * lift - 0.015 * swing * np.sign(lift)
+    # the eyes turn before the feet
+    ahead = 0.8 * (feet.heading[-1] - feet.heading) * ramp(t, -0.1, 0.5)
+    trunk = person.trunk(
+        pelvis=(0.06 * feet.tip + 0.25 * at * raised, 0.02, -0.08 * feet.tip),
+        chest=(0.30 * at * raised + 0.05 * lift, -0.04 * raised, over),
+        gaze=(0.85 * at * raised + ahead, -0.05 * raised, 0.05 * lift),
+        follow=0.1,
     )
-    heading = stream.uniform(-np.pi, np.pi)
-    t, still = seconds(frames), np.zeros(frames)
-    feet = _feet(stream, style, heading, frames)
-    raised = plateau(t, plan.up, plan.up + 0.85, plan.down, plan.down + 0.9)
-    swing = plan.size * raised * np.sin(2.0 * np.pi * plan.rate * (t - plan.up))
-    lift = raised * float(sum(sign(side) for side in plan.hands))
-    return Score(
-        kind="wave",
-        heading=feet.heading,
-        path=np.zeros((frames, 2)),
-        sway=np.zeros((frames, 2)),
-        height=0.990 - soft - 0.012 * np.abs(feet.tip) + 0.004 * np.abs(swing),
-        balance=still + 1.0,
-        support=feet.support,
-        trunk=_trunk(stream, style, plan, t, feet, raised, lift, swing),
-        feet=feet.feet,
-        hands={
-            side: _waving(stream, style, plan, t, raised, swing)
-            if side in plan.hands
-            else _resting(stream, style, plan, t, side)
-            for side in SIDES
-        },
-        parameters={
-            "hands": "+".join(plan.hands),
-            "shape": plan.shape,
-            "rate": plan.rate,
-            "rest": plan.rest,
-        },
-    )
+    on_hip = plateau(t, up - 0.5, up + 0.2, down + 0.3, down + 1.0) if rests == "hip" else None
+    both: dict[str, Hand] = {}
+    for side in SIDES:
+        if side in hands:
+            both[side] = _waving(person, shape, raised, swing, late)
+        else:
+            both[side] = _resting(person, side, on_hip)
+    height = 0.990 - soft - 0.012 * np.abs(feet.tip) + 0.004 * np.abs(swing)
+    told: dict[str, float | str] = {"hands": "+".join(hands), "shape": shape, "rate": rate, "rest": rests}
+    return feet.score("wave", height, trunk, both, told)
 
 
 def _feet(stream: Stream, style: Style, heading: float, frames: int) -> Stance:
@@ -312,48 +267,22 @@ def _feet(stream: Stream, style: Style, heading: float, frames: int) -> Stance:
     return lift_heel(feet, side, start, start + length, stream.uniform(0.25, 0.5))
 
 
-def _trunk(
-    stream: Stream,
-    style: Style,
-    plan: _Wave,
-    t: np.ndarray,
-    feet: Stance,
-    raised: np.ndarray,
-    lift: np.ndarray,
-    swing: np.ndarray,
-) -> Trunk:
-    """The hip drops over the idle leg, the chest evens that out and leans off the raised arm."""
-    zero = np.zeros_like(t)
-    pelvis = np.stack([0.06 * feet.tip + 0.25 * plan.at * raised, 0.02 + zero, -0.08 * feet.tip], axis=-1)
-    side = 0.10 * feet.tip - 0.06 * lift - 0.015 * swing * np.sign(lift)
-    chest = np.stack([0.30 * plan.at * raised + 0.05 * lift, -0.04 * raised, side], axis=-1)
-    # the eyes turn before the feet
-    ahead = 0.8 * (feet.heading[-1] - feet.heading) * ramp(t, -0.1, 0.5)
-    gaze = np.stack([0.85 * plan.at * raised + ahead, -0.05 * raised, 0.05 * lift], axis=-1)
-    return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze, follow=0.1)
-
-
-def _waving(
-    stream: Stream, style: Style, plan: _Wave, t: np.ndarray, raised: np.ndarray, swing: np.ndarray
-) -> Hand:
+def _waving(person: Performer, shape: str, raised: np.ndarray, swing: np.ndarray, late: np.ndarray) -> Hand:
     """Up in front of the body, then from side to side about the elbow, the wrist trailing."""
-    base, (wide, rise), elbow, palm = _SHAPES[plan.shape]
-    still = np.zeros_like(t)
-    down = hanging(wander(stream, t, 0.03 * style.loose), still + style.aside, still + style.elbow)
+    base, (wide, rise), elbow, palm = _SHAPES[shape]
+    still = np.zeros(person.frames)
+    down = hanging(person.wander(0.03), still + person.style.aside, still + person.style.elbow)
     # two hands wave in and out together
-    up = np.stack([base[0] + wide * swing, base[1] - rise * swing * swing, base[2] + still], axis=-1)
+    up = rows(person.frames, base[0] + wide * swing, base[1] - rise * swing * swing, base[2])
     reach = down + raised[:, None] * (up - down)
     reach[:, 2] += 1.2 * raised * (1.0 - raised)
-    late = raised * np.sin(2.0 * np.pi * plan.rate * (t - plan.up) - 0.7) * plan.size
-    wrist = np.stack([-0.25 * raised, -0.30 * late, palm * raised], axis=-1)
-    return hand(stream, t, reach, style, upright=0.6, swivel=elbow * raised, wrist=wrist)
+    wrist = rows(person.frames, -0.25 * raised, -0.30 * late, palm * raised)
+    return person.hand(reach, upright=0.6, swivel=elbow * raised, wrist=wrist)
 
 
-def _resting(stream: Stream, style: Style, plan: _Wave, t: np.ndarray, side: str) -> Hand:
+def _resting(person: Performer, side: str, on_hip: np.ndarray | None) -> Hand:
     """The other hand hangs, or rests on the hip."""
-    if plan.rest == "hang":
-        return idle_hand(stream, len(t), style)
-    on_hip = plateau(t, plan.up - 0.5, plan.up + 0.2, plan.down + 0.3, plan.down + 1.0)
-    touch = Touch(f"{side}_hip", on_hip)
-    calm = idle_hand(stream, len(t), style, (touch,))
+    if on_hip is None:
+        return person.idle_hand()
+    calm = person.idle_hand((Touch(f"{side}_hip", on_hip),))
     return replace(calm, swivel=calm.swivel + 0.6 * on_hip)

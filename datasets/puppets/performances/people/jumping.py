@@ -6,42 +6,40 @@ grows with the speed they stop.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 
 import numpy as np
 
 from ...conventions import GRAVITY, SIDES, sign
 from ...curves import plateau, spline, through, wander
 from ...randomness import Stream
-from ..score import Air, Foot, Hand, Plant, Score, Trunk
+from ..score import Air, Foot, Hand, Plant, Score
 from .scene import EVER, shifting
-from .striding import carried, hung
-from .style import Style, hand, hanging, idle_hand, seconds, trunk
+from .striding import Swing, hung
+from .style import Performer, Style, along, hanging, rows
 
-STAND = 0.990
-"""Height of the hip joints of who stands, leg lengths."""
+STAND, _TALL, _LAND = 0.990, 1.005, 0.955
+"""Height of the hip joints standing, at take-off and at landing, leg lengths."""
 
 
 @dataclass(frozen=True)
 class _Jump:
     """One jump. down: frame at which the knees begin to bend. off, strike: last frame on the toes, first
-    frame on them again. deep, soft: height of the hips at the lowest before and after. tall, land: at
-    take-off and landing, leg lengths. far: how far the feet travel."""
+    frame on them again. deep, soft: height of the hips at the lowest before and after, and far: how far
+    the feet travel, leg lengths."""
 
     down: float
     off: int
     strike: int
     deep: float
     soft: float
-    tall: float
-    land: float
     far: float
 
     @property
     def rise(self) -> float:
         """Speed at take-off, leg lengths a frame."""
         time = self.strike - self.off
-        return (self.land - self.tall) / time + 0.5 * GRAVITY * time
+        return (_LAND - _TALL) / time + 0.5 * GRAVITY * time
 
     @property
     def fall(self) -> float:
@@ -50,12 +48,12 @@ class _Jump:
     @property
     def low(self) -> float:
         """Frame of the lowest point before: the push has one acceleration."""
-        return self.off - 1.8 * (self.tall - self.deep) / self.rise
+        return self.off - 1.8 * (_TALL - self.deep) / self.rise
 
     @property
     def caught(self) -> float:
         """Frame of the lowest point after."""
-        return self.strike + 2.0 * (self.land - self.soft) / self.fall
+        return self.strike + 2.0 * (_LAND - self.soft) / self.fall
 
     @property
     def up(self) -> float:
@@ -67,8 +65,8 @@ class _Jump:
         return [
             (self.down, STAND, 0.0),
             (self.low, self.deep, 0.0),
-            (float(self.off), self.tall, self.rise),
-            (float(self.strike), self.land, -self.fall),
+            (float(self.off), _TALL, self.rise),
+            (float(self.strike), _LAND, -self.fall),
             (self.caught, self.soft, 0.0),
             (self.up, STAND, 0.0),
         ]
@@ -92,8 +90,6 @@ def _jumps(
             strike=off + round(air * stream.uniform(0.93, 1.07)),
             deep=deep * stream.uniform(0.97, 1.03),
             soft=soft * stream.uniform(0.97, 1.03),
-            tall=1.005,
-            land=0.955,
             far=travel * stream.uniform(0.9, 1.1),
         )
         if whole and found and jump.up > frames - 2:
@@ -103,44 +99,36 @@ def _jumps(
     return found
 
 
-def jump(stream: Stream, frames: int, mode: str = "") -> Score:
-    """Straight up from both feet, arms thrown up, legs hanging or drawn up."""
-    style = Style.draw(stream)
-    jumps = _jumps(stream, frames, (10.0, 15.5), (0.0, 0.0), mode == "there")
-    tuck = stream.choice((0.0, 0.0, 0.6, 1.0))
-    return _jumping(stream, "jump", frames, style, jumps, tuck)
-
-
-def leap(stream: Stream, frames: int, mode: str = "") -> Score:
-    """A standing long jump, feet together, arms swinging through."""
-    style = Style.draw(stream)
-    jumps = _jumps(stream, frames, (10.5, 14.5), (0.75, 1.45), mode == "there")
-    return _jumping(stream, "leap", frames, style, jumps, stream.uniform(0.5, 1.0))
-
-
-def _jumping(
-    stream: Stream, kind: str, frames: int, style: Style, jumps: Sequence[_Jump], tuck: float
-) -> Score:
+def jump(stream: Stream, frames: int, mode: str = "", kind: str = "jump") -> Score:
+    """``jump``: straight up from both feet, arms thrown up, legs hanging or drawn up; ``leap``: a standing
+    long jump, feet together, arms swinging through."""
+    person, whole = Performer(stream, frames), mode == "there"
+    if kind == "jump":
+        jumps = _jumps(stream, frames, (10.0, 15.5), (0.0, 0.0), whole)
+        tuck = stream.choice((0.0, 0.0, 0.6, 1.0))
+    else:
+        jumps = _jumps(stream, frames, (10.5, 14.5), (0.75, 1.45), whole)
+        tuck = stream.uniform(0.5, 1.0)
     t, heading = np.arange(frames, dtype=float), stream.uniform(-np.pi, np.pi)
     knots = [knot for each in jumps for knot in each.heights()]
-    way, loose = _way(jumps, t), np.zeros(frames)
+    loose = np.zeros(frames)
     for each in jumps:
         if each.far > 0.0:
             loose += plateau(t, each.low - 6.0, each.off - 1.0, each.strike, each.caught + 16.0)
     crouch = _crouch(jumps, t)
-    direction = np.array([np.sin(heading), np.cos(heading)])
-    feet = {side: _feet(jumps, frames, style, heading, tuck) for side in SIDES}
+    pelvis, chest, gaze = 0.02 + 0.34 * crouch, 0.32 * crouch, 0.10 * crouch
+    feet = {side: _feet(person, jumps, heading, tuck) for side in SIDES}
     return Score(
         kind=kind,
         heading=np.full(frames, heading),
-        path=way[:, None] * direction,
+        path=_way(jumps, t)[:, None] * np.array([np.sin(heading), np.cos(heading)]),
         sway=np.zeros((frames, 2)),
         height=spline(t, *zip(*knots, strict=True)),
         balance=1.0 - loose,
         support=shifting(stream, frames, 0.06),
-        trunk=_trunk(stream, style, seconds(frames), crouch),
+        trunk=person.trunk((0.0, pelvis, 0.0), (0.0, chest, 0.0), (0.0, gaze, 0.0)),
         feet=feet,
-        hands={side: _arm(stream, style, jumps, side, t) for side in SIDES},
+        hands={side: _arm(person, jumps, side, t) for side in SIDES},
         parameters={"jumps": float(len(jumps)), "tuck": tuck, "far": jumps[0].far},
         flights=tuple((each.off, each.strike) for each in jumps if each.off < frames - 1),
         impacts=tuple(frame for each in jumps for frame in (each.off, each.strike) if frame < frames),
@@ -148,7 +136,7 @@ def _jumping(
 
 
 def _way(jumps: Sequence[_Jump], t: np.ndarray) -> np.ndarray:
-    """How far the body has come ``(frames,)``, leg lengths: falling forward before the take-off, landing
+    """Distance gone by the body ``(frames,)``, leg lengths: falling forward before the take-off, landing
     behind the feet."""
     way, start = np.zeros_like(t), 0.0
     for each in jumps:
@@ -174,33 +162,44 @@ def _crouch(jumps: Sequence[_Jump], t: np.ndarray) -> np.ndarray:
     return through(t, [*times, 2 * EVER], [*values, 0.0])
 
 
-def _feet(jumps: Sequence[_Jump], frames: int, style: Style, heading: float, tuck: float) -> Foot:
-    plants, start, strike, flat = [], 0.0, -EVER, -EVER
-    for each in [*jumps, None]:
-        off = each.off if each else EVER
-        plants.append(
-            Plant(
-                place=(start * float(np.sin(heading)), start * float(np.cos(heading))),
-                width=1.1 * style.stance,
-                heading=heading,
-                toe_out=style.toe_out,
-                strike=strike,
-                flat=flat,
-                lift=off - 5 if each else EVER,
-                off=off,
-                strike_pitch=0.42,
-                off_pitch=0.70,
-                lift_height=0.12,
-                hurry=0.6,
-            )
-        )
-        if each:
-            start += each.far
-            strike, flat = each.strike, each.strike + 3
+def _plant(
+    style: Style,
+    heading: float,
+    far: float,
+    strike: int,
+    off: int,
+    roll: int,
+    pitches: tuple[float, float],
+    width: float = 0.9,
+    lift: float = 0.10,
+) -> Plant:
+    """A stay so far along the way. roll: frames of leaving over the toe. pitches: of landing and leaving.
+    width: against the style's stance. lift: of the swing that follows."""
+    return Plant(
+        place=along(heading, far),
+        width=width * style.stance,
+        heading=heading,
+        toe_out=style.toe_out,
+        strike=strike,
+        flat=strike + 3 if strike > -EVER else strike,
+        lift=off - roll if off < EVER else off,
+        off=off,
+        strike_pitch=pitches[0],
+        off_pitch=pitches[1],
+        lift_height=lift,
+        hurry=0.6,
+    )
+
+
+def _feet(person: Performer, jumps: Sequence[_Jump], heading: float, tuck: float) -> Foot:
+    way = accumulate((each.far for each in jumps), initial=0.0)
+    strikes, offs = [-EVER, *(each.strike for each in jumps)], [*(each.off for each in jumps), EVER]
+    plants = [
+        _plant(person.style, heading, far, strike, off, 5, (0.42, 0.70), 1.1, 0.12)
+        for far, strike, off in zip(way, strikes, offs, strict=True)
+    ]
     reach = 1.0 if jumps[0].far > 0.0 else 0.0
-    air = carried(
-        plants,
-        frames,
+    swing = Swing(
         (0.0, 0.3, 0.55, 0.8, 1.0),
         (-8.0, 20.0 * tuck, 12.0 + 55.0 * tuck, 14.0 + 32.0 * tuck + 8.0 * reach, 14.0 + 20.0 * reach),
         (22.0, 26.0 + 40.0 * tuck, 26.0 + 72.0 * tuck, 24.0 + 36.0 * tuck, 26.0),
@@ -208,20 +207,12 @@ def _feet(jumps: Sequence[_Jump], frames: int, style: Style, heading: float, tuc
         point=0.40,
         out=0.01,
     )
-    return Foot(tuple(plants), np.zeros(frames), air)
+    return Foot(tuple(plants), np.zeros(person.frames), swing.air(plants, person.frames))
 
 
-def _trunk(stream: Stream, style: Style, t: np.ndarray, crouch: np.ndarray) -> Trunk:
-    still = np.zeros_like(t)
-    pelvis = np.stack([still, 0.02 + 0.34 * crouch, still], axis=-1)
-    chest = np.stack([still, 0.32 * crouch, still], axis=-1)
-    gaze = np.stack([still, 0.10 * crouch, still], axis=-1)
-    return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze)
-
-
-def _arm(stream: Stream, style: Style, jumps: Sequence[_Jump], side: str, frame: np.ndarray) -> Hand:
+def _arm(person: Performer, jumps: Sequence[_Jump], side: str, frame: np.ndarray) -> Hand:
     """Back with the crouch, thrown forward and up with the push, down again over the landing."""
-    t, own = seconds(len(frame)), 1.0 + sign(side) * 0.5 * style.asymmetry
+    style, own = person.style, 1.0 + sign(side) * 0.5 * person.style.asymmetry
     high = own * (0.95 + 0.65 * style.swing)
     times, values, bends = [-float(EVER)], [0.0], [0.0]
     for each in jumps:
@@ -233,40 +224,56 @@ def _arm(stream: Stream, style: Style, jumps: Sequence[_Jump], side: str, frame:
         values += [1.0, -0.05 + 0.4 * min(each.far, 1.0), 0.0]
         bends += [0.45, 0.40, 0.0]
     late = frame - 1.4 * sign(side) * style.asymmetry / 0.08
-    curve = [through(late, [*times, 2 * EVER], [*row, 0.0]) for row in (values, bends)]
-    ahead = curve[0] - 0.08 + wander(stream, t, 0.03 * style.loose)
-    bend = style.elbow + curve[1] + wander(stream, t, 0.03 * style.loose)
-    aside = style.aside + 0.12 * np.abs(curve[0]) + wander(stream, t, 0.02 * style.loose)
-    return hand(stream, t, hanging(ahead, aside, bend), style, upright=0.6)
+    raised, bent = (through(late, [*times, 2 * EVER], [*row, 0.0]) for row in (values, bends))
+    ahead = raised - 0.08 + person.wander(0.03)
+    bend = style.elbow + bent + person.wander(0.03)
+    aside = style.aside + 0.12 * np.abs(raised) + person.wander(0.02)
+    return person.hand(hanging(ahead, aside, bend), upright=0.6)
 
 
 def hop(stream: Stream, frames: int) -> Score:
     """Standing, then several hops on one leg, on the spot or forward; the other leg is held up."""
-    style, side = Style.draw(stream), stream.choice(SIDES)
+    person, side = Performer(stream, frames), stream.choice(SIDES)
     t, heading = np.arange(frames, dtype=float), stream.uniform(-np.pi, np.pi)
     contacts = _hops(stream, frames)
     step = stream.choice((0.0, stream.uniform(0.18, 0.5)))
-    way = _hopping_way(contacts, step, t)
+    gaps = [(a[1], b[0]) for a, b in pairwise(contacts)]
     first, last = contacts[0][1], contacts[-1][0]
+    tall, knots = 0.965, [(first - 19.0, STAND, 0.0), (first - 8.0, 0.895, 0.0)]
+    for off, strike in gaps:
+        rise = 0.5 * GRAVITY * (strike - off)
+        knots += [(float(off), tall, rise), (float(strike), tall, -rise)]
+    knots += [(last + 5.0, tall - 2.4 * rise, 0.0), (last + 26.0, STAND, 0.0)]
+    # even travel from the first take-off to the last landing, over every foot half way of its stay
+    far = step * len(gaps)
+    speed = far / (last - first + 8.0)
+    values = (0.0, 4.0 * speed, far - 4.0 * speed, far)
+    way = spline(t, (first - 8.0, first, last, last + 8.0), values, (0.0, speed, speed, 0.0))
+    way = np.clip(way, 0.0, far)
     aloft = plateau(t, first - 20.0, first - 8.0, last + 8.0, last + 21.0)
     one = plateau(t, first - 28.0, first - 17.0, last + 16.0, last + 27.0)
     moving = plateau(t, first - 12.0, first - 2.0, last + 2.0, last + 14.0)
-    foot, other = _hopping_feet(stream, contacts, step, heading, style, frames)
-    direction = np.array([np.sin(heading), np.cos(heading)])
-    over = sign(side)
+    foot, other = _hopping_feet(person, contacts, step, heading)
+    out = sign(side)
+    # over the hopping leg, shaken by every landing
+    beat, over = _beat(contacts, person.t * 30.0), aloft * out
     return Score(
         kind="hop",
         heading=np.full(frames, heading),
-        path=way[:, None] * direction,
-        sway=np.stack([0.075 * over * moving, 0.02 * moving], axis=-1),
-        height=_hopping_height(contacts, t),
+        path=way[:, None] * np.array([np.sin(heading), np.cos(heading)]),
+        sway=rows(frames, 0.075 * out * moving, 0.02 * moving),
+        height=spline(t, *zip(*knots, strict=True)),
         balance=1.0 - moving,
-        support=0.5 + 0.49 * over * one,
-        trunk=_hopping_trunk(stream, style, seconds(frames), contacts, aloft * over),
+        support=0.5 + 0.49 * out * one,
+        trunk=person.trunk(
+            pelvis=(0.0, 0.05 - 0.05 * beat, -0.05 * over),
+            chest=(0.05 * over, 0.10 * np.abs(over) - 0.10 * beat, 0.12 * over),
+            gaze=(0.0, 0.16 * np.abs(over), 0.0),
+        ),
         feet={side: foot, SIDES[side == "left"]: other},
-        hands={each: _hopping_arm(stream, style, contacts, t, aloft) for each in SIDES},
-        parameters={"side": side, "hops": float(len(contacts) - 1), "step": step},
-        flights=_gaps(contacts),
+        hands={each: _hopping_arm(person, contacts, t, aloft) for each in SIDES},
+        parameters={"side": side, "hops": float(len(gaps)), "step": step},
+        flights=tuple(gaps),
         impacts=tuple(frame for contact in contacts for frame in contact if 0 < frame < frames),
     )
 
@@ -283,106 +290,47 @@ def _hops(stream: Stream, frames: int) -> list[tuple[int, int]]:
     return [*contacts[:-1], (contacts[-1][0], EVER)]
 
 
-def _gaps(contacts: Sequence[tuple[int, int]]) -> tuple[tuple[int, int], ...]:
-    return tuple((a[1], b[0]) for a, b in pairwise(contacts))
-
-
-def _hopping_height(contacts: Sequence[tuple[int, int]], t: np.ndarray) -> np.ndarray:
-    tall, first, last = 0.965, contacts[0][1], contacts[-1][0]
-    knots = [(first - 19.0, STAND, 0.0), (first - 8.0, 0.895, 0.0)]
-    for off, strike in _gaps(contacts):
-        rise = 0.5 * GRAVITY * (strike - off)
-        knots += [(float(off), tall, rise), (float(strike), tall, -rise)]
-    knots += [(last + 5.0, tall - 2.4 * rise, 0.0), (last + 26.0, STAND, 0.0)]
-    return spline(t, *zip(*knots, strict=True))
-
-
-def _hopping_way(contacts: Sequence[tuple[int, int]], step: float, t: np.ndarray) -> np.ndarray:
-    """Even travel from the first take-off to the last landing, over every foot half way of its stay."""
-    first, last, count = contacts[0][1], contacts[-1][0], len(contacts) - 1
-    speed = step * count / (last - first + 8.0)
-    values = (0.0, 4.0 * speed, step * count - 4.0 * speed, step * count)
-    way = spline(t, (first - 8.0, first, last, last + 8.0), values, (0.0, speed, speed, 0.0))
-    return np.clip(way, 0.0, step * count)
-
-
 def _hopping_feet(
-    stream: Stream,
-    contacts: Sequence[tuple[int, int]],
-    step: float,
-    heading: float,
-    style: Style,
-    frames: int,
+    person: Performer, contacts: Sequence[tuple[int, int]], step: float, heading: float
 ) -> tuple[Foot, Foot]:
     """Feet of the hopping and of the other leg."""
-    count = len(contacts) - 1
-
-    def plant(k: float, strike: int, off: int, width: float, roll: int) -> Plant:
-        place = (step * k * float(np.sin(heading)), step * k * float(np.cos(heading)))
-        down, away = strike > -EVER, off < EVER
-        return Plant(
-            place=place,
-            width=width * style.stance,
-            heading=heading,
-            toe_out=style.toe_out,
-            strike=strike,
-            flat=strike + 3 if down else strike,
-            lift=off - roll if away else off,
-            off=off,
-            strike_pitch=0.30,
-            off_pitch=0.68 if roll < 6 else 0.45,
-            lift_height=0.10,
-            hurry=0.6,
-        )
-
-    own = tuple(plant(k, *contact, 0.9, 4) for k, contact in enumerate(contacts))
+    frames, stream = person.frames, person.stream
+    own = tuple(
+        _plant(person.style, heading, step * k, strike, off, 4, (0.30, 0.68))
+        for k, (strike, off) in enumerate(contacts)
+    )
     leaves, returns = contacts[0][1] - 18, contacts[-1][0] + 20
-    held = (plant(0.0, -EVER, leaves, 0.9, 6), plant(float(count), returns, EVER, 0.9, 6))
+    held = (
+        _plant(person.style, heading, 0.0, -EVER, leaves, 6, (0.30, 0.45)),
+        _plant(person.style, heading, step * (len(contacts) - 1), returns, EVER, 6, (0.30, 0.45)),
+    )
     t, zero = np.arange(frames, dtype=float), np.zeros(frames)
     weight = plateau(t, leaves, leaves + 11.0, returns - 12.0, returns)
-    thigh = np.radians(stream.uniform(-5.0, 45.0)) + wander(stream, seconds(frames), 0.08)
-    thigh = thigh - 0.10 * _beat(contacts, t)
-    knee = np.radians(stream.uniform(60.0, 95.0)) + 0.12 * _beat(contacts, t)
+    beat = _beat(contacts, t)
+    thigh = np.radians(stream.uniform(-5.0, 45.0)) + wander(stream, person.t, 0.08)
+    thigh = thigh - 0.10 * beat
+    knee = np.radians(stream.uniform(60.0, 95.0)) + 0.12 * beat
     air = Air(hung(thigh, knee, 0.02), weight, zero, zero + 0.4)
-    hopping = carried(
-        own, frames, (0.0, 0.5, 1.0), (0.0, 10.0, 14.0), (24.0, 38.0, 26.0), full=(0.35, 0.65), out=0.0
-    )
-    return Foot(own, zero, hopping), Foot(held, zero, air)
+    swing = Swing((0.0, 0.5, 1.0), (0.0, 10.0, 14.0), (24.0, 38.0, 26.0), full=(0.35, 0.65), out=0.0)
+    return Foot(own, zero, swing.air(own, frames)), Foot(held, zero, air)
 
 
 def _beat(contacts: Sequence[tuple[int, int]], t: np.ndarray) -> np.ndarray:
     """1 in the middle of every flight, -1 in the middle of every stay, 0 before and after."""
     times, values = [-float(EVER), contacts[0][1] - 18.0, contacts[0][1] - 8.0], [0.0, 0.0, -1.0]
-    for off, strike in _gaps(contacts):
-        times.append(0.5 * (off + strike))
-        values.append(1.0)
-    for strike, off in contacts[1:]:
-        times.append(min(0.5 * (strike + off), strike + 5.0))
-        values.append(-1.0)
-    order = np.argsort(times)
-    times, values = [times[k] for k in order], [values[k] for k in order]
+    for (_, off), (strike, again) in pairwise(contacts):
+        times += [0.5 * (off + strike), min(0.5 * (strike + again), strike + 5.0)]
+        values += [1.0, -1.0]
     return through(t, [*times, times[-1] + 20.0, 2 * EVER], [*values, 0.0, 0.0])
 
 
-def _hopping_trunk(
-    stream: Stream, style: Style, t: np.ndarray, contacts: Sequence[tuple[int, int]], over: np.ndarray
-) -> Trunk:
-    beat, still = _beat(contacts, t * 30.0), np.zeros_like(t)
-    pelvis = np.stack([still, 0.05 - 0.05 * beat, -0.05 * over], axis=-1)
-    chest = np.stack([0.05 * over, 0.10 * np.abs(over) - 0.10 * beat, 0.12 * over], axis=-1)
-    gaze = np.stack([still, 0.16 * np.abs(over), still], axis=-1)
-    return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze)
-
-
 def _hopping_arm(
-    stream: Stream, style: Style, contacts: Sequence[tuple[int, int]], frame: np.ndarray, aloft: np.ndarray
+    person: Performer, contacts: Sequence[tuple[int, int]], frame: np.ndarray, aloft: np.ndarray
 ) -> Hand:
     """Bent and off the body for balance, rising with every flight."""
-    t = seconds(len(frame))
-    calm = idle_hand(stream, len(frame), style)
+    calm = person.idle_hand().reach
     beat = _beat(contacts, frame - 1.5)
-    ahead = 0.15 + 0.30 * style.swing * beat + wander(stream, t, 0.06 * style.loose)
-    aside = 0.45 + 0.12 * beat + wander(stream, t, 0.06 * style.loose)
-    bend = 1.1 + 0.25 * beat + wander(stream, t, 0.06 * style.loose)
-    reach = calm.reach + aloft[:, None] * (hanging(ahead, aside, bend) - calm.reach)
-    return hand(stream, t, reach, style, upright=0.7)
+    ahead = 0.15 + 0.30 * person.style.swing * beat + person.wander(0.06)
+    aside = 0.45 + 0.12 * beat + person.wander(0.06)
+    bend = 1.1 + 0.25 * beat + person.wander(0.06)
+    return person.hand(calm + aloft[:, None] * (hanging(ahead, aside, bend) - calm))

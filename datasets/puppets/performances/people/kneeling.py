@@ -12,6 +12,7 @@ from . import arms
 from .arms import Shape, other
 from .scene import Scene
 from .sequencing import cut
+from .style import along, rows
 
 
 def lunge(stream: Stream, frames: int) -> Score:
@@ -43,8 +44,8 @@ def _one_lunge(
     scene.low += deep * down
     risen = scene.held(start + 4.0, top, fall, end - 8.0)
     foot = scene.feet.feet[back]
-    scene.feet = scene.feet.moved(back, replace(foot, heel=foot.heel + 1.15 * risen), scene.feet.support)
-    scene.bend(down, pelvis=(0.0, 0.12, 0.0), chest=(0.0, -0.02, 0.0), gaze=(0.0, 0.08, 0.0))
+    scene.feet = scene.feet.moved(back, replace(foot, heel=foot.heel + 1.15 * risen))
+    scene.lean(down, 0.12, -0.02, 0.08)
     scene.ahead += scene.held(start + 2.0, start + 28.0, end - 34.0, end - 6.0)
     for side in SIDES:
         if style == "hips":
@@ -60,98 +61,87 @@ def _carried(score: Score, scene: Scene, far: float) -> Score:
     """The score with the body carried ``far`` leg lengths ahead where ``scene.ahead`` is 1, whatever its
     balance."""
     heading = scene.feet.heading
-    line = np.stack([np.sin(heading), np.cos(heading)], axis=-1)
+    line = rows(scene.frames, np.sin(heading), np.cos(heading))
     free = smooth(3.0 * scene.ahead)
     return replace(score, path=(far * scene.ahead)[:, None] * line, balance=1.0 - free)
-
-
-@dataclass(frozen=True)
-class Times:
-    """Frames of kneeling down: the step begins, the hind knee is down, the fore foot leaves for the second
-    knee and that one is down, and mirrored for getting up; ``second`` is whether there is one."""
-
-    step: int
-    knee: int
-    leave: int
-    both: int
-    forth: int
-    stands: int
-    rise: int
-    close: int
-    second: bool
 
 
 _SWING = 30
 """Frames in which a foot goes from before the body to kneeling, or back."""
 
 
-def _times(whole: int, second: bool) -> Times:
-    """The time that is left over is spent on the knees."""
-    step, knee = 5, 46
-    rise = whole - 54
-    leave, forth = knee + 4, rise - 6 - _SWING
-    return Times(step, knee, leave, leave + _SWING + 6, forth, rise - 4, rise, whole - 28, second)
+@dataclass(frozen=True)
+class _Times:
+    """Frames of kneeling down: the step begins, the hind knee is down, the fore foot leaves for the second
+    knee and that one is down, and mirrored for getting up. The time that is left over is spent on the
+    knees."""
+
+    forth: int
+    rise: int
+    close: int
+    step: int = 5
+    knee: int = 46
+    leave: int = 50
+    both: int = 56 + _SWING
 
 
-def kneel(stream: Stream, frames: int) -> Score:
-    """Kneeling down on one knee, or on both and back on the heels, a while there, and up the same way."""
-    return _down_and_up(stream, frames, "kneel", stream.choice((0.0, 1.0)))
-
-
-def rising(stream: Stream, frames: int) -> Score:
-    """Up from both knees."""
-    return _down_and_up(stream, frames, "get_up", 1.0, True)
-
-
-def _down_and_up(stream: Stream, frames: int, kind: str, late: float, rises: bool = False) -> Score:
-    """late: which part of it is shown where the clip is too short for all, from 0 to 1."""
+def kneel(stream: Stream, frames: int, rises: bool = False) -> Score:
+    """Kneeling down on one knee, or on both and back on the heels, a while there, and up the same way.
+    rises: up from both knees alone."""
+    kind = "get_up" if rises else "kneel"
+    # which part of it is shown where the clip is too short for all
+    late = 1.0 if rises else stream.choice((0.0, 1.0))
     second = rises or stream.choice((True, False))
     whole = max(frames, 240 if rises or second else 112)
     if rises and frames > 120:
         whole = frames + 110
-    times = _times(whole, second)
+    times = _Times(forth=whole - 60 - _SWING, rise=whole - 54, close=whole - 28)
     scene = Scene(stream, whole, width=stream.uniform(0.9, 1.15), shift=0.1, loose=0.3)
     scene.style = replace(scene.style, toe_out=0.6 * scene.style.toe_out)
     hind = stream.choice(SIDES)
     fore, long = other(hind), stream.uniform(0.72, 0.82)
-    feet = {hind: _hind(scene, hind, times), fore: _fore(scene, fore, times, whole, long)}
     one = plateau(scene.k, times.step + 10.0, times.knee, times.rise, times.close + 6.0)
-    back = _on_both(scene, times) if second else 0.0 * one
+    # how far the body sits back on its heels
+    back = 0.0 * one
+    if second:
+        back = scene.held(times.both, times.both + 26.0, times.forth - 30.0, times.forth - 2.0)
     _upper(scene, times, fore, one, back, second)
     score = scene.score(kind, knees="both" if second else hind, long=long)
     scene.ahead = scene.held(times.step + 2.0, times.step + 28.0, times.close - 10.0, times.close + 18.0)
+    # the hind foot bears the weight while the other is on its way
+    feet = scene.feet
+    for start in (times.step, times.close):
+        feet = feet.relieved(fore, start, start + 24, 0.9)
     score = replace(
         _carried(score, scene, 0.45 * long),
-        feet=feet,
-        support=_support(scene, fore, times),
+        feet={hind: _hind(scene, hind, times, one), fore: _fore(scene, fore, times, second, long)},
+        support=feet.support,
         height=score.height - 0.40 * one,
         sit_back=back * stream.uniform(0.45, 0.85) + 0.05 * one,
     )
     return cut(score, round(late * (whole - frames)), frames)
 
 
-def _hind(scene: Scene, side: str, times: Times) -> Foot:
+def _hind(scene: Scene, side: str, times: _Times, kneel: np.ndarray) -> Foot:
     """Stays on its toes while the heel rises and the knee goes down."""
     k, foot = scene.k, scene.feet.feet[side]
     # the heel is up before the knee goes down and comes down after the hips are up
     heel = 0.45 * plateau(k, times.step + 6.0, times.step + 18.0, times.step + 20.0, times.knee - 4.0)
     heel += 0.55 * plateau(k, times.rise, times.close - 2.0, times.close + 6.0, times.close + 24.0)
-    kneel = plateau(k, times.step + 10.0, times.knee, times.rise, times.close + 6.0)
     return replace(foot, heel=heel, kneel=kneel)
 
 
-def _fore(scene: Scene, side: str, times: Times, whole: int, long: float) -> Foot:
+def _fore(scene: Scene, side: str, times: _Times, second: bool, long: float) -> Foot:
     """Steps ahead; for the second knee back beside the other foot, ahead again to rise; at last back."""
     stands = scene.feet.feet[side].plants[0]
-    h = stands.heading
-    ahead = replace(stands, place=(long * float(np.sin(h)), long * float(np.cos(h))))
+    ahead = replace(stands, place=along(scene.heading, long))
     start, close = times.step, times.close
     plants: list[Plant] = [
         replace(stands, lift=start, off=start + 5, off_pitch=0.45, lift_height=0.06),
         replace(ahead, strike=start + 20, flat=start + 24, strike_pitch=0.12),
     ]
-    kneel, heel = None, np.zeros(whole)
-    if times.second:
+    kneel, heel = None, np.zeros(scene.frames)
+    if second:
         down, up = times.leave, times.forth
         plants[-1] = replace(plants[-1], lift=down + 4, off=down + 4, off_pitch=0.0, lift_height=0.03)
         kneeling = replace(
@@ -175,35 +165,19 @@ def _fore(scene: Scene, side: str, times: Times, whole: int, long: float) -> Foo
     return Foot(tuple(plants), heel, kneel=kneel)
 
 
-def _support(scene: Scene, fore: str, times: Times) -> np.ndarray:
-    """The hind foot bears the weight while the other is on its way."""
-    support = scene.feet.support
-    hind = 1.0 if fore == "right" else 0.0
-    for start, end in ((times.step, times.step + 24), (times.close, times.close + 24)):
-        away = 0.9 * scene.held(start - 16.0, start + 1.0, end - 3.0, end + 14.0)
-        support = support + away * (hind - support)
-    return support
-
-
-def _on_both(scene: Scene, times: Times) -> np.ndarray:
-    """How far the body sits back on its heels."""
-    return scene.held(times.both, times.both + 26.0, times.forth - 30.0, times.forth - 2.0)
-
-
-def _upper(scene: Scene, times: Times, fore: str, one: np.ndarray, back: np.ndarray, second: bool) -> None:
+def _upper(scene: Scene, times: _Times, fore: str, one: np.ndarray, back: np.ndarray, second: bool) -> None:
     """The trunk leans into going down and up; hands on the fore knee, on the thighs or at ease."""
     stream = scene.stream
     for start, end in ((times.step + 8.0, times.knee + 6.0), (times.rise - 8.0, times.close + 6.0)):
         middle = 0.5 * (start + end)
         lean = scene.held(start, middle, middle, end)
-        scene.bend(lean, pelvis=(0.0, 0.14, 0.0), chest=(0.0, 0.16, 0.0), gaze=(0.0, 0.22, 0.0))
-    scene.bend(back, pelvis=(0.0, 0.22, 0.0), chest=(0.0, -0.06, 0.0), gaze=(0.0, 0.05, 0.0))
-    scene.bend(one, gaze=(0.0, 0.10, 0.0))
+        scene.lean(lean, 0.14, 0.16, 0.22)
+    scene.lean(back, 0.22, -0.06, 0.05)
+    scene.lean(one, gaze=0.10)
     if second:
         lap = Shape((0.02, -0.74, 0.40), (-0.2, 0.0, -0.2), swivel=0.35, upright=1.0)
         for side in SIDES:
-            scene.arm(side, times.both - 4.0, times.both + 22.0, lap, (0.08, 0.0, 0.04))
-            scene.arm(side, times.forth - 26.0, times.forth)
+            scene.hold(side, lap, times.both - 4.0, times.forth, 26.0, (0.08, 0.0, 0.04))
     elif stream.choice((True, True, False)):
         scene.touch(fore, arms.on("knee", fore), times.knee - 24.0, times.rise + 20.0, 24.0)
-        scene.bend(one, pelvis=(0.0, 0.08, 0.0), chest=(0.0, 0.12, 0.0))
+        scene.lean(one, 0.08, 0.12)

@@ -7,12 +7,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ...conventions import FPS, SIDES, sign
+from ...conventions import FPS, SIDES
 from ...curves import plateau, ramp, through
 from ...randomness import Stream
-from ..score import Air, Foot, Plant, Score
+from ..score import Air, Foot, Hand, HandPlant, Plant, Score, Trunk
 from .arms import Move, Shape, Triple, moving
-from .style import Style, seconds, trunk
+from .style import Performer, Style, along
 
 EVER = 10_000
 """A frame after every clip's end."""
@@ -31,23 +31,53 @@ class Stance:
         """``(frames,)`` -1 to 1: how far the weight is on the left rather than on the right."""
         return 2.0 * self.support - 1.0
 
-    def moved(self, side: str, foot: Foot, support: np.ndarray) -> Stance:
-        """A stance with another course of one foot, and of the weight."""
-        return replace(self, feet={**self.feet, side: foot}, support=support)
+    def score(
+        self,
+        kind: str,
+        height: np.ndarray,
+        trunk: Trunk,
+        hands: Mapping[str, Hand],
+        parameters: Mapping[str, float | str],
+    ) -> Score:
+        """A performance on these feet, in balance."""
+        nowhere = np.zeros((len(height), 2))
+        return Score(
+            kind=kind,
+            heading=self.heading,
+            path=nowhere,
+            sway=nowhere,
+            height=height,
+            balance=np.ones(len(height)),
+            support=self.support,
+            trunk=trunk,
+            feet=self.feet,
+            hands=hands,
+            parameters=parameters,
+        )
+
+    def moved(self, side: str, foot: Foot) -> Stance:
+        """A stance with another course of one foot."""
+        return replace(self, feet={**self.feet, side: foot})
+
+    def stepped(
+        self, side: str, landing: Plant, lift: int, off: int, off_pitch: float, lift_height: float
+    ) -> Stance:
+        """A stance in which one foot leaves its last place for another one."""
+        foot = self.feet[side]
+        leaving = replace(foot.plants[-1], lift=lift, off=off, off_pitch=off_pitch, lift_height=lift_height)
+        return self.moved(side, replace(foot, plants=(*foot.plants[:-1], leaving, landing)))
+
+    def relieved(self, side: str, start: int, end: int, share: float) -> Stance:
+        """A stance with so much of the weight taken off a foot while it is not flat."""
+        t = np.arange(len(self.support), dtype=float)
+        away = share * plateau(t, start - 16.0, start + 1.0, end - 3.0, end + 14.0)
+        other = 0.0 if side == "left" else 1.0
+        return replace(self, support=self.support + away * (other - self.support))
 
 
 def stance(heading: float, style: Style, frames: int, support: np.ndarray, width: float) -> Stance:
     """Both feet side by side for the whole clip. width: half hip widths."""
-    plant = Plant(
-        place=(0.0, 0.0),
-        width=width,
-        heading=heading,
-        toe_out=style.toe_out,
-        strike=-EVER,
-        flat=-EVER,
-        lift=EVER,
-        off=EVER,
-    )
+    plant = Plant((0.0, 0.0), width, heading, style.toe_out, strike=-EVER, flat=-EVER, lift=EVER, off=EVER)
     feet = {side: Foot((plant,), np.zeros(frames)) for side in SIDES}
     return Stance(np.full(frames, heading), feet, support)
 
@@ -69,7 +99,7 @@ def lift_heel(feet: Stance, side: str, start: int, end: int, angle: float) -> St
     rise = min(12.0, 0.4 * (end - start))
     foot = feet.feet[side]
     heel = foot.heel + angle * plateau(t, start, start + rise, end - rise, end)
-    return feet.moved(side, replace(foot, heel=heel), _relieved(feet, side, start, end, 0.6))
+    return feet.moved(side, replace(foot, heel=heel)).relieved(side, start, end, 0.6)
 
 
 STEP = 18
@@ -90,25 +120,22 @@ def small_step(
     ahead: leg lengths. wider: half hip widths outward. turned: radians, of the foot and of its place
     around the body. lasting: frames from lifting the heel to the sole's being flat again.
     """
-    foot = feet.feet[side]
-    last = foot.plants[-1]
-    off, strike, flat = start + 5, start + lasting - 4, start + lasting
+    last = feet.feet[side].plants[-1]
+    flat = start + lasting
     # a foot that goes back is not pushed off
     pitch = (0.45 if ahead >= 0.0 else 0.15) * STEP / lasting
-    leaving = replace(last, lift=start, off=off, off_pitch=pitch, lift_height=0.06)
     heading = last.heading + turned
-    x, z = last.place
+    x, z = along(heading, ahead)
     landing = replace(
         last,
-        place=(x + ahead * float(np.sin(heading)), z + ahead * float(np.cos(heading))),
+        place=(last.place[0] + x, last.place[1] + z),
         width=last.width + wider,
         heading=heading,
-        strike=strike,
+        strike=flat - 4,
         flat=flat,
         strike_pitch=0.20,
     )
-    plants = (*foot.plants[:-1], leaving, landing)
-    return feet.moved(side, replace(foot, plants=plants), _relieved(feet, side, start, flat, 0.95))
+    return feet.stepped(side, landing, start, start + 5, pitch, 0.06).relieved(side, start, flat, 0.95)
 
 
 def step_to(
@@ -116,12 +143,16 @@ def step_to(
 ) -> Stance:
     """One foot goes within so many frames to its place beside a middle (leg lengths), toe first, as in a
     dance. The weight is left to the caller."""
-    foot = feet.feet[side]
-    last = foot.plants[-1]
-    off, flat = start + max(round(0.28 * lasting), 3), start + lasting - 1
-    leaving = replace(last, lift=start, off=off, off_pitch=0.40, lift_height=0.05)
-    landing = replace(last, place=place, heading=heading, strike=flat - 3, flat=flat, strike_pitch=0.16)
-    return feet.moved(side, replace(foot, plants=(*foot.plants[:-1], leaving, landing)), feet.support)
+    flat = start + lasting - 1
+    landing = replace(
+        feet.feet[side].plants[-1],
+        place=place,
+        heading=heading,
+        strike=flat - 3,
+        flat=flat,
+        strike_pitch=0.16,
+    )
+    return feet.stepped(side, landing, start, start + max(round(0.28 * lasting), 3), 0.40, 0.05)
 
 
 def turn(feet: Stance, start: int, angle: float) -> Stance:
@@ -133,19 +164,11 @@ def turn(feet: Stance, start: int, angle: float) -> Stance:
     return replace(feet, heading=feet.heading + angle * ramp(t, start - 2.0, start + 2.0 * STEP))
 
 
-def _relieved(feet: Stance, side: str, start: int, end: int, share: float) -> np.ndarray:
-    """The support with so much of the weight taken off a foot while it is not flat."""
-    t = np.arange(len(feet.support), dtype=float)
-    away = share * plateau(t, start - 16.0, start + 1.0, end - 3.0, end + 14.0)
-    other = 0.0 if sign(side) > 0 else 1.0
-    return feet.support + away * (other - feet.support)
-
-
 _NONE = (0.0, 0.0, 0.0)
 
 
-class Scene:
-    """A performance on the spot of ``frames`` frames in the making; all times are in frames.
+class Scene(Performer):
+    """A performance on the spot in the making; all times are in frames.
 
     Begins and ends standing on both soles with the arms at ease, so that it may follow anything. How soft
     the knees are, how far off the body the arms hang and how upright the trunk is belongs to the moment,
@@ -157,20 +180,20 @@ class Scene:
     ) -> None:
         """width: of the stance, half hip widths, times the style's. shift: how far weight wanders.
         loose: how far knees and trunk are what they happen to be at the moment."""
-        self.stream, self.frames, self.style = stream, frames, Style.draw(stream)
+        super().__init__(stream, frames)
         self.k = np.arange(frames, dtype=float)
-        heading = stream.uniform(-np.pi, np.pi)
+        self.heading = stream.uniform(-np.pi, np.pi)
         support = shifting(stream, frames, shift)
-        self.feet: Stance = stance(heading, self.style, frames, support, width * self.style.stance)
+        self.feet = stance(self.heading, self.style, frames, support, width * self.style.stance)
         # most knees are nearly straight, some quite soft
         self.soft = loose * (0.065 * stream.uniform(0.0, 1.0) ** 2.2 - 0.008)
         self.upright = loose * stream.normal(0.075)
         aside = self.style.aside + 0.42 * stream.uniform(0.0, 1.0) ** 1.5
         self.style = replace(self.style, aside=aside)
         self.moves: dict[str, list[Move]] = {side: [] for side in SIDES}
+        self.plants: dict[str, list[HandPlant]] = {side: [] for side in SIDES}
         self.pelvis, self.chest, self.gaze = (np.zeros((frames, 3)) for _ in range(3))
         self.low, self.ahead = np.zeros(frames), np.zeros(frames)
-        self.parameters: dict[str, float | str] = {}
 
     # ------------------------------------------------------------------------------------- telling
     def bend(
@@ -180,23 +203,36 @@ class Scene:
         for angles, added in ((self.pelvis, pelvis), (self.chest, chest), (self.gaze, gaze)):
             angles += share[:, None] * np.array(added)
 
+    def lean(self, share: np.ndarray, pelvis: float = 0.0, chest: float = 0.0, gaze: float = 0.0) -> None:
+        """Add angles forward in proportion to ``share``."""
+        self.bend(share, (0.0, pelvis, 0.0), (0.0, chest, 0.0), (0.0, gaze, 0.0))
+
     def held(self, start: float, top: float, fall: float, end: float) -> np.ndarray:
         """``(frames,)`` up between the first two frames, down between the last two."""
         return plateau(self.k, start, top, fall, end)
 
-    def weight(self, on_left: float, start: float, top: float, fall: float, end: float) -> None:
-        """The weight goes to a share of the left foot, and back to where it would have been."""
-        away = self.held(start, top, fall, end)
-        self.feet = replace(self.feet, support=self.feet.support + away * (on_left - self.feet.support))
-
-    def shift_weight(self, share: np.ndarray, on_left: np.ndarray) -> None:
-        """The weight goes, so far as ``share`` says, to a course of shares of the left foot."""
+    def weight(self, share: np.ndarray, on_left: float | np.ndarray) -> None:
+        """The weight goes, so far as ``share`` says, to a share of the left foot."""
         self.feet = replace(self.feet, support=self.feet.support + share * (on_left - self.feet.support))
 
     def arm(
         self, side: str, start: float, end: float, to: Shape | None = None, arc: Triple = _NONE
     ) -> None:
         self.moves[side].append(Move(start, end, to, arc))
+
+    def hold(
+        self,
+        side: str,
+        to: Shape,
+        start: float,
+        end: float,
+        up: float,
+        arc: Triple = _NONE,
+        back: Triple = _NONE,
+    ) -> None:
+        """An arm goes to a shape and at last back to hanging at ease, ``up`` frames each."""
+        self.arm(side, start, start + up, to, arc)
+        self.arm(side, end - up, end, None, back)
 
     def touch(self, side: str, to: Shape, start: float, end: float, up: float) -> None:
         """A hand goes before a place, then onto it, and leaves the same way; ``up`` frames each."""
@@ -207,28 +243,19 @@ class Scene:
         self.arm(side, end - 0.7 * up, end, None, (0.10, 0.0, 0.10))
 
     def step(
-        self,
-        side: str,
-        start: float,
-        ahead: float = 0.0,
-        wider: float = 0.0,
-        turned: float = 0.0,
-        lasting: int = STEP,
+        self, side: str, start: float, ahead: float = 0.0, wider: float = 0.0, lasting: int = STEP
     ) -> None:
-        self.feet = small_step(self.feet, side, round(start), ahead, wider, turned, lasting)
+        self.feet = small_step(self.feet, side, round(start), ahead, wider, lasting=lasting)
 
     def air(self, side: str, air: Air) -> None:
         """A foot's way through the air, after those it already has."""
-        foot, before = self.feet.feet[side], self.feet.feet[side].air
-        if before is not None:
+        foot = self.feet.feet[side]
+        if foot.air is not None:
             mine = air.weight > 0.0
-            air = Air(
-                np.where(mine[:, None], air.reach, before.reach),
-                np.where(mine, air.weight, before.weight),
-                np.where(mine, air.swivel, before.swivel),
-                np.where(mine, air.point, before.point),
-            )
-        self.feet = self.feet.moved(side, replace(foot, air=air), self.feet.support)
+            names = ("weight", "swivel", "point")
+            channels = (np.where(mine, getattr(air, name), getattr(foot.air, name)) for name in names)
+            air = Air(np.where(mine[:, None], air.reach, foot.air.reach), *channels)
+        self.feet = self.feet.moved(side, replace(foot, air=air))
 
     def fidget(self) -> None:
         """Now and then a heel lifts, or a foot is set elsewhere, or the body turns a little."""
@@ -248,38 +275,17 @@ class Scene:
     # ------------------------------------------------------------------------------------- telling all
     def score(self, kind: str, **parameters: float | str) -> Score:
         """The performance. The hip drops over the idle leg, the chest evens that out, as anyone's does."""
-        feet, still = self.feet, np.zeros(self.frames)
+        feet = self.feet
         self.bend(feet.tip, pelvis=(0.05, 0.0, -0.07), chest=(-0.03, 0.0, 0.09))
-        upright = self.upright
         leans, sinks = self.pelvis[:, 1] + self.chest[:, 1], self.low / 0.1
         soft = self.soft / (1.0 + sinks * sinks)
-        self.bend(
-            1.0 / (1.0 + (leans / 0.3) ** 2),
-            pelvis=(0.0, 0.3 * upright, 0.0),
-            chest=(0.0, 0.7 * upright, 0.0),
-        )
-        hands = {side: moving(self.stream, self.frames, self.style, self.moves[side]) for side in SIDES}
-        return Score(
-            kind=kind,
-            heading=feet.heading,
-            path=np.zeros((self.frames, 2)),
-            sway=np.zeros((self.frames, 2)),
-            height=0.990 - soft - 0.012 * np.abs(feet.tip) - self.low,
-            balance=still + 1.0,
-            support=feet.support,
-            trunk=trunk(
-                self.stream,
-                seconds(self.frames),
-                self.style,
-                pelvis=self.pelvis,
-                chest=self.chest,
-                gaze=self.gaze,
-                follow=0.1,
-            ),
-            feet=feet.feet,
-            hands=hands,
-            parameters={**self.parameters, **parameters},
-        )
+        self.lean(1.0 / (1.0 + (leans / 0.3) ** 2), 0.3 * self.upright, 0.7 * self.upright)
+        hands = {
+            side: replace(moving(self, self.moves[side]), plants=tuple(self.plants[side])) for side in SIDES
+        }
+        height = 0.990 - soft - 0.012 * np.abs(feet.tip) - self.low
+        trunk = self.trunk(self.pelvis.T, self.chest.T, self.gaze.T, follow=0.1)
+        return feet.score(kind, height, trunk, hands, parameters)
 
 
 def slots(

@@ -3,7 +3,7 @@
 Which ends can be joined is read off a Score (``stands``): in its first or last frame both soles are flat,
 no heel is raised, the hips are up (over 0.7 of a leg), and the body is neither in the air nor on stairs.
 Arms may be anywhere. A kind of which only some performances stand at an end is drawn again until one
-does. Kinds that need time (``least``) are drawn only where a part is long enough for them, and get a
+does. Kinds that need time (``takes``) are drawn only where a part is long enough for them, and get a
 larger share of the whole.
 
 Parts are rotated and moved so that one foot stays where it is; the other makes a step if it has to. While
@@ -12,6 +12,7 @@ that happens all channels run on with fading speed and are cross-faded, so nothi
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -19,72 +20,31 @@ from ...conventions import SIDES, sign
 from ...curves import plateau
 from ...randomness import Stream
 from ..fading import bridged, either, joined_air, joined_hand, joined_trunk
-from ..score import Act, Foot, Hand, Plant, Score, Touch, Trunk
+from ..score import Act, Foot, Hand, HandPlant, Plant, Score, Touch, Trunk
 
 
 def cut(score: Score, first: int, frames: int) -> Score:
     """``frames`` frames from ``first`` on; of performances without flights, stairs or several acts."""
-    part = slice(first, first + frames)
-    return replace(
-        score,
-        heading=score.heading[part],
-        path=score.path[part],
-        sway=score.sway[part],
-        height=score.height[part],
-        balance=score.balance[part],
-        support=score.support[part],
-        sit_back=None if score.sit_back is None else score.sit_back[part],
-        prone=None if score.prone is None else score.prone[part],
-        trunk=_trunk(score.trunk, part),
-        feet={side: _foot(foot, part) for side, foot in score.feet.items()},
-        hands={side: _hand(hand, part) for side, hand in score.hands.items()},
-        phase=score.phases()[part],
-    )
+    cut_short = _part(score, first, first + frames)
+    return replace(cut_short, phase=score.phases()[first : first + frames])
 
 
-def _trunk(trunk: Trunk, part: slice) -> Trunk:
-    follow = trunk.follow[part] if isinstance(trunk.follow, np.ndarray) else trunk.follow
-    return Trunk(trunk.pelvis[part], trunk.chest[part], trunk.gaze[part], follow)
+def _part(whole: Any, first: int, end: int) -> Any:
+    """A score, or a part of one, with its channels cut and its stays so much earlier."""
+    if isinstance(whole, np.ndarray):
+        return whole[first:end]
+    if isinstance(whole, Plant | HandPlant):
+        return whole.later(-first)
+    if isinstance(whole, tuple):
+        return tuple(_part(each, first, end) for each in whole)
+    if isinstance(whole, Mapping):
+        return {name: _part(each, first, end) for name, each in whole.items()}
+    if isinstance(whole, Score | Trunk | Foot | Hand | Touch):
+        return replace(whole, **_part(vars(whole), first, end))
+    return whole
 
 
-def _foot(foot: Foot, part: slice) -> Foot:
-    later = part.start
-    plants = tuple(
-        replace(
-            plant,
-            strike=plant.strike - later,
-            flat=plant.flat - later,
-            lift=plant.lift - later,
-            off=plant.off - later,
-        )
-        for plant in foot.plants
-    )
-    return Foot(
-        plants,
-        foot.heel[part],
-        None,
-        None if foot.kneel is None else foot.kneel[part],
-        None if foot.bears is None else foot.bears[part],
-    )
-
-
-def _hand(hand: Hand, part: slice) -> Hand:
-    later = part.start
-    return Hand(
-        reach=hand.reach[part],
-        upright=hand.upright[part],
-        middle=hand.middle[part],
-        swivel=hand.swivel[part],
-        wrist=hand.wrist[part],
-        touches=tuple(Touch(touch.place, touch.weight[part]) for touch in hand.touches),
-        aim=None if hand.aim is None else hand.aim[part],
-        aimed=hand.aimed[part] if isinstance(hand.aimed, np.ndarray) else hand.aimed,
-        plants=tuple(
-            replace(plant, strike=plant.strike - later, off=plant.off - later) for plant in hand.plants
-        ),
-    )
-
-
+Stay = TypeVar("Stay", Plant, HandPlant)
 Kind = Callable[[Stream, int], Score]
 
 TRANSITION = "transition"
@@ -98,7 +58,7 @@ _HIP_HALF = 0.105
 
 
 def stands(score: Score, frame: int) -> bool:
-    """Whether a performance may be joined to another at its first (0) or last (-1) frame."""
+    """True where a performance may be joined to another at its first (0) or last (-1) frame."""
     at = frame % score.frames
     feet = [_plant(foot, at) is not None and foot.heel[at] == 0.0 for foot in score.feet.values()]
     calm = all(foot.air is None or foot.air.weight[at] == 0.0 for foot in score.feet.values())
@@ -121,12 +81,11 @@ def strung(
     stream: Stream,
     frames: int,
     among: Mapping[str, Kind],
-    kinds: Sequence[str] = (),
-    least: Mapping[str, int] | None = None,
+    kinds: Sequence[str],
+    takes: Mapping[str, int],
 ) -> Score:
     """``kinds`` in order, or as many as the time is right for, drawn from ``among`` without repeating one
-    until all have had their turn. least: kind -> frames that it takes from standing to standing."""
-    takes = least or {}
+    until all have had their turn. takes: kind -> frames that it takes from standing to standing."""
     count = len(kinds) or max(1, round((frames + BRIDGE) / (_USUAL + BRIDGE)))
     order = list(kinds) or _drawn_order(stream, list(among), count)
     shares = [stream.uniform(0.75, 1.3) * max(takes.get(name, 0) / 0.8 / _USUAL, 1.0) for name in order]
@@ -161,29 +120,32 @@ def _drawn_order(stream: Stream, names: list[str], count: int) -> list[str]:
     return order
 
 
+_CHANNELS = ("heading", "path", "sway", "height")
+
+
 def joined(a: Score, b: Score, anchor: str) -> Score:
     """``a``, a bridge, and ``b`` brought to where ``a`` ends. anchor: the foot that surely stays."""
     b = _brought(a, b, anchor)
     start = a.frames + BRIDGE
-    steps = {side: _apart(_last(a, side), _first(b, side), side) > 0.05 for side in SIDES}
-    feet = {side: _joined_foot(a, b, side, steps[side] and side != anchor) for side in SIDES}
+    channels: dict[str, Any] = {
+        name: bridged(getattr(a, name), getattr(b, name), BRIDGE) for name in _CHANNELS
+    }
+    apart = {side: _apart(_standing(a, side, -1), _standing(b, side, 0), side) for side in SIDES}
+    steps = {side: side != anchor and apart[side] > 0.05 for side in SIDES}
     support = bridged(a.support, b.support, BRIDGE, 0.0, 1.0)
     for side in SIDES:
-        if steps[side] and side != anchor:
+        if steps[side]:
             t, first = np.arange(len(support), dtype=float), a.frames + 8.0
             away = 0.95 * plateau(t, first - 15.0, first + 1.0, first + 15.0, first + 31.0)
-            support = support + away * ((0.0 if sign(side) > 0 else 1.0) - support)
+            support = support + away * ((0.0 if side == "left" else 1.0) - support)
     acts = tuple(replace(act, first=act.first + start, end=act.end + start) for act in b.stretches())
     return replace(
         a,
-        heading=bridged(a.heading, b.heading, BRIDGE),
-        path=bridged(a.path, b.path, BRIDGE),
-        sway=bridged(a.sway, b.sway, BRIDGE),
-        height=bridged(a.height, b.height, BRIDGE),
+        **channels,
         balance=bridged(a.balance, b.balance, BRIDGE, 0.0, 1.0),
         support=support,
         trunk=joined_trunk(a.trunk, b.trunk, a.frames, b.frames, BRIDGE),
-        feet=feet,
+        feet={side: _joined_foot(a, b, side, steps[side]) for side in SIDES},
         hands={side: joined_hand(a.hands[side], b.hands[side], BRIDGE) for side in SIDES},
         flights=(*a.flights, *((first + start, last + start) for first, last in b.flights)),
         impacts=(*a.impacts, *(frame + start for frame in b.impacts)),
@@ -200,14 +162,9 @@ def _plant(foot: Foot, frame: int) -> Plant | None:
     return next((plant for plant in foot.plants if plant.flat <= frame <= plant.lift), None)
 
 
-def _last(score: Score, side: str) -> Plant:
-    plant = _plant(score.feet[side], score.frames - 1)
-    assert plant is not None
-    return plant
-
-
-def _first(score: Score, side: str) -> Plant:
-    plant = _plant(score.feet[side], 0)
+def _standing(score: Score, side: str, frame: int) -> Plant:
+    """The plant on which a foot stands in the first (0) or last (-1) frame."""
+    plant = _plant(score.feet[side], frame % score.frames)
     assert plant is not None
     return plant
 
@@ -219,7 +176,7 @@ def _place(plant: Plant, side: str) -> np.ndarray:
 
 
 def _apart(one: Plant, other: Plant, side: str) -> float:
-    """How far two stays of a foot differ: leg lengths, and a third of the radians it is turned."""
+    """Difference of two stays of a foot: leg lengths, and a third of the radians it is turned."""
     away = float(np.sqrt(((_place(one, side) - _place(other, side)) ** 2).sum()))
     turned = (one.heading - other.heading) + sign(side) * (one.toe_out - other.toe_out)
     return away + abs(turned) / 3.0
@@ -230,44 +187,30 @@ def _brought(a: Score, b: Score, anchor: str) -> Score:
     turned = float(a.heading[-1] - b.heading[0])
     c, s = np.cos(turned), np.sin(turned)
     turn = np.array([[c, -s], [s, c]])
-    moved = _place(_last(a, anchor), anchor)
-    first = _first(b, anchor)
-    moved = moved - _place(
-        replace(first, place=_tuple(np.array(first.place) @ turn), heading=first.heading + turned), anchor
-    )
-    feet = {}
-    for side, foot in b.feet.items():
-        plants = tuple(
-            replace(
-                plant, place=_tuple(np.array(plant.place) @ turn + moved), heading=plant.heading + turned
-            )
-            for plant in foot.plants
-        )
-        feet[side] = replace(foot, plants=plants)
-    hands = {}
-    for side, hand in b.hands.items():
-        rests = tuple(
-            replace(
-                plant, place=_tuple(np.array(plant.place) @ turn + moved), heading=plant.heading + turned
-            )
-            for plant in hand.plants
-        )
-        hands[side] = replace(hand, plants=rests)
-    path = b.path @ turn + moved
-    return replace(b, heading=b.heading + turned, path=path, feet=feet, hands=hands)
 
+    def moved(stay: Stay, by: np.ndarray | float = 0.0) -> Stay:
+        x, z = (np.array(stay.place) @ turn + by).tolist()
+        return replace(stay, place=(x, z), heading=stay.heading + turned)
 
-def _tuple(place: np.ndarray) -> tuple[float, float]:
-    return float(place[0]), float(place[1])
+    shift = _place(_standing(a, anchor, -1), anchor) - _place(moved(_standing(b, anchor, 0)), anchor)
+    feet = {
+        side: replace(foot, plants=tuple(moved(plant, shift) for plant in foot.plants))
+        for side, foot in b.feet.items()
+    }
+    hands = {
+        side: replace(hand, plants=tuple(moved(plant, shift) for plant in hand.plants))
+        for side, hand in b.hands.items()
+    }
+    return replace(b, heading=b.heading + turned, path=b.path @ turn + shift, feet=feet, hands=hands)
 
 
 def _joined_foot(a: Score, b: Score, side: str, steps: bool) -> Foot:
     """Plants that go on: the last of ``a`` bears until the first of ``b`` lifts, or a step is between."""
     one, two = a.feet[side], b.feet[side]
-    start, last, first = a.frames + BRIDGE, _last(a, side), _first(b, side)
+    start, last, first = a.frames + BRIDGE, _standing(a, side, -1), _standing(b, side, 0)
     before = one.plants[: one.plants.index(last)]
-    after = tuple(_later(plant, start) for plant in two.plants[two.plants.index(first) + 1 :])
-    first = _later(first, start)
+    after = tuple(plant.later(start) for plant in two.plants[two.plants.index(first) + 1 :])
+    first = first.later(start)
     stays: tuple[Plant, ...]
     if steps:
         lift = a.frames + 8
@@ -282,14 +225,4 @@ def _joined_foot(a: Score, b: Score, side: str, steps: bool) -> Foot:
         heel=np.concatenate([one.heel, np.zeros(BRIDGE), two.heel]),
         air=joined_air(one.air, two.air, *frames),
         kneel=either(one.kneel, two.kneel, *frames),
-    )
-
-
-def _later(plant: Plant, frames: int) -> Plant:
-    return replace(
-        plant,
-        strike=plant.strike + frames,
-        flat=plant.flat + frames,
-        lift=plant.lift + frames,
-        off=plant.off + frames,
     )

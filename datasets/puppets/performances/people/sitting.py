@@ -16,22 +16,10 @@ from ...randomness import Stream
 from ..score import HandPlant, Plant, Score
 from . import arms
 from .arms import Shape
-from .kneeling import rising
+from .kneeling import kneel
 from .scene import Scene, Stance
 from .sequencing import cut
-
-
-def sit(stream: Stream, frames: int) -> Score:
-    """Sitting down on a seat or on the floor, and a while there, legs and hands now so, now so."""
-    return _sitting(stream, frames, "sit", stream.choice(("seat", "seat", "floor")), rises=False)
-
-
-def get_up(stream: Stream, frames: int) -> Score:
-    """Up to standing from a seat, from the floor or from both knees."""
-    begins = stream.choice(("seat", "floor", "knees"))
-    if begins == "knees":
-        return rising(stream, frames)
-    return _sitting(stream, frames, "get_up", begins, rises=True)
+from .style import along, rows
 
 
 @dataclass(frozen=True)
@@ -76,8 +64,14 @@ class _Seat:
         return self.first + self.down, self.last - self.up
 
 
-def _sitting(stream: Stream, frames: int, kind: str, on: str, rises: bool) -> Score:
-    """The whole of sitting down and getting up, of which the clip shows one part."""
+def sit(stream: Stream, frames: int, kind: str = "sit") -> Score:
+    """Sitting down on a seat or on the floor, and a while there, legs and hands now so, now so; ``get_up``:
+    up to standing from a seat, from the floor or from both knees."""
+    rises = kind == "get_up"
+    on = stream.choice(("seat", "floor", "knees") if rises else ("seat", "seat", "floor"))
+    if on == "knees":
+        return kneel(stream, frames, rises=True)
+    # the whole of sitting down and getting up, of which the clip shows one part
     seat = _Seat.draw(stream, frames, on)
     whole = round(seat.last) + 6
     scene = Scene(stream, whole, width=stream.uniform(1.0, 1.6), shift=0.1, loose=0.3)
@@ -89,20 +83,14 @@ def _sitting(stream: Stream, frames: int, kind: str, on: str, rises: bool) -> Sc
     _lean(scene, seat)
     _look_about(scene, seat)
     _legs(scene, seat)
-    plants: dict[str, tuple[HandPlant, ...]] = {}
     if on == "seat":
         _hands_on_a_seat(scene, seat)
     else:
-        plants = _hands_on_the_floor(scene, seat)
-    heading = scene.feet.heading
-    back = np.stack([-np.sin(heading), -np.cos(heading)], axis=-1)
+        _hands_on_the_floor(scene, seat)
     score = scene.score(kind, on=on, arms=seat.hands, legs=seat.legs)
-    score = replace(
-        score,
-        path=seat.far * behind[:, None] * back,
-        balance=1.0 - smooth((lowered - 0.35) / 0.6),
-        hands={side: replace(hand, plants=plants.get(side, ())) for side, hand in score.hands.items()},
-    )
+    back = -rows(whole, np.sin(scene.feet.heading), np.cos(scene.feet.heading))
+    path = seat.far * behind[:, None] * back
+    score = replace(score, path=path, balance=1.0 - smooth((lowered - 0.35) / 0.6))
     return cut(score, whole - frames if rises else 0, frames)
 
 
@@ -115,9 +103,7 @@ def _lean(scene: Scene, seat: _Seat) -> None:
         scene.held(first, first + 0.55 * down, first + 0.60 * down, first + 1.15 * down),
         scene.held(last - 1.2 * up, last - 0.72 * up, last - 0.66 * up, last),
     ):
-        scene.bend(
-            share, pelvis=(0.0, 0.55 * deep, 0.0), chest=(0.0, 0.45 * deep, 0.0), gaze=(0.0, 0.15, 0.0)
-        )
+        scene.lean(share, 0.55 * deep, 0.45 * deep, 0.15)
     soon, late = (0.6, 1.1) if seat.on == "seat" else (0.45, 0.95)
     calm = 0.7 if seat.on == "seat" else 0.58
     seated = scene.held(first + soon * down, first + late * down, last - 1.1 * up, last - calm * up)
@@ -153,13 +139,12 @@ def _legs(scene: Scene, seat: _Seat) -> None:
     at = round(start + stream.uniform(2.0, 14.0))
     stands = {side: feet.feet[side].plants[-1] for side in SIDES}
     for number, (side, (ahead, width, toe_out)) in enumerate(places.items()):
-        lasting, heading = round(stream.uniform(19.0, 26.0)), stands[side].heading
+        lasting, heading = round(stream.uniform(19.0, 26.0)), scene.heading
         goes, comes = at + number * (lasting + 2), round(end) - 30 * (number + 1)
         # in little time the feet stay
         if comes < goes + lasting + 4:
             continue
-        line = (ahead * float(np.sin(heading)), ahead * float(np.cos(heading)))
-        there = replace(stands[side], place=line, width=width, toe_out=toe_out)
+        there = replace(stands[side], place=along(heading, ahead), width=width, toe_out=toe_out)
         # legs that lie ahead have their toes down already
         pitch = 0.25 if seat.on == "seat" else 0.0
         feet = _set(feet, side, goes, lasting, there, pitch)
@@ -169,14 +154,11 @@ def _legs(scene: Scene, seat: _Seat) -> None:
 
 def _set(feet: Stance, side: str, start: int, lasting: int, there: Plant, pitch: float) -> Stance:
     """One foot goes to another place while nothing bears on it, its toe last and first."""
-    foot = feet.feet[side]
     # a foot that is kept level neither peels off nor rolls down
     roll = 5 if pitch else 0
-    leaving = replace(foot.plants[-1], lift=start, off=start + roll, off_pitch=pitch, lift_height=0.05)
-    strike, flat = start + lasting - roll, start + lasting
-    landing = replace(there, strike=strike, flat=flat, strike_pitch=0.5 * pitch)
-    plants = (*foot.plants[:-1], leaving, landing)
-    return feet.moved(side, replace(foot, plants=plants), feet.support)
+    flat = start + lasting
+    landing = replace(there, strike=flat - roll, flat=flat, strike_pitch=0.5 * pitch)
+    return feet.stepped(side, landing, start, start + roll, pitch, 0.05)
 
 
 def _feet(stream: Stream, seat: _Seat) -> dict[str, tuple[float, float, float]]:
@@ -222,58 +204,45 @@ def _hands_on_a_seat(scene: Scene, seat: _Seat) -> None:
         "one knee": {mine: "knee", arms.other(mine): stream.choice(("lap", "beside"))},
         "lap": dict.fromkeys(SIDES, "lap"),
         "beside": dict.fromkeys(SIDES, "beside"),
-        "crossed": {mine: "ribs", arms.other(mine): "upper arm"},
+        "crossed": {mine: "ribs", arms.other(mine): "upper_arm"},
     }[seat.hands]
     for side, what in shapes.items():
         late = stream.uniform(0.0, 8.0)
         start, end = seat.first + 0.45 * seat.down + late, seat.last - 0.55 * seat.up - late
         if what == "knee":
             scene.touch(side, arms.on("knee", side), start, end, 28.0)
-            continue
-        if what in ("ribs", "upper arm"):
+        elif what in ("ribs", "upper_arm"):
             start, end = start + 0.4 * seat.down, end - 0.4 * seat.up
-            to = arms.on("ribs", side) if what == "ribs" else arms.on("upper_arm", side)
-            scene.arm(side, start, start + 26.0, to, (0.05, 0.03, 0.18))
-            scene.arm(side, end - 26.0, end, None, (0.05, 0.0, 0.16))
-            continue
-        scene.arm(side, start, start + 28.0, _LAP if what == "lap" else _BESIDE, (0.08, 0.0, 0.04))
-        scene.arm(side, end - 28.0, end)
+            scene.hold(side, arms.on(what, side), start, end, 26.0, (0.05, 0.03, 0.18), (0.05, 0.0, 0.16))
+        else:
+            scene.hold(side, _LAP if what == "lap" else _BESIDE, start, end, 28.0, (0.08, 0.0, 0.04))
 
 
-def _hands_on_the_floor(scene: Scene, seat: _Seat) -> dict[str, tuple[HandPlant, ...]]:
+def _hands_on_the_floor(scene: Scene, seat: _Seat) -> None:
     """Both on the floor behind the hips, fingers outward; ahead as a counterweight on the way. A
     hand that is not leaned on lies on the thigh, or both on the knees."""
     mine = scene.stream.choice(SIDES)
     leaning = {"behind": SIDES, "one behind": (mine,), "knees": ()}[seat.hands]
     first, down, up, last = seat.first, seat.down, seat.up, seat.last
     ahead = Shape((0.10, -0.25, 0.80), swivel=0.2, upright=1.0)
-    apart, behind = scene.stream.uniform(1.1, 1.5), scene.stream.uniform(-0.64, -0.56)
-    plants: dict[str, tuple[HandPlant, ...]] = {}
-    for side in SIDES:
-        scene.arm(side, first + 0.05 * down, first + 0.5 * down, ahead, (0.05, 0.0, 0.0))
-        if side not in leaning:
-            start, end = first + 0.6 * down, last - 0.6 * up
-            if leaning:
-                scene.arm(side, start, start + 32.0, _THIGH, (0.05, 0.0, 0.05))
-                scene.arm(side, end - 32.0, end)
-            else:
-                scene.touch(side, arms.on("knee", side), start, end, 32.0)
-            continue
-        scene.arm(side, last - 0.5 * up, last - 0.05 * up)
-        plants[side] = (_behind(scene, seat, behind, apart),)
-    return plants
-
-
-def _behind(scene: Scene, seat: _Seat, ahead: float, width: float) -> HandPlant:
-    heading = float(scene.feet.heading[0])
-    return HandPlant(
-        (-seat.far * float(np.sin(heading)), -seat.far * float(np.cos(heading))),
-        heading,
+    stay = HandPlant(
+        along(scene.heading, -seat.far),
+        scene.heading,
         strike=round(seat.sat[0]),
         off=round(seat.sat[1]),
-        coming=round(0.42 * seat.down),
-        going=round(0.40 * seat.up),
-        ahead=ahead,
-        width=width,
+        coming=round(0.42 * down),
+        going=round(0.40 * up),
+        width=scene.stream.uniform(1.1, 1.5),
+        ahead=scene.stream.uniform(-0.64, -0.56),
         turned=0.9,
     )
+    for side in SIDES:
+        start, end = first + 0.6 * down, last - 0.6 * up
+        scene.arm(side, first + 0.05 * down, first + 0.5 * down, ahead, (0.05, 0.0, 0.0))
+        if side in leaning:
+            scene.arm(side, last - 0.5 * up, last - 0.05 * up)
+            scene.plants[side].append(stay)
+        elif leaning:
+            scene.hold(side, _THIGH, start, end, 32.0, (0.05, 0.0, 0.05))
+        else:
+            scene.touch(side, arms.on("knee", side), start, end, 32.0)

@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
 
 from ...conventions import GRAVITY, SIDES, sign
-from ...curves import plateau, ramp, through, wander
+from ...curves import plateau, ramp, through
 from ...randomness import Stream
 from ..score import Air, Foot, Hand, Plant, Score, Trunk
-from .style import Carriage, Style, hand, hanging, seconds, trunk
+from .style import Carriage, Performer, Style, hanging, rows
 
 MARGIN = 90
 """Frames drawn before and after the clip, so that it may begin and end in the middle of a way."""
@@ -88,31 +88,40 @@ class Gait:
         shift = 0.0 if self.lead == "left" else 0.5 * self.stride
         return 2.0 * np.pi * (np.arange(self.frames) - self.first - shift) / self.stride
 
+    def feet(self, plant: Callable[[int], Plant]) -> dict[str, Foot]:
+        """Feet with a stay from every strike on: ``plant(k)``."""
+        stays = {side: tuple(plant(k) for k in self.steps if self.side(k) == side) for side in SIDES}
+        return {side: Foot(stays[side], np.zeros(self.frames)) for side in SIDES}
+
+    @cached_property
+    def course(self) -> Course:
+        k = np.arange(self.frames + 2 * MARGIN) - float(MARGIN)
+        activity = np.ones_like(k)
+        if self.starts:
+            begin = self.strike(0)
+            activity = activity * ramp(k, begin - 0.45 * self.stride, begin + 0.35 * self.stride)
+        if self.stops:
+            end = self.strike(self.steps[-1])
+            activity = activity * (1.0 - ramp(k, end - 0.85 * self.stride, end + 0.25 * self.stride))
+        share = ramp(k, -0.35 * self.frames, 1.35 * self.frames)
+        heading = self.heading + self.turned * 1.2 * (share - 0.5)
+        speed, way = activity * self.speed, heading + self.bearing
+        place = np.cumsum(np.stack([speed * np.sin(way), speed * np.cos(way)], axis=-1), axis=0)
+        if not self.step:
+            # on the spot the body turns only while the feet step
+            turning = np.cumsum(activity * self.turned / self.frames)
+            heading = turning - turning[len(k) // 2] + heading[len(k) // 2]
+        return Course(activity, heading, place - place[MARGIN + self.frames // 2])
+
 
 @dataclass(frozen=True, eq=False)
 class Course:
-    """Where the way leads, on frames from ``-MARGIN`` on: activity (0 standing, 1 under way), heading,
+    """The way of a gait, on frames from ``-MARGIN`` on: activity (0 standing, 1 under way), heading,
     place ``(n, 2)`` leg lengths."""
 
     activity: np.ndarray
     heading: np.ndarray
     place: np.ndarray
-
-    @classmethod
-    def of(cls, gait: Gait) -> Course:
-        k = np.arange(gait.frames + 2 * MARGIN) - float(MARGIN)
-        activity = np.ones_like(k)
-        if gait.starts:
-            begin = gait.strike(0)
-            activity = activity * ramp(k, begin - 0.45 * gait.stride, begin + 0.35 * gait.stride)
-        if gait.stops:
-            end = gait.strike(gait.steps[-1])
-            activity = activity * (1.0 - ramp(k, end - 0.85 * gait.stride, end + 0.25 * gait.stride))
-        share = ramp(k, -0.35 * gait.frames, 1.35 * gait.frames)
-        heading = gait.heading + gait.turned * 1.2 * (share - 0.5)
-        speed, way = activity * gait.speed, heading + gait.bearing
-        place = np.cumsum(np.stack([speed * np.sin(way), speed * np.cos(way)], axis=-1), axis=0)
-        return cls(activity, heading, place - place[MARGIN + gait.frames // 2])
 
     def at(self, frame: float) -> tuple[float, tuple[float, float], float]:
         """Heading, place and activity at any frame, held at the ends."""
@@ -124,7 +133,7 @@ class Course:
 
 @dataclass(frozen=True)
 class Tread:
-    """How a foot comes down and leaves.
+    """Settings of how a foot comes down and leaves.
 
     landing: pitch of the sole at first touch, and what a step of a leg length adds to it.
     leaving: pitch when the toe leaves, and what a step adds.
@@ -143,28 +152,27 @@ class Tread:
     under: float = 0.296
 
 
-def plants(gait: Gait, course: Course, side: str, tread: Tread) -> tuple[Plant, ...]:
+def plants(gait: Gait, side: str, tread: Tread) -> tuple[Plant, ...]:
     """The stays of one foot along the way."""
     found = []
     mine = [k for k in gait.steps if gait.side(k) == side]
     down = gait.down(side)
     if gait.starts:
         off = round(gait.strike(mine[0]) - (1.0 - down) * gait.stride)
-        found.append(_plant(gait, course, tread, -EVER, off, place_at=-MARGIN))
+        found.append(_plant(gait, tread, -EVER, off, place_at=-MARGIN))
     for k in mine:
-        strike = round(gait.strike(k))
-        off = round(gait.strike(k) + down * gait.stride)
+        strike, off = round(gait.strike(k)), round(gait.strike(k) + down * gait.stride)
         place_at = gait.strike(k) + tread.under * gait.stride
         if gait.stops and k >= gait.steps[-2]:
             off, place_at = EVER, float(EVER)
-        found.append(_plant(gait, course, tread, strike, off, place_at))
+        found.append(_plant(gait, tread, strike, off, place_at))
     return tuple(found)
 
 
-def _plant(gait: Gait, course: Course, tread: Tread, strike: int, off: int, place_at: float) -> Plant:
-    heading, place, _ = course.at(place_at)
-    landing, leaving = course.at(strike)[2], course.at(off)[2]
-    stays = off == EVER
+def _plant(gait: Gait, tread: Tread, strike: int, off: int, place_at: float) -> Plant:
+    heading, place, _ = gait.course.at(place_at)
+    landing, leaving = gait.course.at(strike)[2], gait.course.at(off)[2]
+    peel = max(round((tread.peel[0] + tread.peel[1] * leaving) * gait.stride), 3)
     return Plant(
         place=place,
         width=gait.style.stance * (tread.width + (1.0 - tread.width) * (1.0 - landing)),
@@ -172,23 +180,12 @@ def _plant(gait: Gait, course: Course, tread: Tread, strike: int, off: int, plac
         toe_out=gait.style.toe_out,
         strike=strike,
         flat=strike + max(round(tread.flat * gait.stride), 2),
-        lift=EVER
-        if stays
-        else off - max(round((tread.peel[0] + tread.peel[1] * leaving) * gait.stride), 3),
+        lift=EVER if off == EVER else off - peel,
         off=off,
         strike_pitch=tread.landing[0] + tread.landing[1] * landing * gait.step,
         off_pitch=tread.leaving[0] + tread.leaving[1] * leaving * gait.step,
         lift_height=tread.lift[0] + tread.lift[1] * gait.style.bounce,
     )
-
-
-def support(gait: Gait) -> np.ndarray:
-    """The foot that bears the weight while standing: before a start on the one that stays."""
-    even = np.full(gait.frames, 0.5)
-    if not gait.starts:
-        return even
-    off = gait.strike(0) - (1.0 - gait.duty) * gait.stride
-    return even - 0.42 * sign(gait.lead) * ramp(np.arange(gait.frames), off - 0.45 * gait.stride, off)
 
 
 _THIGH, _SHANK = 0.455, 0.468
@@ -199,43 +196,40 @@ def hung(thigh: np.ndarray, knee: np.ndarray, out: float | np.ndarray = 0.0) -> 
     """``(..., 3)`` reach from hip to ankle of a usual leg with the thigh so far forward and the knee so far
     bent, radians; ``out``: leg lengths outward."""
     shin = thigh - knee
-    return np.stack(
-        [
-            np.zeros_like(thigh) + out,
-            -_THIGH * np.cos(thigh) - _SHANK * np.cos(shin),
-            _THIGH * np.sin(thigh) + _SHANK * np.sin(shin),
-        ],
-        axis=-1,
+    return rows(
+        len(thigh),
+        out,
+        -_THIGH * np.cos(thigh) - _SHANK * np.cos(shin),
+        _THIGH * np.sin(thigh) + _SHANK * np.sin(shin),
     )
 
 
-def carried(
-    plants: Sequence[Plant],
-    frames: int,
-    shares: Sequence[float],
-    thigh: Sequence[float],
-    knee: Sequence[float],
-    *,
-    full: tuple[float, float] = (0.3, 0.75),
-    most: float = 1.0,
-    point: float = 0.25,
-    out: float = -0.02,
-    curve: Callable[[np.ndarray, Sequence[float], Sequence[float]], np.ndarray] = through,
-) -> Air:
-    """The air of every swing between plants.
+@dataclass(frozen=True)
+class Swing:
+    """A foot's way between two plants. shares, thigh, knee: degrees at shares of a swing. full: shares
+    between which the foot is where these angles say, to the part ``most``. point: of the toes, radians.
+    out: leg lengths outward. curve: through the angles."""
 
-    shares, thigh, knee: degrees at shares of a swing. full: shares between which the foot is where these
-    angles say, to the part ``most``. point: of the toes, radians. curve: through the angles.
-    """
-    t, zero = np.arange(frames, dtype=float), np.zeros(frames)
-    weight, bent = zero.copy(), [zero.copy(), zero.copy()]
-    for plant, after in pairwise(plants):
-        inside = (t > plant.off) & (t < after.strike)
-        share = (t[inside] - plant.off) / (after.strike - plant.off)
-        weight[inside] = most * plateau(share, 0.0, full[0], full[1], 1.0)
-        for row, values in zip(bent, (thigh, knee), strict=True):
-            row[inside] = np.radians(curve(share, shares, values))
-    return Air(reach=hung(bent[0], bent[1], out), weight=weight, swivel=zero, point=zero + point)
+    shares: Sequence[float]
+    thigh: Sequence[float]
+    knee: Sequence[float]
+    full: tuple[float, float] = (0.3, 0.75)
+    most: float = 1.0
+    point: float = 0.25
+    out: float = -0.02
+    curve: Callable[[np.ndarray, Sequence[float], Sequence[float]], np.ndarray] = through
+
+    def air(self, plants: Sequence[Plant], frames: int) -> Air:
+        """The air of every swing between plants."""
+        t, zero = np.arange(frames, dtype=float), np.zeros(frames)
+        weight, thigh, knee = zero.copy(), zero.copy(), zero.copy()
+        for plant, after in pairwise(plants):
+            inside = (t > plant.off) & (t < after.strike)
+            share = (t[inside] - plant.off) / (after.strike - plant.off)
+            weight[inside] = self.most * plateau(share, 0.0, *self.full, 1.0)
+            thigh[inside] = np.radians(self.curve(share, self.shares, self.thigh))
+            knee[inside] = np.radians(self.curve(share, self.shares, self.knee))
+        return Air(hung(thigh, knee, self.out), weight, swivel=zero, point=zero + self.point)
 
 
 def flowing(t: np.ndarray, times: Sequence[float], values: Sequence[float]) -> np.ndarray:
@@ -261,129 +255,115 @@ _QUICK = (1.5, 4.0)
 """Hertz, of the unsteadiness that is left in practised movements."""
 
 
+def stepping(gait: Gait, tread: Tread, lame: Tread | None = None) -> dict[str, Foot]:
+    """Feet that go by the gait, from place to place. lame: the tread of the spared one."""
+    still, treads = np.zeros(gait.frames), dict.fromkeys(SIDES, tread)
+    if lame is not None:
+        treads[gait.lame] = lame
+    return {side: Foot(plants(gait, side, treads[side]), still) for side in SIDES}
+
+
 def striding(
     stream: Stream,
     kind: str,
     gait: Gait,
-    course: Course,
     feet: Mapping[str, Foot],
     carriage: Carriage,
     **parameters: float | str,
 ) -> Score:
     """The whole performance over given feet."""
-    style, t, phase = gait.style, seconds(gait.frames), gait.phase
+    person, style, phase, course = (
+        Performer(stream, gait.frames, gait.style),
+        gait.style,
+        gait.phase,
+        gait.course,
+    )
     inside = slice(MARGIN, MARGIN + gait.frames)
-    active = course.activity[inside]
+    active, heading = course.activity[inside], course.heading[inside]
+    way = np.cos(gait.bearing)
+    # lean to the left that keeps a body in balance along its bend
+    into = way * gait.speed * active * np.gradient(course.heading)[inside] / GRAVITY
     over_left = phase - 0.6 * np.pi
-    told: dict[str, float | str] = {
-        "mode": gait.mode,
-        "step": gait.step,
-        "stride": gait.stride,
-        "turned": gait.turned,
-    }
-    sway = [carriage.sway * active * np.cos(over_left), 0.014 * active * np.sin(2.0 * over_left)]
-    sway[0] = sway[0] + wander(stream, t, 0.004 * style.loose) + 0.25 * _into_the_bend(gait, course)
+    left = carriage.sway * active * np.cos(over_left) + person.wander(0.004) + 0.25 * into
     # hips stay behind a trunk that leans ahead
-    leaning = np.cos(gait.bearing) * (carriage.lean + style.posture - 0.05)
-    sway[1] = sway[1] - carriage.back * leaning * active
-    sway = [row + wander(stream, t, 0.0022 * style.loose, *_QUICK) for row in sway]
+    leaning = way * (carriage.lean + style.posture - 0.05)
+    ahead = 0.014 * active * np.sin(2.0 * over_left) - carriage.back * leaning * active
+    sway = rows(gait.frames, *(row + person.wander(0.0022, *_QUICK) for row in (left, ahead)))
+    # highest over either foot, lowest between them, and shaken a little by every landing
+    over_left = phase - 0.64 * np.pi
+    wave = np.cos(2.0 * over_left) + carriage.shock * np.cos(4.0 * over_left - 1.0)
+    bob = carriage.bob * style.bounce * wave + person.wander(0.0021, *_QUICK)
+    # while standing the weight is on both feet, before a start on the one that stays
+    support = np.full(gait.frames, 0.5)
+    if gait.starts:
+        off = gait.strike(0) - (1.0 - gait.duty) * gait.stride
+        support -= 0.42 * sign(gait.lead) * ramp(np.arange(gait.frames), off - 0.45 * gait.stride, off)
     return Score(
         kind=kind,
-        heading=course.heading[inside],
+        heading=heading,
         path=course.place[inside],
-        sway=np.stack(sway, axis=-1),
-        height=_height(stream, gait, carriage, t, active),
+        sway=sway,
+        height=0.994 + active * (bob - carriage.low),
         balance=1.0 - active,
-        support=support(gait),
-        trunk=_trunk(stream, gait, course, carriage, t, active),
+        support=support,
+        trunk=_trunk(person, gait, carriage, active, heading, into),
         feet=feet,
-        hands={side: _arm(stream, gait, carriage, side, t, active) for side in SIDES},
-        parameters=told | parameters,
+        hands={side: _arm(person, gait, carriage, side, active) for side in SIDES},
+        parameters={
+            "mode": gait.mode,
+            "step": gait.step,
+            "stride": gait.stride,
+            "turned": gait.turned,
+            **parameters,
+        },
         phase=phase / (2.0 * np.pi),
     )
 
 
-def _height(
-    stream: Stream, gait: Gait, carriage: Carriage, t: np.ndarray, active: np.ndarray
-) -> np.ndarray:
-    """Highest over either foot, lowest between them, and shaken a little by every landing."""
-    over_left = gait.phase - 0.64 * np.pi
-    wave = np.cos(2.0 * over_left) + carriage.shock * np.cos(4.0 * over_left - 1.0)
-    bob = carriage.bob * gait.style.bounce * wave + wander(stream, t, 0.0021 * gait.style.loose, *_QUICK)
-    return 0.994 + active * (bob - carriage.low)
-
-
-def stepping(gait: Gait, course: Course, tread: Tread | Mapping[str, Tread]) -> dict[str, Foot]:
-    """Feet that go by the gait, from place to place."""
-    treads = dict.fromkeys(SIDES, tread) if isinstance(tread, Tread) else tread
-    still = np.zeros(gait.frames)
-    return {side: Foot(plants(gait, course, side, treads[side]), still) for side in SIDES}
-
-
-def with_air(feet: Mapping[str, Foot], air: Mapping[str, Air]) -> dict[str, Foot]:
+def with_air(feet: Mapping[str, Foot], swing: Swing) -> dict[str, Foot]:
     """The same steps, carried higher."""
-    return {side: Foot(foot.plants, foot.heel, air[side]) for side, foot in feet.items()}
+    return {side: replace(foot, air=swing.air(foot.plants, len(foot.heel))) for side, foot in feet.items()}
 
 
 def _trunk(
-    stream: Stream, gait: Gait, course: Course, carriage: Carriage, t: np.ndarray, active: np.ndarray
+    person: Performer,
+    gait: Gait,
+    carriage: Carriage,
+    active: np.ndarray,
+    heading: np.ndarray,
+    into: np.ndarray,
 ) -> Trunk:
     """The pelvis turns with the leg in front and drops on the swinging side, the chest counters both."""
-    style = gait.style
-    size = active * gait.step / 0.7
-    way = np.cos(gait.bearing)
-    turn = -carriage.turn * way * size * np.cos(gait.phase)
-    drop = -carriage.drop * size * style.bounce * np.cos(gait.phase - 0.35 * np.pi)
-    tilt = carriage.tilt * active + 0.02 * size * np.cos(2.0 * gait.phase)
-    ahead = np.array([course.at(frame)[0] for frame in np.arange(len(t)) + 9.0])
-    looking = ahead - course.heading[MARGIN : MARGIN + len(t)]
-    into = _into_the_bend(gait, course)
-    pelvis = np.stack([turn, tilt, drop + 0.35 * into], axis=-1)
-    chest = np.stack(
-        [
-            -turn * carriage.counter * (1.0 + 0.8 * style.swing),
-            carriage.lean * active + 0.015 * size * np.cos(2.0 * gait.phase - 0.8),
-            -0.8 * drop + 0.4 * into,
-        ],
-        axis=-1,
+    phase, size = gait.phase, active * gait.step / 0.7
+    turn = -carriage.turn * np.cos(gait.bearing) * size * np.cos(phase)
+    drop = -carriage.drop * size * person.style.bounce * np.cos(phase - 0.35 * np.pi)
+    tilt = carriage.tilt * active + 0.02 * size * np.cos(2.0 * phase)
+    lean = carriage.lean * active + 0.015 * size * np.cos(2.0 * phase - 0.8)
+    ahead = np.array([gait.course.at(frame)[0] for frame in np.arange(person.frames) + 9.0])
+    return person.trunk(
+        pelvis=(turn, tilt, drop + 0.35 * into),
+        chest=(-turn * carriage.counter * (1.0 + 0.8 * person.style.swing), lean, -0.8 * drop + 0.4 * into),
+        gaze=(1.6 * (ahead - heading), carriage.gaze - 0.012 * size * np.cos(2.0 * phase), 0.0),
+        follow=0.15,
     )
-    nod = carriage.gaze - 0.012 * size * np.cos(2.0 * gait.phase)
-    gaze = np.stack([1.6 * looking, nod, 0.0 * t], axis=-1)
-    return trunk(stream, t, style, pelvis=pelvis, chest=chest, gaze=gaze, follow=0.15)
 
 
-def _into_the_bend(gait: Gait, course: Course) -> np.ndarray:
-    """Lean to the left ``(frames,)``, radians, that keeps a body in balance along its bend."""
-    turning = np.gradient(course.heading)[MARGIN : MARGIN + gait.frames]
-    active = course.activity[MARGIN : MARGIN + gait.frames]
-    return np.cos(gait.bearing) * gait.speed * active * turning / GRAVITY
-
-
-def _arm(
-    stream: Stream, gait: Gait, carriage: Carriage, side: str, t: np.ndarray, active: np.ndarray
-) -> Hand:
+def _arm(person: Performer, gait: Gait, carriage: Carriage, side: str, active: np.ndarray) -> Hand:
     """Each arm swings with the other side's leg, a little late, and bends more in front."""
-    style = gait.style
+    style = person.style
     still = carriage.still[side == "right"]
     own = (1.0 + sign(side) * style.asymmetry) * (1.0 - still)
     way = np.cos(gait.bearing)
     wave = -sign(side) * way * np.cos(gait.phase - 0.15)
     swing = carriage.swing * style.swing * own * active * min(gait.step / 0.7, 1.3)
-    ahead = swing * wave + (carriage.ahead + 0.14) * active - 0.14 + wander(stream, t, 0.03 * style.loose)
-    ahead = ahead + wander(stream, t, 0.014 * style.loose, *_QUICK)
+    ahead = swing * wave + (carriage.ahead + 0.14) * active - 0.14 + person.wander(0.03)
+    ahead = ahead + person.wander(0.014, *_QUICK)
     lagging = -sign(side) * way * np.cos(gait.phase - 0.55)
-    bend = (
-        style.elbow
-        + (carriage.bend + 0.4 * still) * active
-        + swing * (0.2 + carriage.hinge * (0.35 + lagging))
-    )
-    bend = bend + wander(stream, t, 0.05 * style.loose) + wander(stream, t, 0.028 * style.loose, *_QUICK)
-    aside = style.aside + carriage.aside * active + wander(stream, t, 0.025 * style.loose)
+    bend = style.elbow + (carriage.bend + 0.4 * still) * active
+    bend = bend + swing * (0.2 + carriage.hinge * (0.35 + lagging))
+    bend = bend + person.wander(0.05) + person.wander(0.028, *_QUICK)
+    # elbows are eased where they would be straight
+    bend = 0.5 * (bend + 0.12 + np.sqrt((bend - 0.12) ** 2 + 0.01))
+    aside = style.aside + carriage.aside * active + person.wander(0.025)
     swivel = carriage.out * active + carriage.behind * swing * (1.0 - wave)
-    reach = hanging(ahead, aside, _flexed(bend))
-    return hand(stream, t, reach, style, upright=0.8, swivel=swivel)
-
-
-def _flexed(bend: np.ndarray) -> np.ndarray:
-    """Bends of an elbow, eased where it would be straight."""
-    return 0.5 * (bend + 0.12 + np.sqrt((bend - 0.12) ** 2 + 0.01))
+    return person.hand(hanging(ahead, aside, bend), upright=0.8, swivel=swivel)

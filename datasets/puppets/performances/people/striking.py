@@ -4,6 +4,8 @@ Punches and kicks hit nothing: muscles stop hand and foot over several frames, f
 and no velocity jumps. So none of them declares an impact.
 """
 
+from dataclasses import replace
+
 import numpy as np
 
 from ...conventions import SIDES, sign
@@ -12,22 +14,12 @@ from ..score import Air, Score
 from .arms import Shape, Triple, other
 from .scene import Scene, slots
 
-_GUARD = Shape(
-    (-0.02, -0.30, 0.46), swivel=-0.1, upright=0.5, palm=(-0.8, 0.1, -0.6), fingers=(0.0, 0.9, 0.4)
-)
+_GUARD = Shape((-0.02, -0.30, 0.46), swivel=-0.1, palm=(-0.8, 0.1, -0.6), fingers=(0.0, 0.9, 0.4))
 
 
-def kick_front(stream: Stream, frames: int) -> Score:
-    """The knee comes up, the shin snaps forward and back, the foot is set down where it was."""
-    return _kicks(stream, frames, "kick_front")
-
-
-def kick_side(stream: Stream, frames: int) -> Score:
-    """The knee comes up, the body tips away, the leg is thrust out sideways, heel first."""
-    return _kicks(stream, frames, "kick_side")
-
-
-def _kicks(stream: Stream, frames: int, kind: str) -> Score:
+def kick(stream: Stream, frames: int, kind: str) -> Score:
+    """``kick_front``: the knee comes up, the shin snaps forward and back; ``kick_side``: the body tips
+    away, the leg is thrust out sideways, heel first. The foot is set down where it was."""
     scene = Scene(stream, frames, width=stream.uniform(1.0, 1.4), shift=0.1)
     first = stream.choice(SIDES)
     for number, (start, end) in enumerate(slots(stream, frames, 1.7, 2.4)):
@@ -48,28 +40,22 @@ def _kick(scene: Scene, kind: str, side: str, off: int, down: int, high: float) 
     scene.step(side, off - 5, lasting=down - off + 9)
     aloft = scene.held(off, up, back, down)
     struck = size * scene.held(up - 3.0, hit, hit + 1.0, back + 3.0)
+    tipped = 0.5 * aloft + 0.5 * struck
     if kind == "kick_front":
-        chamber, full, swivel = (0.02, -0.46, 0.30), (0.0, -0.42 + 0.42 * high, 0.84), (0.0, 0.0)
-        tip = {
-            "pelvis": (-0.10 * out, -0.20, 0.0),
-            "chest": (0.05 * out, 0.12, 0.0),
-            "gaze": (0.0, 0.0, 0.0),
-        }
+        chamber, full, swivel = (0.02, -0.46, 0.30), (0.0, -0.42 + 0.42 * high, 0.84), 0.0 * struck
+        scene.bend(tipped, (-0.10 * out, -0.20, 0.0), (0.05 * out, 0.12, 0.0))
         point = 0.5
     else:
-        chamber, full, swivel = (0.16, -0.46, 0.30), (0.86, -0.40 + 0.30 * high, 0.08), (0.3, 0.3)
-        tip = {
-            "pelvis": (-0.25 * out, 0.05, -0.42 * out),
-            "chest": (0.12 * out, 0.05, -0.20 * out),
-            "gaze": (0.65 * out, 0.0, -0.15 * out),
-        }
+        chamber, full, swivel = (0.16, -0.46, 0.30), (0.86, -0.40 + 0.30 * high, 0.08), 0.3 + 0.0 * struck
+        scene.bend(
+            tipped,
+            pelvis=(-0.25 * out, 0.05, -0.42 * out),
+            chest=(0.12 * out, 0.05, -0.20 * out),
+            gaze=(0.65 * out, 0.0, -0.15 * out),
+        )
         point = -0.05
     reach = np.array(chamber) + struck[:, None] * (np.array(full) - np.array(chamber))
-    scene.air(
-        side,
-        Air(reach, aloft, swivel[0] + (swivel[1] - swivel[0]) * struck, 0.35 + (point - 0.35) * struck),
-    )
-    scene.bend(0.5 * aloft + 0.5 * struck, **tip)
+    scene.air(side, Air(reach, aloft, swivel, 0.35 + (point - 0.35) * struck))
     scene.low += 0.025 * aloft
     for each in SIDES:
         scene.arm(each, off - 13.0, off + 0.3 * long, _GUARD, (0.0, 0.0, 0.05))
@@ -92,13 +78,10 @@ def punch(stream: Stream, frames: int) -> Score:
     scene.low += 0.06 * ready
     out = sign(front)
     # the trunk stays half turned away from the front foot
-    scene.bend(
-        ready, pelvis=(-0.22 * out, 0.05, 0.0), chest=(-0.10 * out, 0.12, 0.0), gaze=(0.0, 0.06, 0.0)
-    )
+    scene.bend(ready, (-0.22 * out, 0.05, 0.0), (-0.10 * out, 0.12, 0.0), (0.0, 0.06, 0.0))
     for side in SIDES:
         scene.arm(side, 4.0, 4.0 + up, _GUARD, (0.0, 0.0, 0.06))
-    at, blows = 22.0, list[str]()
-    side = front
+    at, blows, side = 22.0, list[str](), front
     while at + 25.0 < frames - 18.0 or not blows:
         blow = stream.choice(("straight", "straight", "hook", "uppercut"))
         _blow(scene, side, blow, at, ready)
@@ -110,45 +93,23 @@ def punch(stream: Stream, frames: int) -> Score:
     return scene.score("punch", blows=", ".join(blows))
 
 
-_BLOWS: dict[str, tuple[Shape, Triple]] = {
-    "straight": (
-        Shape(
-            (-0.22, 0.02, 0.92),
-            swivel=0.35,
-            upright=0.8,
-            palm=(-0.75, -0.65, 0.0),
-            fingers=(-0.1, 0.1, 1.0),
-        ),
-        (0.0, 0.0, 0.0),
-    ),
-    "hook": (
-        Shape(
-            (-0.30, 0.06, 0.62),
-            swivel=0.9,
-            upright=0.7,
-            palm=(-0.45, -0.35, -0.8),
-            fingers=(-0.75, 0.1, 0.6),
-        ),
-        (0.30, 0.0, 0.05),
-    ),
-    "uppercut": (
-        Shape(
-            (-0.20, 0.14, 0.55), swivel=-0.1, upright=0.8, palm=(-0.7, 0.1, -0.7), fingers=(-0.1, 0.95, 0.3)
-        ),
-        (0.06, -0.30, 0.06),
-    ),
+_BLOWS: dict[str, tuple[Triple, float, float, Triple, Triple, Triple]] = {
+    # reach, swivel, upright, palm, fingers, arc
+    "straight": ((-0.22, 0.02, 0.92), 0.35, 0.8, (-0.75, -0.65, 0.0), (-0.1, 0.1, 1.0), (0.0, 0.0, 0.0)),
+    "hook": ((-0.30, 0.06, 0.62), 0.9, 0.7, (-0.45, -0.35, -0.8), (-0.75, 0.1, 0.6), (0.30, 0.0, 0.05)),
+    "uppercut": ((-0.20, 0.14, 0.55), -0.1, 0.8, (-0.7, 0.1, -0.7), (-0.1, 0.95, 0.3), (0.06, -0.30, 0.06)),
 }
 
 
 def _blow(scene: Scene, side: str, blow: str, at: float, ready: np.ndarray) -> None:
     """A blow, out in eleven frames and back in thirteen, driven by hips and shoulders."""
-    shape, arc = _BLOWS[blow]
-    scene.arm(side, at, at + 11.0, shape, arc)
+    reach, swivel, upright, palm, fingers, arc = _BLOWS[blow]
+    to = Shape(reach, swivel=swivel, upright=upright, palm=palm, fingers=fingers)
+    scene.arm(side, at, at + 11.0, to, arc)
     scene.arm(side, at + 12.0, at + 25.0, _GUARD)
-    turn = scene.held(at - 2.0, at + 10.0, at + 12.0, at + 26.0) * ready
-    out = -sign(side)
-    scene.bend(turn, pelvis=(0.28 * out, 0.0, 0.0), chest=(0.32 * out, 0.05, 0.0))
-    scene.weight(0.5 - 0.22 * sign(side) * 0.5, at - 2.0, at + 10.0, at + 12.0, at + 26.0)
+    turn, out = scene.held(at - 2.0, at + 10.0, at + 12.0, at + 26.0), -sign(side)
+    scene.bend(turn * ready, (0.28 * out, 0.0, 0.0), (0.32 * out, 0.05, 0.0))
+    scene.weight(turn, 0.5 - 0.22 * sign(side) * 0.5)
 
 
 def throw(stream: Stream, frames: int) -> Score:
@@ -163,39 +124,25 @@ def throw(stream: Stream, frames: int) -> Score:
         cocked = gathered + max(0.20 * room, 19.0)
         let_go, calm = cocked + 13.0, cocked + 24.0
         rest = min(calm, end - 20.0)
-        scene.weight(0.5 + 0.38 * out, start, start + 0.2 * room, cocked - 4.0, cocked + 9.0)
-        scene.weight(0.5 - 0.30 * out, cocked, let_go - 2.0, max(rest, let_go), end - 4.0)
+        before = scene.held(start, start + 0.2 * room, cocked - 4.0, cocked + 9.0)
+        scene.weight(before, 0.5 + 0.38 * out)
+        scene.weight(scene.held(cocked, let_go - 2.0, max(rest, let_go), end - 4.0), 0.5 - 0.30 * out)
         step = stream.uniform(0.30, 0.45)
         if room > 92.0:
             scene.step(lead, round(cocked) - 11, step)
             scene.step(lead, round(end) - 22, -step, lasting=21)
         back = scene.held(start, cocked - 3.0, cocked, let_go)
         through = scene.held(cocked, let_go + 2.0, max(rest, let_go + 2.0), end + 2.0)
-        scene.bend(back, pelvis=(-0.55 * out, -0.05, 0.0), chest=(-0.45 * out, -0.10, -0.10 * out))
-        scene.bend(
-            through,
-            pelvis=(0.28 * out, 0.10, 0.0),
-            chest=(0.40 * out, 0.25, 0.06 * out),
-            gaze=(0.0, 0.05, 0.0),
-        )
+        scene.bend(back, (-0.55 * out, -0.05, 0.0), (-0.45 * out, -0.10, -0.10 * out))
+        scene.bend(through, (0.28 * out, 0.10, 0.0), (0.40 * out, 0.25, 0.06 * out), (0.0, 0.05, 0.0))
         scene.low += 0.05 * through + 0.02 * back
         both = Shape((-0.05, -0.40, 0.42), upright=0.6, palm=(-0.9, 0.2, -0.2), fingers=(-0.1, 0.4, 0.9))
         for each in SIDES if gathered > start else ():
             scene.arm(each, start - 2.0, gathered, both)
-        scene.arm(
-            side,
-            gathered,
-            cocked,
-            Shape((0.52, 0.20, -0.26), (-0.35, 0.0, -0.4), 0.1, 0.3),
-            (0.15, -0.25, -0.05),
-        )
-        scene.arm(
-            side,
-            cocked + 3.0,
-            let_go,
-            Shape((0.28, 0.42, 0.72), (0.25, 0.0, -0.2), 0.2, 0.4),
-            (0.05, 0.12, 0.0),
-        )
+        drawn_back = Shape((0.52, 0.20, -0.26), (-0.35, 0.0, -0.4), 0.1, 0.3)
+        scene.arm(side, gathered, cocked, drawn_back, (0.15, -0.25, -0.05))
+        thrown = Shape((0.28, 0.42, 0.72), (0.25, 0.0, -0.2), 0.2, 0.4)
+        scene.arm(side, cocked + 3.0, let_go, thrown, (0.05, 0.12, 0.0))
         scene.arm(side, let_go - 3.0, calm, Shape((-0.35, -0.60, 0.45), (0.2, 0.0, 0.0), 0.1, 0.4))
         scene.arm(side, calm - 2.0, end + 2.0)
         scene.arm(lead, gathered, cocked - 1.0, Shape((0.10, 0.05, 0.85), (-0.1, 0.0, 0.0), 0.3, 0.7))
@@ -216,26 +163,11 @@ def catch(stream: Stream, frames: int) -> Score:
         away = end - 0.24 * room
         for side in SIDES:
             to = aside * sign(side)
-            out = Shape(
-                (wide + to, level, 0.80),
-                (0.0, 0.0, 0.3),
-                0.2,
-                0.8,
-                1.0,
-                "",
-                (-0.75, 0.0, 0.65),
-                (0.15, 0.95, 0.3),
-            )
-            held = Shape(
-                (wide + 0.2 * to, -0.52, 0.42),
-                (0.0, 0.0, 0.3),
-                0.35,
-                0.6,
-                1.0,
-                "",
-                (-1.0, 0.0, -0.1),
-                (-0.1, 0.3, 0.95),
-            )
+            reach, wrist = (wide + to, level, 0.80), (0.0, 0.0, 0.3)
+            palm, fingers = (-0.75, 0.0, 0.65), (0.15, 0.95, 0.3)
+            out = Shape(reach, wrist, 0.2, 0.8, 1.0, palm=palm, fingers=fingers)
+            reach, palm, fingers = (wide + 0.2 * to, -0.52, 0.42), (-1.0, 0.0, -0.1), (-0.1, 0.3, 0.95)
+            held = Shape(reach, wrist, 0.35, 0.6, 1.0, palm=palm, fingers=fingers)
             scene.arm(side, start, met - 2.0, out, (0.05, 0.0, 0.05))
             scene.arm(side, met - 1.0, taken + 4.0, held)
             scene.arm(side, away, end)
@@ -248,23 +180,15 @@ def catch(stream: Stream, frames: int) -> Score:
             chest=(-0.3 * aside, 0.10, 0.0),
             gaze=(-0.5 * aside, -0.3 * level, 0.0),
         )
-        scene.bend(give, chest=(0.0, 0.14, 0.0), pelvis=(0.0, 0.04, 0.0), gaze=(0.0, 0.25, 0.0))
-        scene.weight(0.5 + 0.3 * aside, start, met - 2.0, taken, end - 4.0)
+        scene.lean(give, 0.04, 0.14, 0.25)
+        scene.weight(scene.held(start, met - 2.0, taken, end - 4.0), 0.5 + 0.3 * aside)
     return scene.score("catch")
 
 
-def push(stream: Stream, frames: int) -> Score:
-    """Both palms ahead at the chest, a step into it, and the weight behind stretching arms."""
-    return _shove(stream, frames, "push")
-
-
-def pull(stream: Stream, frames: int) -> Score:
-    """Both hands out to grip, a step back, and the weight behind bending arms."""
-    return _shove(stream, frames, "pull")
-
-
-def _shove(stream: Stream, frames: int, kind: str) -> Score:
-    """A lunge with the weight on one foot at first and on the other in the end, once or several times."""
+def shove(stream: Stream, frames: int, kind: str) -> Score:
+    """``push``: both palms ahead, a step into it, and the weight behind stretching arms; ``pull``: both
+    hands out to grip, a step back, and the weight behind bending arms. The weight is on one foot at first
+    and on the other in the end, once or several times."""
     scene = Scene(stream, frames, width=stream.uniform(1.1, 1.5), shift=0.05)
     moving = stream.choice(SIDES)
     way = 1.0 if kind == "push" else -1.0
@@ -289,15 +213,13 @@ def _shove(stream: Stream, frames: int, kind: str) -> Score:
     # on the standing foot at first, then over the one that stepped
     begun, over = 0.5 - 0.22 * out, 0.5 + 0.34 * out
     hold = scene.held(20.0, 32.0, frames - 48.0, frames - 32.0)
-    scene.shift_weight(hold, begun + (over - begun) * there)
+    scene.weight(hold, begun + (over - begun) * there)
     scene.low += 0.03 * there
     if frames >= 105:
         scene.step(moving, 5, step, 0.1, lasting=21)
         scene.step(moving, frames - 28, -step, -0.1, lasting=22)
-    scene.bend(lunge, pelvis=(0.0, 0.10 * way, 0.0), chest=(0.0, 0.10 * way, 0.0), gaze=(0.0, 0.04, 0.0))
-    scene.bend(
-        there, pelvis=(0.0, 0.08 * way, 0.0), chest=(0.0, 0.10 * way - 0.02, 0.0), gaze=(0.0, 0.05, 0.0)
-    )
+    scene.lean(lunge, 0.10 * way, 0.10 * way, 0.04)
+    scene.lean(there, 0.08 * way, 0.10 * way - 0.02, 0.05)
     return scene.score(kind, times=count)
 
 
@@ -316,5 +238,5 @@ def _grips(kind: str, level: float, wide: float) -> tuple[Shape, Shape]:
     near = Shape(
         (wide + 0.06, level - 0.08, 0.53), swivel=0.2, upright=0.9, middle=1.0, palm=palm, fingers=fingers
     )
-    far = Shape((wide, level, 0.88), swivel=0.15, upright=0.9, middle=1.0, palm=palm, fingers=fingers)
+    far = replace(near, reach=(wide, level, 0.88), swivel=0.15)
     return near, far

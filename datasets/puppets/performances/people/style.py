@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -56,84 +57,87 @@ def hanging(ahead: np.ndarray, aside: np.ndarray, bend: np.ndarray) -> np.ndarra
     length = np.cos(0.5 * bend)
     # the forearm goes before the upper arm
     ahead = ahead + 0.5 * bend
-    return np.stack(
-        [
-            length * np.sin(aside),
-            -length * np.cos(aside) * np.cos(ahead),
-            length * np.cos(aside) * np.sin(ahead),
-        ],
-        axis=-1,
+    return rows(
+        len(ahead),
+        length * np.sin(aside),
+        -length * np.cos(aside) * np.cos(ahead),
+        length * np.cos(aside) * np.sin(ahead),
     )
 
 
-def idle_hand(stream: Stream, frames: int, style: Style, touches: tuple[Touch, ...] = ()) -> Hand:
-    """An arm that hangs at ease."""
-    t = seconds(frames)
-    ahead = wander(stream, t, 0.035 * style.loose)
-    aside = style.aside + wander(stream, t, 0.02 * style.loose)
-    bend = style.elbow + wander(stream, t, 0.05 * style.loose)
-    return hand(stream, t, hanging(ahead, aside, bend), style, touches=touches)
+def rows(frames: int, *each: np.ndarray | float) -> np.ndarray:
+    """``(frames, n)`` of channels over time or constants."""
+    return np.stack([np.zeros(frames) + row for row in each], axis=-1)
 
 
-def hand(
-    stream: Stream,
-    t: np.ndarray,
-    reach: np.ndarray,
-    style: Style,
-    *,
-    upright: float = 0.7,
-    middle: float | np.ndarray = 0.0,
-    swivel: float | np.ndarray = 0.0,
-    wrist: np.ndarray | None = None,
-    touches: tuple[Touch, ...] = (),
-) -> Hand:
-    """A hand with the given reach and a relaxed wrist."""
-    rest = np.zeros(len(t))
-    relaxed = np.stack(
-        [0.18 + wander(stream, t, 0.08 * style.loose), rest, wander(stream, t, 0.08 * style.loose)], axis=-1
-    )
-    return Hand(
-        reach=reach,
-        upright=rest + upright,
-        middle=rest + middle,
-        swivel=rest + swivel,
-        wrist=relaxed if wrist is None else relaxed + wrist,
-        touches=touches,
-    )
+def along(heading: float, far: float) -> tuple[float, float]:
+    """(x, z) of a point so far along a heading."""
+    return far * float(np.sin(heading)), far * float(np.cos(heading))
 
 
-def trunk(
-    stream: Stream,
-    t: np.ndarray,
-    style: Style,
-    *,
-    pelvis: np.ndarray | None = None,
-    chest: np.ndarray | None = None,
-    gaze: np.ndarray | None = None,
-    follow: float = 0.2,
-) -> Trunk:
-    """Angles ``(frames, 3)`` given and small movements added: breathing, swaying, looking about."""
-    still = np.zeros((len(t), 3))
-    breath = 0.012 * style.loose * np.sin(2.0 * np.pi * (0.27 * t + stream.uniform(0.0, 1.0)))
-    small = [wander(stream, t, size * style.loose) for size in (0.012, 0.010, 0.008)]
-    look = [wander(stream, t, size * style.loose, 0.1, 0.6) for size in (0.06, 0.03, 0.025)]
-    lean = np.zeros_like(still)
-    lean[:, 1] = style.posture
-    added = np.stack([small[0], small[1] - breath, small[2]], axis=-1)
-    return Trunk(
-        pelvis=(still if pelvis is None else pelvis) + 0.35 * added + 0.3 * lean,
-        chest=(still if chest is None else chest) + added + 0.7 * lean,
-        gaze=(still if gaze is None else gaze) + np.stack(look, axis=-1) + 0.5 * lean,
-        follow=follow,
-    )
+Rows = Iterable[np.ndarray | float]
+"""Channels over time or constants: (turn to the left, lean forward, lean to the left), radians."""
+_UPRIGHT = (0.0, 0.0, 0.0)
 
 
-Range = tuple[float, float]
+class Performer:
+    """A person with a style in a performance of so many frames. t: ``(frames,)`` seconds."""
+
+    def __init__(self, stream: Stream, frames: int, style: Style | None = None) -> None:
+        self.stream, self.frames, self.style = stream, frames, style or Style.draw(stream)
+        self.t = seconds(frames)
+
+    def wander(self, size: float, slow: float = 0.15, fast: float = 0.9) -> np.ndarray:
+        """``(frames,)`` a small involuntary movement between so many hertz."""
+        return wander(self.stream, self.t, size * self.style.loose, slow, fast)
+
+    def hang(self, ahead: float, aside: float, bend: float) -> np.ndarray:
+        """``(frames, 3)`` reach of an arm at ease, with involuntary movements of so many radians."""
+        return hanging(
+            self.wander(ahead), self.style.aside + self.wander(aside), self.style.elbow + self.wander(bend)
+        )
+
+    def idle_hand(self, touches: tuple[Touch, ...] = ()) -> Hand:
+        """An arm that hangs at ease."""
+        return self.hand(self.hang(0.035, 0.02, 0.05), touches=touches)
+
+    def hand(
+        self,
+        reach: np.ndarray,
+        *,
+        upright: float = 0.7,
+        middle: float = 0.0,
+        swivel: float | np.ndarray = 0.0,
+        wrist: np.ndarray | float = 0.0,
+        touches: tuple[Touch, ...] = (),
+    ) -> Hand:
+        """A hand with the given reach and a relaxed wrist."""
+        rest = np.zeros(self.frames)
+        relaxed = rows(self.frames, 0.18 + self.wander(0.08), 0.0, self.wander(0.08))
+        return Hand(reach, rest + upright, rest + middle, rest + swivel, relaxed + wrist, touches)
+
+    def trunk(
+        self, pelvis: Rows = _UPRIGHT, chest: Rows = _UPRIGHT, gaze: Rows = _UPRIGHT, follow: float = 0.2
+    ) -> Trunk:
+        """Angles given and small movements added: breathing, swaying, looking about."""
+        frames, posture = self.frames, np.array([0.0, self.style.posture, 0.0])
+        breath = (
+            0.012 * self.style.loose * np.sin(2.0 * np.pi * (0.27 * self.t + self.stream.uniform(0.0, 1.0)))
+        )
+        turn, lean, aside = (self.wander(size) for size in (0.012, 0.010, 0.008))
+        look = [self.wander(size, 0.1, 0.6) for size in (0.06, 0.03, 0.025)]
+        small = rows(frames, turn, lean - breath, aside)
+        return Trunk(
+            pelvis=rows(frames, *pelvis) + 0.35 * small + 0.3 * posture,
+            chest=rows(frames, *chest) + small + 0.7 * posture,
+            gaze=rows(frames, *gaze) + rows(frames, *look) + 0.5 * posture,
+            follow=follow,
+        )
 
 
 @dataclass(frozen=True)
 class Carriage:
-    """How the body is carried over its steps, in shares of a usual walk's or added to it.
+    """Settings of how the body is carried over its steps, in shares of a usual walk's or added to it.
 
     low, bob: of the hips' mean height and its going up and down, leg lengths. shock: share of the bob by
     which landings shake the hips. sway: to the side.
@@ -166,35 +170,27 @@ class Carriage:
     still: tuple[float, float] = (0.0, 0.0)
 
 
-@dataclass(frozen=True)
-class _Arms:
-    """Ranges of what ``Carriage`` says of arms."""
-
-    swing: Range
-    ahead: Range
-    aside: Range
-    bend: Range
-    hinge: Range
-    out: Range
-
-    def draw(self, stream: Stream) -> dict[str, float]:
-        return {name: stream.uniform(*pair) for name, pair in vars(self).items()}
-
-
-_HANGING = _Arms((0.26, 0.50), (-0.26, -0.06), (-0.04, 0.06), (-0.05, 0.2), (0.4, 0.8), (-0.2, 0.3))
-_BRISK = _Arms((0.45, 0.72), (-0.32, -0.14), (-0.02, 0.10), (0.0, 0.4), (0.5, 0.8), (-0.1, 0.4))
-_HELD_OUT = _Arms((0.24, 0.45), (-0.22, 0.00), (0.10, 0.45), (0.0, 0.5), (0.3, 0.6), (0.0, 0.6))
-_RAISED = _Arms((0.42, 0.70), (-0.55, -0.30), (0.00, 0.20), (0.9, 1.5), (0.3, 0.6), (0.1, 0.7))
-_ARMS = (_HANGING,) * 4 + (_BRISK,) * 3 + (_HELD_OUT,) * 2 + (_RAISED,) * 2
+_ARMS = ("swing", "ahead", "aside", "bend", "hinge", "out")
+_HANGING = ((0.26, 0.50), (-0.26, -0.06), (-0.04, 0.06), (-0.05, 0.2), (0.4, 0.8), (-0.2, 0.3))
+_BRISK = ((0.45, 0.72), (-0.32, -0.14), (-0.02, 0.10), (0.0, 0.4), (0.5, 0.8), (-0.1, 0.4))
+_HELD_OUT = ((0.24, 0.45), (-0.22, 0.00), (0.10, 0.45), (0.0, 0.5), (0.3, 0.6), (0.0, 0.6))
+_RAISED = ((0.42, 0.70), (-0.55, -0.30), (0.00, 0.20), (0.9, 1.5), (0.3, 0.6), (0.1, 0.7))
+_WAYS = (_HANGING,) * 4 + (_BRISK,) * 3 + (_HELD_OUT,) * 2 + (_RAISED,) * 2
+"""Ranges of what ``Carriage`` says of arms, in the order of ``_ARMS``."""
 
 
 def personal(stream: Stream, style: Style, step: float) -> Carriage:
     """The carriage of a person who walks with steps of so many leg lengths."""
     lean = 0.12 + stream.normal(0.13)
-    low, bob = _hips(stream, style, step, lean + style.posture)
+    low, bob = stream.uniform(0.014, 0.050), stream.uniform(0.013, 0.030) * style.bounce
+    # a long step moves the hips up and down by itself
+    bob = min(bob, 0.034 - 0.07 * max(step - 0.6, 0.0))
+    # the shorter the step, the less lets a knee be nearly straight when the heel strikes
+    most = 0.026 + 0.20 * (step - 0.5) + 0.08 * (lean + style.posture - 0.1)
+    share = min(max(most, 0.022) / (low + bob), 1.0)
     return Carriage(
-        low=low + 0.10 * max(lean - 0.2, 0.0),
-        bob=bob,
+        low=share * low + 0.10 * max(lean - 0.2, 0.0),
+        bob=max(share * bob, 0.0105) / style.bounce,
         shock=stream.uniform(0.12, 0.40),
         sway=stream.uniform(0.018, 0.052),
         turn=stream.uniform(0.06, 0.15),
@@ -203,19 +199,8 @@ def personal(stream: Stream, style: Style, step: float) -> Carriage:
         lean=lean,
         gaze=0.04 + 0.25 * lean,
         still=_still(stream),
-        **stream.choice(_ARMS).draw(stream),
+        **{name: stream.uniform(*pair) for name, pair in zip(_ARMS, stream.choice(_WAYS), strict=True)},
     )
-
-
-def _hips(stream: Stream, style: Style, step: float, lean: float) -> tuple[float, float]:
-    """How low they are carried and how much they bob, within what lets a knee be nearly straight when the
-    heel strikes: the shorter the step, the less."""
-    low, bob = stream.uniform(0.014, 0.050), stream.uniform(0.013, 0.030) * style.bounce
-    # a long step moves the hips up and down by itself
-    bob = min(bob, 0.034 - 0.07 * max(step - 0.6, 0.0))
-    most = 0.026 + 0.20 * (step - 0.5) + 0.08 * (lean - 0.1)
-    share = min(max(most, 0.022) / (low + bob), 1.0)
-    return share * low, max(share * bob, 0.0105) / style.bounce
 
 
 def _still(stream: Stream) -> tuple[float, float]:

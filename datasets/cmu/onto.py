@@ -1,0 +1,219 @@
+"""Takes put on training bodies of the puppets by a retargeting method, and checked."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, Protocol
+
+import numpy as np
+
+from retarget_bench.api import Contacts, Context, Performed, optional
+from retarget_bench.errors import Unusable
+from retarget_bench.evaluation import plan
+from retarget_bench.files import cache_folder, digest, slug
+from retarget_bench.motion import rotation
+from retarget_bench.motion.character import Character
+from retarget_bench.motion.contact import CONTACT_ROLES, planted
+from retarget_bench.motion.motion import Motion
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.stored_pairs import Facts, StoredPairs, Tensors, stored, unit
+
+METHOD = Spec("ik")
+VERSION = "1"
+"""Moves when what is kept of a take does."""
+BODIES = 8
+"""That each take is put on."""
+WINDOW = 120
+"""Frames of a pair, about."""
+LEAST_RECALL = 0.8
+"""Share of the frames in which a foot of the source rests, and the body's does too."""
+LEAST_RESTING = 10
+"""Frames of rest below which recall is not judged."""
+FASTER, FAST = 1.5, np.radians(20.0)
+"""No joint turns faster in a frame than so many times the source's fastest, or than this (radians)."""
+LOWER = 0.03
+"""How much deeper than the source's the lowest joint may go, heights."""
+
+
+class Takes(Protocol):
+    """What is needed of the data set: whole takes, who performs them, and what identifies them."""
+
+    def motion(self, take: str) -> Motion: ...
+    def body(self, take: str) -> Character: ...
+    def content_of(self, take: str) -> str: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Onto:
+    """Takes on bodies. takes: to be put on them. number: of drawn bodies to choose from."""
+
+    data: Takes
+    takes: Sequence[str]
+    number: int
+
+    @cached_property
+    def identity(self) -> str:
+        """Of bodies and method."""
+        return f"on {self._puppets.content}, {METHOD} {plan.method_code(METHOD)}, {VERSION}"
+
+    @cached_property
+    def _puppets(self) -> Any:
+        return plan.dataset(Spec("puppets", {"bodies": self.number}))
+
+    @cached_property
+    def cast(self) -> Mapping[str, Character]:
+        """All two-legged training bodies."""
+        everybody = self._puppets.characters()
+        names = [name for mine in optional.training(self._puppets).values() for name in mine]
+        return {name: everybody[name] for name in names if not everybody[name].four_legged}
+
+    @cached_property
+    def chosen(self) -> Mapping[str, Sequence[str]]:
+        """Take -> the bodies that it is put on, any as likely as each other."""
+        return {
+            take: sorted(self.cast, key=lambda name: digest(f"{take} {name}", 16))[:BODIES]
+            for take in self.takes
+        }
+
+    @cached_property
+    def by_body(self) -> Mapping[str, Sequence[str]]:
+        """Body -> takes."""
+        found: dict[str, list[str]] = {}
+        for take, names in self.chosen.items():
+            for name in names:
+                found.setdefault(name, []).append(take)
+        return {name: found[name] for name in self.cast if name in found}
+
+    def motion(self, take: str, name: str) -> Motion:
+        """A whole take by a body. Raises Unusable where it fails a check."""
+        kept = self._kept(take)
+        faults = json.loads(kept.metadata()["faults"])
+        if name in faults:
+            raise Unusable(take, f"{name}: {faults[name]}")
+        rotations, root = (kept.get_tensor(f"{name} {key}") for key in ("rotations", "root"))
+        return self.cast[name].motion(unit(rotations), root, float(kept.metadata()["fps"]))
+
+    def performance(self, take: str, first: int, end: int) -> _Window:
+        return _Window(self, take, self._kept(take), slice(first, end))
+
+    def _kept(self, take: str) -> Any:
+        name = f"{take}-{digest(self.data.content_of(take))}"
+        path = cache_folder() / "cmu" / slug(self.identity) / f"{slug(name)}.safetensors"
+        return stored(Path(path), lambda: self._made(take))
+
+    def _made(self, take: str) -> tuple[Tensors, Facts]:
+        method, source = plan.method(METHOD), self.data.motion(take)
+        labels = _planted(source)
+        tensors = _tensors(source, labels)
+        faults: dict[str, str] = {}
+        for name in self.chosen[take]:
+            body = self.cast[name]
+            if why := method.supports(source.character, body):
+                faults[name] = why
+                continue
+            made = method.retarget(source, body, context=Context())
+            assert isinstance(made, Motion)
+            if why := fault(source, made):
+                faults[name] = why
+                continue
+            own = {role: label & labels.get(role, label) for role, label in _planted(made).items()}
+            tensors |= _tensors(made, own)
+        return tensors, {"faults": json.dumps(faults), "fps": repr(source.fps)}
+
+
+class Pairs(StoredPairs):
+    """Windows of takes by their performer and by the bodies that they are put on."""
+
+    def __init__(self, onto: Onto, lengths: Mapping[str, int]) -> None:
+        """lengths: take -> frames."""
+        self._onto = onto
+        self._windows = [
+            (take, frames * each // number, frames * (each + 1) // number)
+            for take, frames in lengths.items()
+            for number in [max(round(frames / WINDOW), 1)]
+            for each in range(number)
+        ]
+        super().__init__(len(self._windows), BODIES + 1)
+
+    def performance(self, number: int) -> _Window:
+        return self._onto.performance(*self._windows[number])
+
+
+class _Window:
+    """A part of a take; ``able`` has the performer first."""
+
+    exact, kind = False, ""
+
+    def __init__(self, onto: Onto, take: str, kept: Any, frames: slice) -> None:
+        self._onto, self._kept, self._frames = onto, kept, frames
+        self.clip = f"{take}@{frames.start}"
+        faults = json.loads(kept.metadata()["faults"])
+        self._performer = onto.data.body(take)
+        names = [name for name in onto.chosen[take] if name not in faults]
+        self.able: Sequence[str] = (self._performer.name, *names)
+
+    def of(self, name: str) -> Performed:
+        performer = self._performer
+        body = performer if name == performer.name else self._onto.cast[name]
+        rotations, root, labels = (
+            self._kept.get_slice(f"{name} {key}")[self._frames] for key in ("rotations", "root", "planted")
+        )
+        motion = body.motion(unit(rotations), root, float(self._kept.metadata()["fps"]))
+        return Performed(motion, Contacts(tuple(_roles(body)), labels))
+
+
+def fault(source: Motion, made: Motion) -> str:
+    """The check that a retargeted motion fails, as a clause; "" where it fails none: foot contacts, speed
+    of joints, depth below the floor."""
+    theirs, ours = _planted(source), _planted(made)
+    roles = [role for role in theirs if role in ours]
+    resting = sum(int(theirs[role].sum()) for role in roles)
+    kept = sum(int((theirs[role] & ours[role]).sum()) for role in roles)
+    if resting >= LEAST_RESTING and kept < LEAST_RECALL * resting:
+        return f"feet lose contact (recall {kept / resting:.2f})"
+    fastest, allowed = _fastest(made), max(FASTER * _fastest(source), FAST)
+    if fastest > allowed:
+        return f"a joint turns too fast ({np.degrees(fastest):.0f} degrees a frame)"
+    shared = source.character.joint_of.keys() & made.character.joint_of.keys()
+    depth = _lowest(made, shared) - _lowest(source, shared)
+    if depth < -LOWER:
+        return f"goes below the floor (by {-depth:.2f} heights)"
+    return ""
+
+
+def _fastest(motion: Motion) -> float:
+    """Radians a frame, of joints with a role."""
+    joints = sorted(motion.character.joint_of.values())
+    turns = rotation.angle(motion.rotations[:-1, joints], motion.rotations[1:, joints])
+    return float(turns.max(initial=0.0))
+
+
+def _lowest(motion: Motion, roles: Iterable[str]) -> float:
+    """Heights over the floor, of joints of these roles."""
+    joints = [motion.character.joint_of[role] for role in roles]
+    return float(motion.positions[:, joints, 1].min()) / motion.character.height
+
+
+def _roles(body: Character) -> list[str]:
+    return [role for role in CONTACT_ROLES if role in body.joint_of]
+
+
+def _planted(motion: Motion) -> dict[str, np.ndarray]:
+    """Contact role -> ``(frames,)`` bool, by speed."""
+    body = motion.character
+    roles = _roles(body)
+    labels = planted(motion.positions[:, [body.joint_of[role] for role in roles]], body.height, motion.fps)
+    return dict(zip(roles, labels.T, strict=True))
+
+
+def _tensors(motion: Motion, labels: Mapping[str, np.ndarray]) -> Tensors:
+    name = motion.character.name
+    return {
+        f"{name} rotations": motion.rotations.astype(np.float32),
+        f"{name} root": motion.root.astype(np.float32),
+        f"{name} planted": np.stack([labels[role] for role in _roles(motion.character)], axis=1),
+    }

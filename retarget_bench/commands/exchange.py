@@ -1,0 +1,181 @@
+"""Files for others (``bench data export``, ``bench export-cases``, ``bench submit``) and training data."""
+
+from pathlib import Path
+
+import click
+
+from retarget_bench.commands import options
+from retarget_bench.errors import BenchError
+from retarget_bench.plugins import registry
+from retarget_bench.plugins.spec import Spec
+
+dataset_argument = click.argument(
+    "dataset", metavar="DATASET", shell_complete=options.plugin_names("datasets")
+)
+
+
+@click.group("data")
+def data() -> None:
+    """Work with data sets themselves."""
+
+
+@data.command("export")
+@dataset_argument
+@click.argument("folder", metavar="DIR", type=options.PATH)
+@click.option(
+    "--format",
+    type=click.Choice(["bvh"]),
+    default="bvh",
+    show_default=True,
+    expose_value=False,
+    help="How motions are written.",
+)
+@options.root_option
+@options.plugin_option
+def export_data(dataset: str, folder: Path, root: str | None) -> None:
+    """Write a whole data set, references, labels and training clips included, as files.
+
+    DIR/manifest.json lists characters, cases and files, DIR/SHA256SUMS their check sums. Interrupted, the
+    same command goes on where it stopped; on a finished folder it checks every file and replaces what is
+    damaged.
+    """
+    from retarget_bench.exchange import dataset_export
+
+    spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
+    with options.progress_bar("bench data export", "clip") as progress:
+        for done, total in dataset_export.export(registry.create("datasets", spec), str(spec), folder):
+            progress(done, total)
+    files = [path for path in folder.rglob("*") if path.is_file()]
+    size = sum(path.stat().st_size for path in files) / 1e6
+    click.echo(f"{folder}: {len(files)} files, {size:.0f} MB. Check them with: sha256sum -c SHA256SUMS")
+
+
+@data.command("prepare")
+@dataset_argument
+@options.root_option
+@options.jobs_option
+@options.plugin_option
+def prepare_data(dataset: str, root: str | None, jobs: int) -> None:
+    """Make the training motion and training pairs of a data set and keep them in the cache folder.
+
+    Training makes what it needs by itself; this does it beforehand, in the background if you like.
+    Interrupted, the same command goes on where it stopped.
+
+    \b
+    bench data prepare 'puppets[size=large,bodies=200]'
+    """
+    from retarget_bench.files import cache_folder
+    from retarget_bench.motion.bvh.catalogue import some
+    from retarget_bench.training.prepare import prepare
+
+    spec, total = registry.canonical("datasets", options.dataset_spec(dataset, root)), 0
+    unusable: list[str] = []
+    with options.progress_bar("bench data prepare", "item") as progress:
+        for done, total in prepare(spec, jobs, unusable):
+            progress(done, total)
+    if unusable:
+        click.echo(f"left out: {len(unusable)} clips: {some(unusable, 10)}")
+    click.echo(f"{spec}: {total} bodies and groups of pairs are in {cache_folder()}")
+
+
+@click.command("export-cases")
+@dataset_argument
+@click.argument("folder", metavar="DIR", type=options.FOLDER)
+@options.root_option
+@options.split_option
+@options.plugin_option
+def cases(dataset: str, folder: Path, root: str | None, splits: tuple[str, ...]) -> None:
+    """Write a data set's sources and target characters as BVH and NumPy files, without any reference.
+
+    DIR/manifest.json names every case and the file that its prediction is to be written to. Lengths are
+    metres, Y is up, quaternions are w first.
+    """
+    from tqdm import tqdm
+
+    from retarget_bench.exchange.case_export import export
+
+    spec = registry.canonical("datasets", options.dataset_spec(dataset, root))
+    source = registry.create("datasets", spec)
+    infos = [
+        info for split in splits if split in source.card.splits for info in source.cases("retarget", split)
+    ]
+    # where the files lie here says nothing to whoever reads the manifest
+    name = Spec(spec.name, {key: value for key, value in spec.parameters.items() if key != "root"})
+    for _ in tqdm(
+        export(source, str(name), infos, folder), total=len(infos), unit="case", leave=False, disable=None
+    ):
+        pass
+    sources = len({(info.source, info.clip) for info in infos})
+    targets = len({info.target for info in infos})
+    where = "" if spec == name else " --root DIR"
+    click.echo(f"{folder}: {len(infos)} cases, {sources} source motions, {targets} target characters.")
+    click.echo(
+        f"Write the predictions beside manifest.json; then: bench score {folder}{where} --name METHOD"
+    )
+
+
+@click.command("submit")
+@click.argument("folder", metavar="DIR", type=options.PATH)
+@click.option("--make", metavar="METHOD", help="Write a submission of this method's results into DIR.")
+@click.option("--check", "checked", is_flag=True, help="Check the submission in DIR.")
+@click.option("--board", is_flag=True, help="Draw the leaderboard of the submissions in DIR.")
+@click.option(
+    "--results",
+    metavar="DIR",
+    default="runs",
+    show_default=True,
+    type=options.PATH,
+    help="With --make: where the results lie.",
+)
+@click.option(
+    "-o",
+    "--output",
+    metavar="FILE",
+    default="leaderboard.html",
+    show_default=True,
+    type=options.FILE,
+    help="With --board: the page, or a .md, .tex or .csv file.",
+)
+@options.plugin_option
+def submit(folder: Path, make: str | None, checked: bool, board: bool, results: Path, output: Path) -> int:
+    """Make (--make), check (--check) or show (--board) submissions to a leaderboard.
+
+    A submission is a folder with submission.toml (who, what data, what cost), CARD.md, and the rows under
+    results/, or motions under predictions/ that --check scores. --check exits 1 where something is wrong.
+    """
+    if (make is not None) + checked + board != 1:
+        raise BenchError("say one of --make METHOD, --check and --board")
+    if make is not None:
+        from retarget_bench.exchange.submission import making
+
+        left = making.make(folder, results, make)
+        click.echo(f"wrote {folder}. To be filled in, then checked with bench submit --check {folder}:")
+        for each in left:
+            click.echo(f"  {each}")
+        return 0
+    return _check(folder) if checked else _board(folder, output)
+
+
+def _check(folder: Path) -> int:
+    from retarget_bench.exchange.submission.checking import check
+
+    found = check(folder)
+    for finding in found:
+        click.echo(str(finding))
+    wrong = sum(finding.level == "error" for finding in found)
+    click.echo(f"{folder}: " + (f"{wrong} errors" if wrong else "can be submitted"))
+    return int(wrong > 0)
+
+
+def _board(folder: Path, output: Path) -> int:
+    from retarget_bench.exchange.submission.board import board
+    from retarget_bench.tables.rendering import WITH_INTERVALS
+
+    form = output.suffix.lower().lstrip(".")
+    if form not in ("html", "md", "tex", "csv"):
+        raise BenchError(f"{output}: name a page that ends in .html, .md, .tex or .csv")
+    tables, left_out = board(folder)
+    for sentence in left_out:
+        click.echo(sentence, err=True)
+    options.write_out(WITH_INTERVALS[form](tables), output)
+    return 0

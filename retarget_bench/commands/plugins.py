@@ -1,0 +1,272 @@
+"""Commands about plug-ins: ``bench list``, ``info``, ``new`` and ``test``."""
+
+import re
+import textwrap
+from collections import Counter
+from pathlib import Path
+from typing import Any
+
+import click
+
+from retarget_bench import defaults
+from retarget_bench.commands import options
+from retarget_bench.errors import BenchError
+from retarget_bench.files import write_text
+from retarget_bench.plugins import parameters, registry
+from retarget_bench.plugins.spec import Spec
+
+ANY_PLUGIN = options.plugin_names(*registry.KINDS)
+TITLES = {
+    "methods": "Methods",
+    "metrics": "Metrics",
+    "datasets": "Data sets",
+    "posts": "Post-processors (METHOD+NAME)",
+}
+WIDTH = 100
+"""Of the lines of ``bench info``."""
+FACTS = (
+    # attribute of a card, what it is called
+    ("version", "version"),
+    ("paper", "paper"),
+    ("licence", "licence"),
+    ("obtain", "to get it"),
+    ("accepts", "takes motions known by"),
+    ("needs", "needs (privileged)"),
+    ("tasks", "tasks"),
+    ("splits", "splits"),
+)
+MARKS = (
+    ("control", "a control: shown in tables, never ranked"),
+    ("stochastic", "random: results depend on the seed"),
+)
+TEMPLATES = Path(registry.__file__).parent / "templates"
+KINDS: dict[str, registry.Kind] = {kind.removesuffix("s"): kind for kind in registry.KINDS}
+_NAME = re.compile(r"[a-z][a-z0-9_]{0,40}")
+
+
+@click.command("list")
+@click.argument(
+    "kinds", nargs=-1, type=click.Choice(registry.KINDS), metavar=f"[{'|'.join(registry.KINDS)}]..."
+)
+@options.plugin_option
+def list_plugins(kinds: tuple[registry.Kind, ...]) -> None:
+    """List methods, metrics, data sets and post-processors: built in, installed, or of --plugin."""
+    for kind in kinds or registry.KINDS:
+        click.echo(section(kind))
+
+
+def section(kind: registry.Kind) -> str:
+    """A heading and a line per plug-in: name, summary, and where it comes from if not built in."""
+    entries = registry.names(kind)
+    times = Counter(entry.name for entry in entries)
+    width = max((len(entry.name) for entry in entries), default=0)
+    lines = [TITLES[kind]]
+    for entry in entries:
+        origin = f"  [{entry.origin}]" if entry.origin != registry.BUILT_IN else ""
+        clash = "  (not usable: two have this name)" if times[entry.name] > 1 else ""
+        lines.append(f"  {entry.name:<{width}}  {entry.summary}{origin}{clash}".rstrip())
+    return "\n".join([*lines, *(["  none"] if not entries else []), ""])
+
+
+@click.command("info")
+@click.argument(
+    "name", required=False, metavar="[NAME]", shell_complete=options.plugin_names(*registry.KINDS)
+)
+@click.option("--protocols", is_flag=True, help="Every value of every metric, as a page in Markdown.")
+@options.plugin_option
+def info(name: str | None, protocols: bool) -> None:
+    """Show what a method, metric, data set or post-processor is, its parameters, how values are defined.
+
+    For a learned method also the cards of its shipped weights: data, training config, time, scores. With
+    NAME[weights=PATH] that of a file, or of a folder that bench train wrote.
+    """
+    if protocols:
+        from retarget_bench.analysis import protocols as page
+
+        click.echo(page.render(), nl=False)
+    elif name is None:
+        raise click.UsageError("give a NAME (bench list shows them), or --protocols")
+    else:
+        spec = Spec.parse(name)
+        asked = [(kind, spec.alone) for kind in registry.kinds_of(spec.name)]
+        if spec.posts:
+            asked = [("methods", spec.alone), *(("posts", post) for post in spec.posts)]
+        for kind, each in asked:
+            click.echo("\n".join(description(kind, each)) + "\n")
+
+
+def description(kind: registry.Kind, spec: Spec) -> list[str]:
+    """The lines that describe a plug-in. Raises BenchError where it cannot be imported."""
+    entry = registry.find(kind, spec.name)
+    factory = registry.load(kind, spec.name)
+    card = getattr(factory, "card", None) or registry.create(kind, spec).card
+    lines = [f"{entry}", *_wrapped(card.summary), ""]
+    for attribute, title in FACTS:
+        if value := getattr(card, attribute, None):
+            text = value if isinstance(value, str) else ", ".join(map(str, value))
+            lines += _wrapped(text, f"{title}: ")
+    lines += [sentence for attribute, sentence in MARKS if getattr(card, attribute, False)]
+    if taken := parameters.describe(factory):
+        lines += ["", "Parameters"] + [line for each in taken for line in _wrapped(each, "  ")]
+    if reported := getattr(card, "reported", None):
+        lines += [
+            "",
+            "Published numbers",
+            *(f"  {where}: {number:g}" for where, number in reported.items()),
+        ]
+    if kind == "metrics":
+        lines += [line for value in card.values for line in _value(value)]
+    if text := (factory.__doc__ or "").strip():
+        lines += ["", *textwrap.dedent(f"    {text}").splitlines()]
+    if hasattr(factory, "shipped"):
+        lines += _weights(factory, spec)
+    return lines
+
+
+def _weights(factory: Any, spec: Spec) -> list[str]:
+    """The cards of shipped weights; of a spec that names weights, theirs alone."""
+    from retarget_bench.training import weights
+    from retarget_bench.training.card_text import described
+
+    if asked := spec.parameters.get("weights"):
+        places = {str(asked): factory.shipped().get(str(asked)) or weights.locate(str(asked))}
+    else:
+        places = factory.shipped()
+    if not places:
+        return ["", f"Weights: none are shipped; bench train {spec.name} makes some"]
+    lines = []
+    for name, place in places.items():
+        lines += ["", f"Weights {name}"]
+        card = weights.read_card(place)
+        weights.check(place, card, method=spec.name)
+        lines += [x for fact in described(card) for x in _wrapped(fact, "  ")]
+    return lines
+
+
+def _value(value: Any) -> list[str]:
+    """A value of a metric: meaning, unit, needs, formula and source."""
+    better = f"best at {value.goal:g}" if value.better == "target" else f"{value.better} is better"
+    curve = f", one number per {value.index}" if value.index else ""
+    facts = [
+        f"unit {value.unit}; {better if value.better != 'none' else 'a description, never ranked'}{curve}",
+        f"needs {', '.join(value.needs) or 'nothing but the prediction'}",
+        f"formula: {value.formula}",
+        f"source: {value.source}",
+    ]
+    return ["", *_wrapped(value.meaning, f"{value.id}: "), *(x for f in facts for x in _wrapped(f, "  "))]
+
+
+def _wrapped(text: str, start: str = "") -> list[str]:
+    rest = " " * (2 + len(start) - len(start.lstrip()))
+    return textwrap.wrap(text, WIDTH, initial_indent=start, subsequent_indent=rest, break_on_hyphens=False)
+
+
+@click.command("new")
+@click.argument("kind", type=click.Choice(list(KINDS)), metavar="|".join(KINDS))
+@click.argument("name", metavar="NAME")
+@click.option("--package", is_flag=True, help="Make a package that can be pip-installed and published.")
+def new(kind: str, name: str, package: bool) -> None:
+    """Start a method, metric, data set or post-processor from a template that already runs.
+
+    Writes NAME.py here; with --package a folder NAME. Nothing that exists is overwritten.
+    """
+    if not _NAME.fullmatch(name):
+        raise BenchError(
+            f"{name!r} is no name for a plug-in: use small letters, digits and _, a letter first"
+        )
+    if taken := [entry for entry in registry.names(KINDS[kind]) if entry.name == name]:
+        raise BenchError(f"{taken[0]} has this name already; choose another one")
+    if package:
+        _write_package(kind, name)
+        steps = [f"pip install -e {name}", f"bench test {name}"]
+    else:
+        _write_all({Path(f"{name}.py"): plugin_source(kind, name)})
+        steps = [f"bench test {name} --plugin {name}.py"]
+    if kind == "method":
+        steps.append(f"bench run {name} copy_rotations" + ("" if package else f" --plugin {name}.py"))
+    if kind == "post":
+        steps.append(f"bench run copy_rotations+{name}" + ("" if package else f" --plugin {name}.py"))
+    click.echo("Now change what it does, and then:\n" + "\n".join(f"  {step}" for step in steps))
+
+
+def plugin_source(kind: str, name: str) -> str:
+    """The template of a kind with its names replaced: ``my_method`` and ``MyMethod``."""
+    text = (TEMPLATES / f"{kind}.py").read_text(encoding="utf-8")
+    class_name = "".join(part.capitalize() for part in name.split("_"))
+    return text.replace(f"my_{kind}", name).replace(f"My{kind.capitalize()}", class_name)
+
+
+def _write_package(kind: str, name: str) -> None:
+    words = {
+        "my-plugin": name.replace("_", "-"),
+        "my_plugin": name,
+        "my_kind": KINDS[kind],
+        "my_singular": registry.SINGULAR[KINDS[kind]],
+        '"methods"': f'"{KINDS[kind]}"',
+    }
+
+    def filled(template: str) -> str:
+        text = (TEMPLATES / "package" / template).read_text(encoding="utf-8")
+        for word, meant in words.items():
+            text = text.replace(word, meant)
+        return text
+
+    folder = Path(name)
+    if folder.exists():
+        raise BenchError(f"{folder} exists already; nothing was written")
+    _write_all(
+        {
+            folder / "pyproject.toml": filled("pyproject.toml"),
+            folder / "README.md": filled("README.md"),
+            folder / f"retarget_bench_{name}" / "__init__.py": plugin_source(kind, name),
+            folder / "tests" / f"test_{name}.py": filled("test_plugin.py"),
+        }
+    )
+
+
+def _write_all(texts: dict[Path, str]) -> None:
+    """Write new files, or none if one is there already."""
+    if existing := [path for path in texts if path.exists()]:
+        raise BenchError(f"{existing[0]} exists already; nothing was written")
+    for path, text in texts.items():
+        write_text(path, text)
+        click.echo(f"wrote {path}")
+
+
+@click.command("test")
+@click.argument("name", metavar="NAME", shell_complete=ANY_PLUGIN)
+@click.option(
+    "-d",
+    "--dataset",
+    metavar="DATASET",
+    help=f"Try a method or metric on this data set. [default: {defaults.DATASET}]",
+)
+@options.root_option
+@options.plugin_option
+def test(name: str, dataset: str | None, root: str | None) -> int:
+    """Check that a plug-in keeps its contract: a line per check, exit status 1 if one fails.
+
+    NAME is a method, metric, data set or post-processor, with parameters in brackets if needed. METHOD+POST
+    is checked as a method.
+    """
+    spec = Spec.parse(name)
+    data = options.dataset_spec(dataset or defaults.DATASET, root if dataset else None)
+    failed = 0
+    kinds: list[registry.Kind] = ["methods"] if spec.posts else registry.kinds_of(spec.name)
+    for kind in kinds:
+        failed += _tested(kind, options.dataset_spec(name, root) if kind == "datasets" else spec, data)
+    return int(failed > 0)
+
+
+def _tested(kind: registry.Kind, spec: Spec, data: Spec) -> int:
+    """Print every check of one plug-in; the number of those that failed."""
+    from retarget_bench.verification import contract
+
+    click.echo(f"{registry.find(kind, spec.name)}")
+    checks = []
+    for check in contract.check(kind, spec, data):
+        click.echo(f"  {check}")
+        checks.append(check)
+    failed = sum(not check.passed for check in checks)
+    click.echo(f"{failed} of {len(checks)} checks failed" if failed else f"all {len(checks)} checks passed")
+    return failed
