@@ -25,6 +25,10 @@ _NEAR = 1e-4
 """Metres: nearer than this to where every foot is in reach there is no need to go on."""
 
 
+Pair = tuple[np.ndarray, np.ndarray]
+"""Of ankle and toe."""
+
+
 @dataclass(frozen=True)
 class Exchange:
     """A motion on its way from one body to another: the source's, and its copy in progress."""
@@ -52,29 +56,36 @@ class Plan:
 def plan(exchange: Exchange, theirs: Limb, ours: Limb) -> Plan:
     """Goals for a foot that hold ankle and toe wherever the source holds them.
 
-    The foot's direction is corrected first (ankle and toe both planted: the mean direction), then its
-    place, from whichever of the two is planted. Both corrections are eased over the other frames. Its
-    height is told by the toe, which touches the floor; an ankle's depends on how the foot is turned.
+    Its height is told by the toe, which touches the floor; an ankle's depends on how the foot is turned.
     """
     fps = exchange.source.fps
     still = planted(exchange.source, theirs.end)
     orientation = exchange.pose.turned[:, ours.end]
-    if ours.tip < 0 or theirs.tip < 0:
-        path = walked(exchange, theirs.end, ours.end)
-        shift = spread(held(path, still) - path, still, fps)
-        return Plan(path + shift, orientation, still)
-    sole = exchange.pose.places[:, ours.tip] - exchange.pose.places[:, ours.end]
     path = walked(exchange, theirs.end, ours.end)
+    if ours.tip < 0 or theirs.tip < 0:
+        return Plan(path + spread(held(path, still) - path, still, fps), orientation, still)
+    sole = exchange.pose.places[:, ours.tip] - exchange.pose.places[:, ours.end]
     path[:, 1] = walked(exchange, theirs.tip, ours.tip)[:, 1] - sole[:, 1]
-    toe = planted(exchange.source, theirs.tip)
-    at_ankle, at_toe = _held_pair((path, path + sole), (still, toe))
-    both = still & toe
+    return hold(path, path, sole, orientation, (still, planted(exchange.source, theirs.tip)), fps)
+
+
+def hold(
+    path: np.ndarray, stand: np.ndarray, sole: np.ndarray, orientation: np.ndarray, rests: Pair, fps: float
+) -> Plan:
+    """A foot's path with ankle and toe at one place wherever they rest.
+
+    path: ``(frames, 3)`` of the ankle; stand: likewise, from which the places are taken. sole: ``(frames,
+    3)`` from ankle to toe. rests: ankle and toe, ``(frames,)`` bool each.
+
+    The foot's direction is corrected first (ankle and toe both at rest: the mean direction), then its
+    place, from whichever of the two rests. Both corrections are eased over the other frames.
+    """
+    at_ankle, at_toe = _held_pair((stand, stand + sole), rests)
+    both, firm = rests[0] & rests[1], rests[0] | rests[1]
     turn = rotation.between(sole, np.where(both[:, None], at_toe - at_ankle, sole))
     turn = rotation.from_rotation_vector(spread(rotation.to_rotation_vector(turn), both, fps))
-    wanted = np.where(toe[:, None], at_toe - rotation.rotate(turn, sole), at_ankle)
-    firm = still | toe
-    shift = spread(wanted - path, firm, fps)
-    return Plan(path + shift, rotation.multiply(turn, orientation), firm)
+    wanted = np.where(rests[1][:, None], at_toe - rotation.rotate(turn, sole), at_ankle)
+    return Plan(path + spread(wanted - path, firm, fps), rotation.multiply(turn, orientation), firm)
 
 
 def walked(exchange: Exchange, theirs: int, ours: int) -> np.ndarray:
@@ -106,9 +117,6 @@ def held(path: np.ndarray, still: np.ndarray) -> np.ndarray:
     for first, last in contact.runs(still).tolist():
         out[first:last] = path[first:last].mean(axis=0)
     return out
-
-
-Pair = tuple[np.ndarray, np.ndarray]
 
 
 def _held_pair(paths: Pair, planted: Pair) -> Pair:

@@ -11,7 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from retarget_bench.errors import SkeletonError
-from retarget_bench.motion import alignment, contact, facing, rotation
+from retarget_bench.motion import contact, facing, rotation, transfer
 from retarget_bench.motion.aligned import Aligned
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
@@ -124,7 +124,7 @@ class Body:
         """``(frames, joints, 4)`` local rotations of the whole body when joints of the 22 roles are turned
         by ``turned`` ``(frames, 22, 4)`` from the reference pose, and others as in ``motion`` from their
         parents."""
-        relative = alignment.relative(motion)
+        relative = transfer.relative(motion)
         found = np.array(relative)
         rank_of = dict(zip(self.aligned.joints, self.ranks, strict=True))
         for joint, parent in enumerate(self.character.skeleton.parents.tolist()):
@@ -133,4 +133,4 @@ class Body:
             elif parent >= 0:
                 step = rotation.multiply(rotation.conjugate(relative[:, parent]), relative[:, joint])
                 found[:, joint] = rotation.multiply(found[:, parent], step)
-        return alignment.from_relative(self.character, found)
+        return transfer.from_relative(self.character, found)

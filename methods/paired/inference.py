@@ -1,23 +1,26 @@
 """Retargeting: the copy of a motion, corrected by the network, with feet held where the source's feet rest."""
 
-import numpy as np
 import torch
 from torch import Tensor
 
-from retarget_bench.motion import alignment, rates, rotation, transfer
-from retarget_bench.motion.character import Character
+from retarget_bench.motion import rates, transfer
+from retarget_bench.motion.character import Character, interpolated
 from retarget_bench.motion.motion import Motion
 
 from .features import FPS, Body
-from .network import Corrector, Correction, copy_of, goals_of, seen
+from .feet import planted_goals
+from .network import Correction, Corrector, copy_of, goals_of, seen
 from .pose import posed
 
 CHUNK = 1024
 """Frames that are answered at once: memory does not grow with a clip's length."""
 
 
-def retargeted(network: Corrector, source: Motion, target: Character, hold=None) -> Motion:
-    """The source's pose on the target with the network's correction, at the source's own rate."""
+def retargeted(network: Corrector, source: Motion, target: Character, feet: bool = True) -> Motion:
+    """The source's pose on the target with the network's correction, at the source's own rate.
+
+    feet: hold them where the source's feet rest.
+    """
     theirs, ours = Body(source.character), Body(target)
     bodies = [_sizes(theirs, torch.float32), _sizes(ours, torch.float32)]
     thirty = rates.at_thirty(source)
@@ -27,11 +30,13 @@ def retargeted(network: Corrector, source: Motion, target: Character, hold=None)
     arrays = seen_at_thirty if thirty is source else _arrays(theirs, source)
     motion = {**arrays, "rotations": torch.from_numpy(ours.see(copied)["rotations"])[None]}
     motion = {name: each.double() for name, each in motion.items()}
-    start = copy_of(network.tree, found.scale, motion, *(_sizes(body, torch.float64) for body in (theirs, ours)))
+    start = copy_of(
+        network.tree, found.scale, motion, *(_sizes(body, torch.float64) for body in (theirs, ours))
+    )
     mine = _sizes(ours, torch.float64)
     goals = goals_of(found, start, motion["turn"], mine)
-    if hold is not None:
-        goals = hold(goals, motion, mine, source.fps, theirs, ours)
+    if feet:
+        goals = planted_goals(goals, source, copied, ours.offsets)
     answer = posed(network.tree, motion["rotations"], mine["offsets"], goals)
     rotations = ours.turned(copied, answer.turned[0].numpy())
     root = transfer.root_from_hips(target, rotations, answer.positions[0, :, 0].numpy())
@@ -49,7 +54,9 @@ def _sizes(body: Body, dtype: torch.dtype) -> dict[str, Tensor]:
     }
 
 
-def correction(network: Corrector, arrays: dict[str, Tensor], bodies: list[dict[str, Tensor]]) -> Correction:
+def correction(
+    network: Corrector, arrays: dict[str, Tensor], bodies: list[dict[str, Tensor]]
+) -> Correction:
     """The correction of a source at 30 fps."""
     found: list[Correction] = []
     frames = arrays["hips"].shape[1]
@@ -69,6 +76,6 @@ def at_rate(found: Correction, source: Motion, frames: int) -> Correction:
     """A correction at 30 fps at the source's own rate, in double precision."""
     low, share = rates.between(source.frames, source.fps, FPS, frames)
     parts = [
-        torch.from_numpy(rates.straight(each[0].double().numpy(), low, share))[None] for each in found[:-1]
+        torch.from_numpy(interpolated(each[0].double().numpy(), low, share))[None] for each in found[:-1]
     ]
     return Correction(*parts, found.scale.double())

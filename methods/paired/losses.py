@@ -15,7 +15,9 @@ NEAR = 0.08
 """Heights: a hand this near to a joint of its body is as good as touching it."""
 
 
-def terms(tree: Tree, answer: Posed, truth: Mapping[str, Tensor], target: Mapping[str, Tensor], real: Tensor) -> dict[str, Tensor]:
+def terms(
+    tree: Tree, answer: Posed, truth: Mapping[str, Tensor], target: Mapping[str, Tensor], real: Tensor
+) -> dict[str, Tensor]:
     """Name -> loss, unweighted. truth: ``rotations``, ``hips``, ``planted``. real: ``(rows, frames)``."""
     height = target["lengths"][:, :1, None, None]
     ours = answer.positions

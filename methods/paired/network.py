@@ -152,7 +152,13 @@ def seen(tree: Tree, motion: Arrays, source: Arrays, target: Arrays) -> tuple[Te
     step = ahead(hips.diff(dim=1, prepend=hips[:, :1]), turn) * (0.5 * FPS) / height
     level = hips[..., 1:2] / height
     ratio = (target["lengths"][:, 1] / source["lengths"][:, 1] / target["lengths"][:, 0])[:, None, None]
-    parts += [columns(facing).flatten(-2), step, level, 4 * (hips[..., 1:2] * ratio - level), motion["planted"]]
+    parts += [
+        columns(facing).flatten(-2),
+        step,
+        level,
+        4 * (hips[..., 1:2] * ratio - level),
+        motion["planted"],
+    ]
     bones = [(body["offsets"] / body["lengths"][:, :1, None]).flatten(-2) for body in (source, target)]
     sizes = [body["lengths"][:, 1:] / body["lengths"][:, :1] for body in (source, target)]
     return torch.cat(parts, -1), torch.cat([4 * bones[0], 8 * (bones[1] - bones[0]), *sizes], -1)

@@ -4,7 +4,6 @@ Limbs bend in closed form (two bones and a goal), so that a goal is met to round
 and gradients of what the ends do reach the goals straight.
 """
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,7 +21,9 @@ from .features import PARENTS, SKELETON
 
 _PARTS = ("up_leg", "leg", "foot"), ("arm", "forearm", "hand")
 LIMBS = tuple(
-    tuple(BODY22.index(f"{side}_{part}") for part in parts) for parts in _PARTS for side in ("left", "right")
+    tuple(BODY22.index(f"{side}_{part}") for part in parts)
+    for parts in _PARTS
+    for side in ("left", "right")
 )
 """Left leg, right leg, left arm, right arm: first, second and last joint."""
 UPPER, LOWER, END = (list(each) for each in zip(*LIMBS, strict=True))
@@ -80,7 +81,9 @@ def posed(tree: Tree, rotations: Tensor, offsets: Tensor, goals: Goals) -> Posed
     knee = first + rotate(swing, second - first)
     end = knee + rotate(fold, last - second)
     toes = multiply(goals.ends[:, :, LEGS], local[:, :, TOES])
-    tip = end[:, :, LEGS] + rotate(goals.ends[:, :, LEGS], offsets[:, None, TOES].expand_as(end[:, :, LEGS]))
+    tip = end[:, :, LEGS] + rotate(
+        goals.ends[:, :, LEGS], offsets[:, None, TOES].expand_as(end[:, :, LEGS])
+    )
     places, turned = places.clone(), turned.clone()
     for joints, where, how in ((LOWER, knee, lower), (END, end, goals.ends), (TOES, tip, toes)):
         places[:, :, joints], turned[:, :, joints] = where, how
@@ -151,7 +154,9 @@ def about(axis: Tensor, angle: Tensor) -> Tensor:
 def between(a: Tensor, b: Tensor) -> Tensor:
     """The shortest turn from directions a to b."""
     a, b = unit(a), unit(b)
-    return functional.normalize(torch.cat([1.0 + dot(a, b), torch.linalg.cross(a, b)], -1), dim=-1, eps=1e-6)
+    return functional.normalize(
+        torch.cat([1.0 + dot(a, b), torch.linalg.cross(a, b)], -1), dim=-1, eps=1e-6
+    )
 
 
 def dot(a: Tensor, b: Tensor) -> Tensor:

@@ -73,7 +73,9 @@ class PairedTraining:
 
     def _row(self, numbers: np.random.Generator) -> dict[str, dict[str, np.ndarray]]:
         """A window of one performance: ``motion`` of the ``source``, ``truth`` of the ``target``."""
-        clips = self._performances[int(np.searchsorted(self._ends, numbers.integers(self._ends[-1]), "right"))]
+        clips = self._performances[
+            int(np.searchsorted(self._ends, numbers.integers(self._ends[-1]), "right"))
+        ]
         first, second = numbers.choice(len(clips), 2, replace=False)
         pair = clips[first], clips[first if numbers.random() < SAME else second]
         start = int(numbers.integers(max(pair[0].frames - self._window, 0) + 1))

@@ -9,7 +9,7 @@ a checkpoint is whole.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from torch import Tensor, nn
@@ -73,6 +73,14 @@ class TrainingModule(Protocol):
 
     def load(self, tensors: Mapping[str, Tensor]) -> None:
         """Take over exported tensors (``bench train --init``). Raises BenchError where they do not fit."""
+
+
+@runtime_checkable
+class LearnsFromPairs(Protocol):
+    """A trainable method whose clips come from ``training_pairs()``: clips of one name, by different
+    characters, are the same performance frame by frame. ``from_pairs`` is true."""
+
+    from_pairs: bool
 
 
 class Trainable(Method, Protocol):

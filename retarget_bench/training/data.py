@@ -184,9 +184,9 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
     unfit = {name: why for name in sorted(cast) if (why := asked.unfit(bodies[name]))}
     fit = [name for name in sorted(cast) if name not in unfit]
     common = {"dataset": data, "method": trainee, "fps": fps}
-    with _scratch() as folder:
+    with scratch() as folder:
         found = by_character(clips_of, fit, {**common, "folder": folder}, jobs, progress)
-        kept = {name: _mapped(name, stored) for name, (stored, *_) in found.items() if stored.clips}
+        kept = {name: mapped(name, stored) for name, (stored, *_) in found.items() if stored.clips}
     if not kept:
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
@@ -225,7 +225,7 @@ class StoredClips:
 
 
 @contextmanager
-def _scratch() -> Iterator[Path]:
+def scratch() -> Iterator[Path]:
     """A folder that is gone afterwards; what is mapped into memory from it stays readable."""
     try:
         place: Path | None = cache_folder() / "training"
@@ -237,7 +237,7 @@ def _scratch() -> Iterator[Path]:
         yield Path(folder)
 
 
-def _mapped(character: str, stored: StoredClips) -> list[ClipArrays]:
+def mapped(character: str, stored: StoredClips) -> list[ClipArrays]:
     """Clips whose arrays are read from disk as they are needed, so that any amount of motion fits."""
     arrays = {key: np.asarray(np.load(file, mmap_mode="r")) for key, file in stored.files.items()}
     found, first = [], 0

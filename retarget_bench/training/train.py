@@ -19,8 +19,10 @@ from retarget_bench.training import checkpoint, joint_datasets, log, parallel, r
 from retarget_bench.training.card import UNKNOWN, UNPARTED, UNWATCHED, card
 from retarget_bench.training.checkpoint import Checkpoint
 from retarget_bench.training.config import Budget, Precision, TrainingConfig
+from retarget_bench.training.contract import LearnsFromPairs
 from retarget_bench.training.data import TrainingData, gather
 from retarget_bench.training.loop import Loop, TrainingStatus
+from retarget_bench.training.pair_data import gather_pairs
 from retarget_bench.training.phases import set_deterministic
 from retarget_bench.training.request import Request
 from retarget_bench.training.validate import Validator
@@ -108,8 +110,9 @@ def _train(
 ) -> TrainingResult:
     spec, data_spec = Spec.parse(wanted.method), Spec.parse(wanted.dataset)
     data, config = joint_datasets.dataset(data_spec), wanted.recipe
+    collect = gather_pairs if isinstance(plan.method(spec), LearnsFromPairs) else gather
     training_data = parallel.in_turn(
-        lambda: gather(data_spec, spec, config.fps, asked.jobs, _first_only(reporter.gathering))
+        lambda: collect(data_spec, spec, config.fps, asked.jobs, _first_only(reporter.gathering))
     )
     wanted = parallel.first(lambda: _with_motion(wanted, training_data))
     torch.manual_seed(wanted.seed)

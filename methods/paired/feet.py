@@ -1,0 +1,39 @@
+"""Feet held where the source's feet rest, at the height that the source's soles have."""
+
+from dataclasses import replace
+
+import numpy as np
+import torch
+
+from retarget_bench.motion import root_rules, rotation
+from retarget_bench.motion.motion import Motion
+from retarget_bench.motion.roles import SIDES
+
+from ..ik.ease import spread
+from ..ik.feet import Exchange, held, hold, planted, walked
+from ..ik.two_bone import Pose, rig_of
+from .pose import TOES, Goals
+
+
+def planted_goals(goals: Goals, source: Motion, copied: Motion, offsets: np.ndarray) -> Goals:
+    """Goals whose feet rest at one place as long as the source's do.
+
+    The places are the goals' own, level; their heights are those of ``ik``. offsets: ``(22, 3)`` metres.
+    """
+    pose = Pose(copied.rotations, copied.root, copied.positions, copied.global_rotations)
+    ratio = root_rules.ratio("hip_height", source.character, copied.character)
+    exchange = Exchange(source, rig_of(source.character), rig_of(copied.character), pose, ratio)
+    paths, ends = goals.feet[0].numpy().copy(), goals.ends[0].numpy().copy()
+    for number, (side, toe) in enumerate(zip(SIDES, TOES, strict=True)):
+        theirs, ours = exchange.theirs.limbs[side, "leg"], exchange.ours.limbs[side, "leg"]
+        path, turned = paths[:, number].copy(), ends[:, number]
+        still, stand = planted(source, theirs.end), path.copy()
+        if ours.tip < 0 or theirs.tip < 0:
+            stand[:, 1] = walked(exchange, theirs.end, ours.end)[:, 1]
+            paths[:, number] = path + spread(held(stand, still) - path, still, source.fps)
+            continue
+        sole = rotation.rotate(turned, np.broadcast_to(offsets[toe].astype(float), path.shape))
+        stand[:, 1] = walked(exchange, theirs.tip, ours.tip)[:, 1] - sole[:, 1]
+        plan = hold(path, stand, sole, turned, (still, planted(source, theirs.tip)), source.fps)
+        paths[:, number], ends[:, number] = plan.goal, plan.orientation
+    return replace(goals, feet=torch.from_numpy(paths)[None], ends=torch.from_numpy(ends)[None])
