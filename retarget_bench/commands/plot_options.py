@@ -79,6 +79,7 @@ def places(
     task: str = "retarget",
 ) -> list[ResultPaths]:
     """The results asked for, of one data set. Raises BenchError where there are none, or of several."""
+    from retarget_bench.figures import method_order
     from retarget_bench.results import store
 
     roots = roots or (Path("runs"),)
@@ -92,7 +93,7 @@ def places(
         raise BenchError(f"no results of {dataset or ', '.join(splits)} in {where}{hint}")
     if len({place.dataset for place in asked}) > 1:
         raise BenchError(f"these are results of several data sets: choose one by -d out of {known}")
-    return _of_methods(asked, methods) if methods else asked
+    return method_order.of_methods(asked, methods) if methods else asked
 
 
 def _instead(found: Sequence[ResultPaths], dataset: str | None, splits: Sequence[str]) -> str:
@@ -116,6 +117,8 @@ def task_places(
     roots: Sequence[Path], dataset: str | None, methods: Sequence[str], task: str
 ) -> list[ResultPaths]:
     """The results of a task, of one data set and with the same levels. Raises BenchError otherwise."""
+    from retarget_bench.figures import method_order
+
     found = places(roots, dataset, (), ("self",), task)
     if len(folders := sorted({place.task for place in found})) > 1:
         usual = [place for place in found if place.task == task]
@@ -125,19 +128,4 @@ def task_places(
                 f"({', '.join(folders)}): run the one to draw with an --out of its own, and give that"
             )
         found = usual
-    return _of_methods(found, methods) if methods else found
-
-
-def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
-    """The results of these methods, in the order of the names. Raises BenchError for an unknown one."""
-    from retarget_bench.analysis import pairwise
-    from retarget_bench.results import result_matrix, store
-
-    label_of = {place: store.read_header(place.header).method.label for place in places}
-    chosen: list[ResultPaths] = []
-    for name in names:
-        label = pairwise.label_of(name, set(label_of.values()))
-        if label is None:
-            raise pairwise.unknown(result_matrix.result_matrices(places), name)
-        chosen += [place for place in places if label_of[place] == label and place not in chosen]
-    return chosen
+    return method_order.of_methods(found, methods) if methods else found

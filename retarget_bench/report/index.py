@@ -45,26 +45,20 @@ OF_EACH = frozenset(["kind", "level", "structure"])
 NOT_STORED = "its prediction is not stored any more"
 
 
-@dataclass(frozen=True)
-class Listed:
-    """What the page knows of cases, plain, and what was left out of it, in a sentence ("" for nothing)."""
-
-    data: dict[str, Any]
-    thinned: str = ""
-
-
-def index(chapters: Sequence[Chapter], styles: Mapping[str, MethodStyle], shown: PackedScenes) -> Listed:
-    """The cases with their names and numbers, as many as leave the page smaller than ``PAGE``.
+def index(
+    chapters: Sequence[Chapter], styles: Mapping[str, MethodStyle], shown: PackedScenes
+) -> tuple[dict[str, Any], str]:
+    """The cases with their names and numbers, as many as leave the page smaller than ``PAGE``; and a
+    sentence about what was left out ("" for nothing).
 
     Names are as they are printed, and cases and methods known by number.
     """
     room = max(LEAST, PAGE - REST - sum(len(text.encode()) for text in shown.scenes))
-    made = Listed({})
     for step in STEPS:
-        made = Listed(_data(chapters, styles, shown, step), _thinned(chapters, step))
-        if len(player.data(made.data).encode()) <= room:
+        listed = _data(chapters, styles, shown, step)
+        if len(player.data(listed).encode()) <= room:
             break
-    return made
+    return listed, _thinned(chapters, step)
 
 
 def _thinned(chapters: Sequence[Chapter], step: Thinning) -> str:
@@ -110,7 +104,13 @@ def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinnin
         "methods": [printable(label) for label in split.labels],
         "values": [_value(split, value, kept) for value in split.values],
         "cases": [_case(split, case, (*at, case), shown) for case in kept],
-        "numbers": {value.id: _numbers(split.matrix.numbers((value.id, ""))[:, kept]) for value in whole},
+        "numbers": {
+            value.id: [
+                [None if np.isnan(each) else _four(each) for each in row[kept]]
+                for row in split.matrix.numbers((value.id, ""))
+            ]
+            for value in whole
+        },
         "lost": _lost(split, at, shown, kept),
         "paired": split.paired,
     }
@@ -182,10 +182,6 @@ def _case(split: Split, case: int, key: tuple[int, int, int], shown: PackedScene
     if key in shown.reasons:
         told["reason"] = printable(shown.reasons[key])
     return told
-
-
-def _numbers(numbers: np.ndarray) -> list[list[float | None]]:
-    return [[None if np.isnan(each) else _four(each) for each in row] for row in numbers]
 
 
 def _four(number: float) -> float:

@@ -14,7 +14,6 @@ import retarget_bench
 from retarget_bench.figures import method_order, palette
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.svg import elements
-from retarget_bench.figures.svg.style import rules
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.index import index
 from retarget_bench.report.motions import PackedScenes
@@ -42,24 +41,24 @@ def page(
     does not do."""
     labels = {label for chapter in chapters for label in chapter.labels}
     styles = {label: each for label, each in method_order.styles(ranked).items() if label in labels}
-    listed = index(chapters, styles, shown)
+    cases, thinned = index(chapters, styles, shown)
     tables = [table for chapter in chapters for table in chapter.tables]
-    told = as_html.context(tables) | {
+    context = as_html.context(tables) | {
         "title": title or "Results of motion retargeting",
         "chapters": [_chapter(chapter, styles) for chapter in chapters],
         "facts": _facts(chapters, shown),
         "shown": shown,
         "scenes": [Markup(text) for text in shown.scenes],
-        "data": Markup(player.data(listed.data)),
-        "thinned": listed.thinned,
+        "data": Markup(player.data(cases)),
+        "thinned": thinned,
         "style": Markup(
-            _file("report.css") + rules(styles.values()) + (player.style() if shown.scenes else "")
+            _file("report.css") + elements.rules(styles.values()) + (player.style() if shown.scenes else "")
         ),
         "script": Markup(_script()),
         "player": Markup(player.script()) if shown.scenes else "",
         "shades": range(palette.SHADES),
     }
-    return environment().get_template("report.html").render(told)
+    return environment().get_template("report.html").render(context)
 
 
 @cache

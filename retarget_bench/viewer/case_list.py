@@ -6,6 +6,7 @@ from pathlib import Path
 
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
+from retarget_bench.figures import method_order
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
@@ -69,7 +70,7 @@ class CaseList:
             begun = [place for place in begun if place.method in named]
             running = {place.method for place in begun}
             finished = [name for name in self.methods if _slug(name) not in running]
-            done = results_library.of_methods(done, finished) if finished else []
+            done = method_order.of_methods(done, finished) if finished else []
         return [place for place in (*done, *begun) if self.dataset in (None, place.dataset)]
 
     def _read(self, place: ResultPaths) -> StoredResults | None:

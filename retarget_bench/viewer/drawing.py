@@ -8,46 +8,13 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from retarget_bench.errors import BenchError
-from retarget_bench.viewer.bodies import Solid
-from retarget_bench.viewer.camera import VIEWS
 from retarget_bench.viewer.colours import FAINT, INK, PAPER, STAGE, TROUBLE, Colour, colours, tints
-from retarget_bench.viewer.renderer import Following, Stage, stages
+from retarget_bench.viewer.renderer import SMALLEST, DrawingStyle, Stage, stages
 from retarget_bench.viewer.scene import Figure, Scene
-from retarget_bench.viewer.text import Font, font, short, wrapped
+from retarget_bench.viewer.text import Font, font, plain, short, wrapped
 
-SMALLEST, LARGEST = 16, 8192
-"""Pixels of a picture's side."""
-THIN = 0.6
-"""How thick bones are in an overlay, where they hide each other."""
 GAP = 4
 """Pixels between panels."""
-
-
-@dataclass(frozen=True)
-class DrawingStyle:
-    """Options of a drawn scene.
-
-    size: width and height, pixels. view: one of ``VIEWS``. overlay: all figures in one panel.
-    skin: with skins, where bodies have one. camera: ``fit`` stands still, ``follow`` goes along; ``auto``
-    follows who goes far.
-
-    Raises BenchError for a size or a view that there is not.
-    """
-
-    size: tuple[int, int] = (1280, 720)
-    view: str = "three-quarter"
-    overlay: bool = False
-    skin: bool = False
-    camera: Following = "auto"
-
-    def __post_init__(self) -> None:
-        if not all(SMALLEST <= side <= LARGEST for side in self.size):
-            raise BenchError(
-                f"a picture of {self.size[0]} x {self.size[1]} pixels cannot be drawn; each side has "
-                f"{SMALLEST} to {LARGEST}"
-            )
-        if self.view not in VIEWS:
-            raise BenchError(f"there is no view {self.view!r}; views are {', '.join(VIEWS)}")
 
 
 @dataclass(frozen=True)
@@ -132,18 +99,21 @@ class Drawing:
         if self.look.overlay:
             high = self.look.size[1] - self._head - self._legend_rows * self._line - GAP
             box = Box(GAP, self._head, self.look.size[0] - 2 * GAP, high)
-            return [box], list(self._staged((max(box.width, 8), max(box.height, 8))))
+            return [box], self._stages_in(box)
         best: tuple[float, list[Box], list[Stage | None]] | None = None
         for columns in range(1, len(self.scene.figures) + 1):
             boxes = self._grid(columns)
             if min(boxes[0].width, boxes[0].height) < SMALLEST and best is not None:
                 continue
-            staged = self._staged((max(boxes[0].width, 8), max(boxes[0].height, 8)))
-            zoom = next(stage.camera.zoom for stage in staged if stage is not None)
+            made = self._stages_in(boxes[0])
+            zoom = next(stage.camera.zoom for stage in made if stage is not None)
             if best is None or zoom > best[0] * 1.02:
-                best = zoom, boxes, staged
+                best = zoom, boxes, made
         assert best is not None
         return best[1], best[2]
+
+    def _stages_in(self, box: Box) -> list[Stage | None]:
+        return stages(self.scene, self.look, self.frames, (max(box.width, 8), max(box.height, 8)))
 
     def _grid(self, columns: int) -> list[Box]:
         count = len(self.scene.figures)
@@ -160,20 +130,21 @@ class Drawing:
             for k in range(count)
         ]
 
-    def _staged(self, size: tuple[int, int]) -> list[Stage | None]:
-        """The stage of every panel of a size."""
-        return staged(self.scene, self.look, self.frames, size)
-
     # --------------------------------------------------------------------------------------- words
     @cached_property
     def _base(self) -> Image.Image:
         """What is the same in all frames."""
         picture = Image.new("RGB", self.look.size, PAPER)
         pen = ImageDraw.Draw(picture)
-        title = self.scene.title + (f" ({self.scene.kind})" if self.scene.kind else "")
         letters = font(self._letter, bold=True)
         room = self.look.size[0] - 2 * GAP - font(self._letter).getlength(self._clock(self.scene.frames))
-        pen.text((GAP + 2, self._head / 2), short(title, letters, room - 20), INK, letters, anchor="lm")
+        pen.text(
+            (GAP + 2, self._head / 2),
+            short(title(self.scene), letters, room - 20),
+            INK,
+            letters,
+            anchor="lm",
+        )
         for box in self._boxes:
             pen.rectangle(box.corners, STAGE)
         if not self.look.overlay:
@@ -232,31 +203,8 @@ class Drawing:
 
 
 # ------------------------------------------------------------------------------------- parts of pictures
-def staged(
-    scene: Scene, look: DrawingStyle, frames: Sequence[int], size: tuple[int, int]
-) -> list[Stage | None]:
-    """A stage of a size for every figure, None where there is nothing to draw; overlaid, one for all.
-
-    Cameras look at the reference where there is one, so that who is elsewhere is seen to be.
-    """
-    solids = [
-        Solid(figure, colour, look.skin, THIN if look.overlay else 1.0)
-        if figure.positions is not None
-        else None
-        for figure, colour in zip(scene.figures, colours(scene), strict=True)
-    ]
-    drawn = [solid for solid in solids if solid is not None]
-    reference = next((solid for solid in drawn if solid.figure.part == "reference"), None)
-    if look.overlay:
-        groups, leads = [drawn], [reference or drawn[0]]
-    else:
-        groups = [[solid] for solid in drawn]
-        leads = [reference if reference and solid.figure.part == "prediction" else solid for solid in drawn]
-    made = stages(groups, leads, scene.ground, scene.fps, frames, size, look.view, look.camera)
-    if look.overlay:
-        return list(made)
-    ready = iter(made)
-    return [None if solid is None else next(ready) for solid in solids]
+def title(scene: Scene) -> str:
+    return scene.title + (f" ({scene.kind})" if scene.kind else "")
 
 
 def said(figure: Figure, frame: int, letters: Font, room: float) -> str:
@@ -298,3 +246,89 @@ def away(pen: ImageDraw.ImageDraw, box: Box, stage: Stage, frame: int, letter: i
         longer if letters.getlength(longer) <= box.width else short(f"{far:.1f} m away", letters, box.width)
     )
     pen.text((box.left + box.width / 2, box.top + box.height / 2), words, TROUBLE, letters, anchor="mm")
+
+
+# ------------------------------------------------------------------------------------------------ sheets
+MOST = 24
+"""Columns of a sheet."""
+CELL = 110
+"""Pixels of the narrowest column that is chosen unasked."""
+NAMES = 13
+"""Letters of the widest line of names, of about 0.6 of their height each."""
+
+
+def moments(frames: Sequence[int], count: int) -> list[int]:
+    """So many of these frames, evenly spread from the first to the last; all where there are fewer."""
+    if not 1 <= count <= MOST:
+        raise BenchError(f"a sheet has 1 to {MOST} columns, not {count}")
+    places = np.linspace(0, len(frames) - 1, min(count, len(frames)))
+    return [frames[place] for place in np.rint(places).astype(int).tolist()]
+
+
+def usual_size(scene: Scene, columns: int, overlay: bool) -> tuple[int, int]:
+    """Pixels that show every figure well."""
+    rows = 1 if overlay else len(scene.figures)
+    wide = max(1280 // max(columns, 4), CELL)
+    return 170 + columns * wide, 80 + rows * round(1.15 * wide)
+
+
+def sheet(scene: Scene, look: DrawingStyle, frames: Sequence[int]) -> Image.Image:
+    """An RGB picture of a scene at some frames; ``look.overlay`` makes it a single row.
+
+    Raises BenchError where the size leaves too little room for so many figures and moments.
+    """
+    width, height = look.size
+    rows = 1 if look.overlay else len(scene.figures)
+    letter = int(np.clip(round(min(width, 1.6 * height) / 70), 9, 20))
+    head, names = round(2.2 * letter), round(NAMES * 0.62 * letter)
+    wide = (width - names - GAP * (len(frames) + 1)) // len(frames)
+    high = (height - head - round(1.8 * letter) - GAP * rows) // rows
+    if min(wide, high) < SMALLEST:
+        raise BenchError(
+            f"{len(frames)} moments of {rows} figures do not fit on {width} x {height} pixels; give a "
+            "larger --size, or fewer --columns"
+        )
+    picture = Image.new("RGB", look.size, PAPER)
+    pen = ImageDraw.Draw(picture)
+    bold, letters = font(letter, bold=True), font(letter)
+    pen.text((GAP + 2, head / 2), short(title(scene), bold, width - 2 * GAP), INK, bold, anchor="lm")
+    for column, frame in enumerate(frames):
+        middle = names + GAP + column * (wide + GAP) + wide / 2
+        words = short(f"{frame / scene.fps:.2f} s", letters, wide)
+        pen.text((middle, head + 0.6 * letter), words, FAINT, letters, anchor="mm")
+    made = stages(scene, look, frames, (wide, high))
+    for row, stage in enumerate(made):
+        top = head + round(1.8 * letter) + row * (high + GAP)
+        for column, frame in enumerate(frames):
+            if stage is not None:
+                box = Box(names + GAP + column * (wide + GAP), top, wide, high)
+                picture.paste(stage.picture(frame), (box.left, box.top))
+                if not stage.seen(frame):
+                    away(pen, box, stage, frame, letter)
+        figures = scene.figures if look.overlay else scene.figures[row : row + 1]
+        span = Box(names + GAP, top, width - names - 2 * GAP, high)
+        if stage is None:
+            pen.rectangle(span.corners, STAGE)
+            nothing(pen, span, figures[0], letter)
+        _names(pen, scene, figures, Box(GAP, top, names - GAP, high), letter)
+    return picture
+
+
+def _names(
+    pen: ImageDraw.ImageDraw, scene: Scene, figures: Sequence[Figure], box: Box, letter: int
+) -> None:
+    """Who is in a row, with the mean error, in the margin."""
+    bold, letters, line = font(letter, bold=True), font(letter - 1), round(1.4 * letter)
+    top = float(box.top + letter // 2)
+    colour_of = dict(zip(scene.figures, colours(scene), strict=True))
+    for figure in figures:
+        chip(pen, box.left, top, letter, colour_of[figure])
+        top += line
+        for words in wrapped(plain(figure.label).replace("[", " ["), bold, box.width, 3):
+            pen.text((box.left, top), words, INK, bold)
+            top += line
+        if figure.error is not None:
+            words = f"error {float(np.nanmean(figure.error)):.1f} %"
+            pen.text((box.left, top), short(words, letters, box.width), FAINT, letters)
+            top += line
+        top += line // 2

@@ -8,7 +8,6 @@ from functools import lru_cache
 from pathlib import Path
 
 from retarget_bench import defaults
-from retarget_bench.analysis import pairwise
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan, predict
@@ -199,26 +198,7 @@ def results(
         known = ", ".join(sorted({place.dataset for place in found}))
         hint = f"there are results of {known}" if known else "bench run makes some"
         raise BenchError(f"no results{f' of {dataset}' if dataset else ''} in {where}; {hint}")
-    return of_methods(places, methods) if methods else places
-
-
-def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
-    """Those of these methods, in the order of the names. Raises BenchError for one without results."""
-    label_of = {place: read_stored(place).label for place in places}
-    labels = {label.rpartition(", seed ")[0] or label for label in label_of.values()}
-    chosen: list[ResultPaths] = []
-    for name in names:
-        label = pairwise.label_of(name, labels)
-        if label is None:
-            near = difflib.get_close_matches(name, labels, 3, 0.5) or sorted(labels)
-            raise BenchError(f"no results of {name!r} here; there are those of {', '.join(near)}")
-        chosen += [
-            place
-            for place, known in label_of.items()
-            if known == label or known.startswith(f"{label}, seed ")
-            if place not in chosen
-        ]
-    return chosen
+    return method_order.of_methods(places, methods) if methods else places
 
 
 def case(places: Sequence[ResultPaths], name: str) -> tuple[list[ResultPaths], str]:

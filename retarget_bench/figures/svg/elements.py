@@ -7,6 +7,7 @@ its data attributes, and the page's script finds the cases behind it.
 
 from __future__ import annotations
 
+import colorsys
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -193,3 +194,30 @@ def grid_line(x1: float, y1: float, x2: float, y2: float, kind: str | None = Non
 def shade(share: float) -> Markup:
     """The class of a place on the scale of errors, from 0 (none) to 1 (as bad as it is drawn)."""
     return Markup(f"s{palette.shade(share)}")
+
+
+# ------------------------------------------------------------------------------------------------ style
+LIFT = 0.45
+"""How far colours are moved towards white on dark paper."""
+
+
+def rules(styles: Iterable[MethodStyle]) -> str:
+    """CSS for the classes of methods and of the colour scale of errors, light and dark."""
+    styles = list(styles)
+    light = "".join(f".{each.name}{{--c:{each.colour}}}" for each in styles)
+    dark = "".join(f".{each.name}{{--c:{_lifted(each.colour)}}}" for each in styles)
+    scale = "".join(
+        f".s{step}{{--c:{_hex(rgb)};--on:{palette.ink(rgb)}}}" for step, rgb in enumerate(palette.shades())
+    )
+    return f"{light}{scale}@media screen and (prefers-color-scheme:dark){{{dark}}}"
+
+
+def _lifted(colour: str) -> str:
+    """Lighter, for dark paper: its hue and its place among the others stay."""
+    rgb = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    hue, light, full = colorsys.rgb_to_hls(*rgb)
+    return _hex(colorsys.hls_to_rgb(hue, light + LIFT * (1 - light), full))
+
+
+def _hex(rgb: Sequence[float]) -> str:
+    return "#" + "".join(f"{round(255 * each):02x}" for each in rgb)
