@@ -56,7 +56,11 @@ def limits(
     highs = [mean.value if mean.interval is None else max(mean.value, mean.interval.high) for mean in every]
     lows = [mean.value if mean.interval is None else min(mean.value, mean.interval.low) for mean in every]
     highest, least = max(highs, default=1.0), min(lows, default=0.0)
-    end = _end(shown, headers, declared, bands=bands) if declared.better in CUT and shown else math.inf
+    end = math.inf
+    if declared.better in CUT and shown:
+        end = _end(shown, headers, declared)
+        inner = (mean.interval.high for mean in every if mean.interval is not None and mean.value <= end)
+        end = end if bands else max(end, min(2.0 * end, max(inner, default=end)))
     cut = highest > end
     first = min(0.0, least) if from_zero else least
     room = MARGIN * ((end if cut else highest) - first) or MARGIN * max(abs(first), 1.0)
@@ -64,26 +68,15 @@ def limits(
 
 
 def _end(
-    shown: Mapping[str, Sequence[Mean]],
-    headers: Mapping[str, ResultHeader],
-    declared: DeclaredValue,
-    *,
-    bands: bool,
+    shown: Mapping[str, Sequence[Mean]], headers: Mapping[str, ResultHeader], declared: DeclaredValue
 ) -> float:
+    """The end of an axis by the methods alone, and as far as they allow by the controls."""
     highest = {label: max(mean.value for mean in each) for label, each in shown.items()}
     own = [number for label, number in highest.items() if not headers[label].method.control]
     counted = own or list(highest.values())
     size = max(counted)
     end = top(counted, 3 - math.floor(math.log10(size)) if size > 0 else 2, list(highest.values()))
-    if declared.better == "target":
-        end = max(end, float(declared.goal))
-    within = [
-        mean.interval.high
-        for each in shown.values()
-        for mean in each
-        if mean.interval is not None and mean.value <= end
-    ]
-    return end if bands else max(end, min(2.0 * end, max(within, default=end)))
+    return max(end, float(declared.goal)) if declared.better == "target" else end
 
 
 def colour_end(numbers: Mapping[str, Sequence[float]], ranked: Iterable[str], share: float) -> float:

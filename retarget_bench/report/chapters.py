@@ -17,7 +17,6 @@ from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.tasks import DERIVED, definitions
 from retarget_bench.figures import method_order
-from retarget_bench.figures.data import values
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
@@ -64,16 +63,6 @@ class Split:
         return np.array([not summary.unranked(row.header) for row in self.matrix.rows])
 
     @cached_property
-    def numbers(self) -> np.ndarray:
-        """``(methods, cases)`` of the main value, as in the tables: of ranked methods on common cases."""
-        return values.common_numbers(self.matrix, self.main.id)
-
-    @property
-    def paired(self) -> bool:
-        """Whether values of sets compare answers with the right answers to the same cases."""
-        return all(row.header.four_legged is None for row in self.matrix.rows)
-
-    @cached_property
     def losses(self) -> np.ndarray:
         """``(methods, cases)``: how bad the main value is, as far as it is known at all."""
         numbers = self.matrix.numbers((self.main.id, ""))
@@ -103,7 +92,7 @@ class Split:
 class Chapter:
     """Results of one task (a folder's name, ``denoise-1a2b3c4d`` where it has parameters) on a data set.
 
-    data: the spec of the data set.
+    dataset: its label, which names derived tasks too. data: the spec of the data set.
     """
 
     task: str
@@ -117,10 +106,6 @@ class Chapter:
     def kind(self) -> str:
         """The task without its parameters."""
         return next(task for task in TASKS if self.task.startswith(task))
-
-    @property
-    def title(self) -> str:
-        return self.dataset  # of derived tasks it says which
 
     @property
     def labels(self) -> list[str]:

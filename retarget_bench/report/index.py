@@ -84,7 +84,7 @@ def _data(
     return {
         "chapters": [
             {
-                "title": printable(chapter.title),
+                "title": printable(chapter.dataset),
                 "splits": [_split(split, (c, s), shown, step) for s, split in enumerate(chapter.splits)],
             }
             for c, chapter in enumerate(chapters)
@@ -112,7 +112,7 @@ def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinnin
             for value in whole
         },
         "lost": _lost(split, at, shown, kept),
-        "paired": split.paired,
+        "paired": all(row.header.four_legged is None for row in split.matrix.rows),
     }
     told |= {"few": few} if few else {}
     return told if step.worst is None else told | {"kept": kept}

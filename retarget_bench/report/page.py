@@ -90,7 +90,7 @@ ASKS = {
 
 def _chapter(chapter: Chapter, styles: dict[str, MethodStyle]) -> dict[str, Any]:
     return {
-        "title": chapter.title,
+        "title": chapter.dataset,
         "asks": ASKS.get(chapter.kind, ""),
         "tables": chapter.tables,
         "pictures": pictures(chapter, styles),
@@ -138,7 +138,7 @@ def _facts(chapters: Sequence[Chapter], shown: PackedScenes) -> list[tuple[str, 
     cases = sum(len(split.matrix.cases) for chapter in chapters for split in chapter.splits)
     span = dates[0] if dates and dates[0] == dates[-1] else f"{dates[0]} to {dates[-1]}" if dates else ""
     facts = [
-        ("results", "; ".join(chapter.title for chapter in chapters)),
+        ("results", "; ".join(chapter.dataset for chapter in chapters)),
         ("cases", f"{cases}, of which {count(len(shown.scenes), 'case')} can be seen in motion here"),
         ("methods", ", ".join(methods)),
         ("seeds", ", ".join(map(str, seeds))),

@@ -4,12 +4,11 @@ import importlib
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
 from importlib.util import find_spec
 from itertools import chain, islice
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 from PIL import Image
@@ -82,16 +81,8 @@ def write_clip(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
             _gif(temporary, pictures, fps)
         else:
             first, *others = pictures
-            durations = _durations(1 + len(others), fps, 1)
-            first.save(
-                temporary,
-                format="WEBP",
-                save_all=True,
-                append_images=others,
-                duration=durations,
-                loop=0,
-                quality=QUALITY,
-            )
+            options = {"duration": _durations(1 + len(others), fps, 1), "loop": 0, "quality": QUALITY}
+            first.save(temporary, format="WEBP", save_all=True, append_images=others, **options)
 
 
 def _durations(count: int, fps: float, step: int) -> list[int]:
@@ -131,26 +122,21 @@ def _video(path: Path, temporary: Path, pictures: Iterable[Image.Image], fps: fl
         *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-c:v", "libx264", "-crf", "20"),
         *("-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(temporary)),
     ]
-    with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=said)
+    with tempfile.TemporaryFile() as errors:
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors)
         assert process.stdin is not None
         try:
-            _feed(process.stdin, first, each)
+            with suppress(BrokenPipeError):  # ffmpeg gave up, and says why
+                for picture in chain([first], each):
+                    process.stdin.write(picture.tobytes())
+            with suppress(BrokenPipeError):
+                process.stdin.close()
         finally:
             if process.poll() is None and not process.stdin.closed:
                 process.kill()  # the pictures could not be drawn
             process.wait()
         if process.returncode:
-            said.seek(0)
-            words = said.read().decode(errors="replace").strip().splitlines()
+            errors.seek(0)
+            words = errors.read().decode(errors="replace").strip().splitlines()
             reason = words[-1] if words else "it does not say why"
             raise FileError(path, f"ffmpeg could not write it ({reason})")
-
-
-def _feed(stream: IO[bytes], first: Image.Image, others: Iterator[Image.Image]) -> None:
-    with suppress(BrokenPipeError):  # ffmpeg gave up, and says why
-        stream.write(first.tobytes())
-        for picture in others:
-            stream.write(picture.tobytes())
-    with suppress(BrokenPipeError):
-        stream.close()

@@ -42,7 +42,15 @@ class Drawing:
     ) -> None:
         self.scene, self.look = scene, look or DrawingStyle()
         self.frames = frames if frames is not None else range(scene.frames)
-        self._colours = colours(scene)
+        self._shown = list(zip(scene.figures, colours(scene), strict=True))
+        # In pixels: the size of letters, from one line to the next, above all panels, and below each.
+        self._letter = int(np.clip(round(min(self.look.size) / 42), 9, 20))
+        self._line, self._head = round(1.4 * self._letter), round(2.2 * self._letter)
+        drawn = [figure for figure in scene.figures if figure.positions is not None]
+        notes = any(figure.error is not None for figure in drawn) + any(figure.message for figure in drawn)
+        self._foot = (1 + notes) * self._line + round(0.4 * self._letter)
+        self._legend_columns = int(np.clip(self.look.size[0] // (30 * self._letter), 1, 3))
+        self._legend_rows = -(-len(scene.figures) // self._legend_columns)
         self._boxes, self._stages = self._laid_out()
 
     def at(self, frame: int) -> Image.Image:
@@ -52,48 +60,10 @@ class Drawing:
         for box, stage in zip(self._boxes, self._stages, strict=True):
             if stage is not None:
                 picture.paste(stage.picture(frame), (box.left, box.top))
-        self._say_now(pen, frame)
+        self._draw_words(pen, frame)
         return picture
 
     # --------------------------------------------------------------------------------------- layout
-    @cached_property
-    def _letter(self) -> int:
-        """Pixels: how large words are."""
-        return int(np.clip(round(min(self.look.size) / 42), 9, 20))
-
-    @property
-    def _head(self) -> int:
-        return round(2.2 * self._letter)
-
-    @property
-    def _foot(self) -> int:
-        """Pixels below every panel, for the figure's name and what is said of it."""
-        return (1 + self._notes) * self._line + round(0.4 * self._letter)
-
-    @property
-    def _line(self) -> int:
-        """Pixels from one line of words to the next."""
-        return round(1.4 * self._letter)
-
-    @property
-    def _legend_columns(self) -> int:
-        return int(np.clip(self.look.size[0] // (30 * self._letter), 1, 3))
-
-    @property
-    def _legend_rows(self) -> int:
-        return -(-len(self.scene.figures) // self._legend_columns)
-
-    @property
-    def _notes(self) -> int:
-        """Lines below the names of figures."""
-        shown = [figure for figure in self.scene.figures if figure.positions is not None]
-        rated = any(figure.error is not None for figure in shown)
-        return rated + any(figure.message for figure in shown)
-
-    @property
-    def _shown(self) -> list[tuple[Figure, Colour]]:
-        return list(zip(self.scene.figures, self._colours, strict=True))
-
     def _laid_out(self) -> tuple[list[Box], list[Stage | None]]:
         """Panels and their stages (None: nothing to draw), in as many columns as make bodies largest."""
         if self.look.overlay:
@@ -133,7 +103,7 @@ class Drawing:
     # --------------------------------------------------------------------------------------- words
     @cached_property
     def _base(self) -> Image.Image:
-        """What is the same in all frames."""
+        """The parts that are the same in all frames."""
         picture = Image.new("RGB", self.look.size, PAPER)
         pen = ImageDraw.Draw(picture)
         letters = font(self._letter, bold=True)
@@ -151,14 +121,14 @@ class Drawing:
             for box, stage, (figure, colour) in zip(self._boxes, self._stages, self._shown, strict=True):
                 self._name(pen, box, figure, colour)
                 if stage is None:
-                    nothing(pen, box, figure, self._letter)
+                    draw_reason(pen, box, figure, self._letter)
         return picture
 
     def _name(self, pen: ImageDraw.ImageDraw, box: Box, figure: Figure, colour: Colour) -> None:
-        """A figure's colours and name below its panel, and what is said of it."""
+        """A figure's colours, name and message below its panel."""
         line = self._line
         top = box.top + box.height + 0.3 * self._letter
-        chip(pen, box.left, top + 0.15 * self._letter, self._letter, colour)
+        draw_chip(pen, box.left, top + 0.15 * self._letter, self._letter, colour)
         letters = font(self._letter, bold=True)
         room = box.width - 2.1 * self._letter
         pen.text((box.left + 2.1 * self._letter, top), short(figure.label, letters, room), INK, letters)
@@ -167,7 +137,7 @@ class Drawing:
             row = 1 + (figure.error is not None)
             pen.text((box.left, top + line * row), short(figure.message, small, box.width), FAINT, small)
 
-    def _say_now(self, pen: ImageDraw.ImageDraw, frame: int) -> None:
+    def _draw_words(self, pen: ImageDraw.ImageDraw, frame: int) -> None:
         """The time, and every figure's error now."""
         letters = font(self._letter)
         right = self.look.size[0] - GAP - 2
@@ -177,24 +147,24 @@ class Drawing:
             return
         for box, stage, (figure, _) in zip(self._boxes, self._stages, self._shown, strict=True):
             top = box.top + box.height + 0.3 * self._letter + self._line
-            pen.text((box.left, top), said(figure, frame, letters, box.width), FAINT, letters)
+            pen.text((box.left, top), error_text(figure, frame, letters, box.width), FAINT, letters)
             if stage is not None and not stage.seen(frame):
-                away(pen, box, stage, frame, self._letter)
+                draw_away(pen, box, stage, frame, self._letter)
 
     def _legend(self, pen: ImageDraw.ImageDraw, frame: int) -> None:
-        """Who is who in an overlay, and who is not there."""
+        """Names and colours of the figures of an overlay, and of those missing."""
         letters, below = font(self._letter), self._boxes[0].top + self._boxes[0].height + GAP
         wide = (self.look.size[0] - 2 * GAP) // self._legend_columns
         for number, (figure, colour) in enumerate(self._shown):
             left = GAP + wide * (number // self._legend_rows)
             top = below + self._line * (number % self._legend_rows)
-            chip(pen, left, top + 0.15 * self._letter, self._letter, colour)
+            draw_chip(pen, left, top + 0.15 * self._letter, self._letter, colour)
             left, room = left + round(2.1 * self._letter), wide - round(2.6 * self._letter)
             if figure.positions is None:
                 words = short(f"{figure.label}: {figure.status}, {figure.message}", letters, room)
                 pen.text((left, top), words, TROUBLE, letters)
                 continue
-            now = said(figure, frame, letters, 0.6 * room)
+            now = error_text(figure, frame, letters, 0.6 * room)
             name = short(figure.label, letters, room - letters.getlength(f"  {now}"))
             pen.text((left, top), f"{name}  {now}", INK, letters)
 
@@ -207,7 +177,7 @@ def title(scene: Scene) -> str:
     return scene.title + (f" ({scene.kind})" if scene.kind else "")
 
 
-def said(figure: Figure, frame: int, letters: Font, room: float) -> str:
+def error_text(figure: Figure, frame: int, letters: Font, room: float) -> str:
     """A figure's error at a frame and on average, in as many words as there is room for; "" without one."""
     if figure.error is None:
         return ""
@@ -216,7 +186,7 @@ def said(figure: Figure, frame: int, letters: Font, room: float) -> str:
     return next((words for words in longer if letters.getlength(words) <= room), f"{now:.1f} %")
 
 
-def chip(pen: ImageDraw.ImageDraw, left: float, top: float, letter: int, colour: Colour) -> None:
+def draw_chip(pen: ImageDraw.ImageDraw, left: float, top: float, letter: int, colour: Colour) -> None:
     """A body's colours: its left, which is light, its middle, and its right, which is dark."""
     middle, light, dark = tints(colour)
     for number, tint in enumerate((light, middle, dark)):
@@ -224,19 +194,19 @@ def chip(pen: ImageDraw.ImageDraw, left: float, top: float, letter: int, colour:
         pen.rectangle((x, top, x + 0.55 * letter, top + 0.9 * letter), tint)
 
 
-def nothing(pen: ImageDraw.ImageDraw, box: Box, figure: Figure, letter: int) -> None:
-    """A panel without a figure: why there is none."""
+def draw_reason(pen: ImageDraw.ImageDraw, box: Box, figure: Figure, letter: int) -> None:
+    """The reason why a panel has no figure."""
     bold, letters = font(letter, bold=True), font(letter)
     lines = max(1, int((box.height - 2 * letter) / (1.35 * letter)) - 1)
-    told = wrapped(figure.message, letters, box.width - 2 * letter, min(lines, 8))
-    top = box.top + max(letter, (box.height - (len(told) + 1.2) * 1.35 * letter) / 2)
+    reason = wrapped(figure.message, letters, box.width - 2 * letter, min(lines, 8))
+    top = box.top + max(letter, (box.height - (len(reason) + 1.2) * 1.35 * letter) / 2)
     middle = box.left + box.width / 2
     pen.text((middle, top), short(figure.status, bold, box.width), TROUBLE, bold, anchor="ma")
-    for number, words in enumerate(told):
+    for number, words in enumerate(reason):
         pen.text((middle, top + (number + 1.2) * 1.35 * letter), words, INK, letters, anchor="ma")
 
 
-def away(pen: ImageDraw.ImageDraw, box: Box, stage: Stage, frame: int, letter: int) -> None:
+def draw_away(pen: ImageDraw.ImageDraw, box: Box, stage: Stage, frame: int, letter: int) -> None:
     """Words for a figure that is not in its panel."""
     places = stage.solids[0].places[frame]
     far = float(np.linalg.norm(places.mean(axis=0) - stage.targets[frame]))
@@ -304,12 +274,12 @@ def sheet(scene: Scene, look: DrawingStyle, frames: Sequence[int]) -> Image.Imag
                 box = Box(names + GAP + column * (wide + GAP), top, wide, high)
                 picture.paste(stage.picture(frame), (box.left, box.top))
                 if not stage.seen(frame):
-                    away(pen, box, stage, frame, letter)
+                    draw_away(pen, box, stage, frame, letter)
         figures = scene.figures if look.overlay else scene.figures[row : row + 1]
         span = Box(names + GAP, top, width - names - 2 * GAP, high)
         if stage is None:
             pen.rectangle(span.corners, STAGE)
-            nothing(pen, span, figures[0], letter)
+            draw_reason(pen, span, figures[0], letter)
         _names(pen, scene, figures, Box(GAP, top, names - GAP, high), letter)
     return picture
 
@@ -317,12 +287,12 @@ def sheet(scene: Scene, look: DrawingStyle, frames: Sequence[int]) -> Image.Imag
 def _names(
     pen: ImageDraw.ImageDraw, scene: Scene, figures: Sequence[Figure], box: Box, letter: int
 ) -> None:
-    """Who is in a row, with the mean error, in the margin."""
+    """The figures of a row, with their mean errors, in the margin."""
     bold, letters, line = font(letter, bold=True), font(letter - 1), round(1.4 * letter)
     top = float(box.top + letter // 2)
     colour_of = dict(zip(scene.figures, colours(scene), strict=True))
     for figure in figures:
-        chip(pen, box.left, top, letter, colour_of[figure])
+        draw_chip(pen, box.left, top, letter, colour_of[figure])
         top += line
         for words in wrapped(plain(figure.label).replace("[", " ["), bold, box.width, 3):
             pen.text((box.left, top), words, INK, bold)

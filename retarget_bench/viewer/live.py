@@ -15,10 +15,10 @@ from retarget_bench.motion.facing import facing
 from retarget_bench.motion.ground import ground_height
 from retarget_bench.viewer import floor
 from retarget_bench.viewer.bodies import Solid
-from retarget_bench.viewer.case_list import CaseList
 from retarget_bench.viewer.colours import CONTACT, FLOOR, colours
 from retarget_bench.viewer.models import Model
 from retarget_bench.viewer.scene import Figure, Scene
+from retarget_bench.viewer.scene_builder import CaseList
 from retarget_bench.viewer.text import plain
 
 HOST = "127.0.0.1"
