@@ -22,7 +22,7 @@ MARGIN = 0.03
 
 
 def top(highest: Sequence[float], decimals: int = 2, others: Sequence[float] = ()) -> float:
-    """Where an axis ends, from the highest number of every method: what is far worse is left out.
+    """The end of an axis, from the highest number of every method: what is far worse is left out.
 
     decimals: with which the numbers are written; methods that have nothing but zeros then do not count.
     others: numbers that the axis reaches to as well, such as controls', but that do not count as methods.
@@ -80,7 +80,7 @@ def _end(
 
 
 def colour_end(numbers: Mapping[str, Sequence[float]], ranked: Iterable[str], share: float) -> float:
-    """Where a colour scale ends: this share of the numbers of ranked methods is below (of all methods where
+    """The end of a colour scale: this share of the numbers of ranked methods is below (of all methods where
     none is ranked). numbers: label -> what is drawn of it."""
     among = [number for label in ranked for number in numbers.get(label, ())]
     known = sorted(among or [number for each in numbers.values() for number in each])

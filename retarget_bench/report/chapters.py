@@ -70,7 +70,7 @@ class Split:
 
     @cached_property
     def groups(self) -> dict[str, list[str]]:
-        """What the cases can be told apart by -> the group of every case."""
+        """Grouping (kind, pair, clip, ...) -> the group of every case."""
         cases = self.matrix.cases
         found = {
             "kind": [info.kind or UNKNOWN for info in cases],
@@ -203,7 +203,7 @@ def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:
 
 
 def _usual(tables: Sequence[Table], shown: Mapping[str, Sequence[Column]]) -> Column | None:
-    """What a split is read by that no method has any number on: what others are, or the first column."""
+    """The column for a split without any number: the main one of other splits, or the first."""
     mains = [columns[0] for columns in shown.values()]
     declared = [each for table in tables for each in table.explained]
     return next((each for each in (*mains, *declared) if each.id != FPS), None)

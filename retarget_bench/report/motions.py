@@ -18,13 +18,13 @@ from retarget_bench.viewer.packing import packed
 WANTED = (1.0, 0.5, 0.0)
 """Worst, median and best, as shares of the cases in order of how well they go."""
 NEAR = 1 / 6
-"""What stands within so large a share of the wanted place is as good as the one there."""
+"""Share of the cases around the wanted place that count as equally near."""
 
 Chosen = tuple[int, int, int]
 """Numbers of chapter, split and case."""
 
 
-def chosen(chapters: Sequence[Chapter], most: int, asked: Sequence[str] = ()) -> list[Chosen]:
+def chosen(chapters: Sequence[Chapter], most: int, wanted: Sequence[str] = ()) -> list[Chosen]:
     """The cases to show, in the order in which they are to be packed: those asked for by id, then of every
     split in turn, cross first, its worst, median, best, next worst, ... case, at most so many in all.
 
@@ -38,14 +38,14 @@ def chosen(chapters: Sequence[Chapter], most: int, asked: Sequence[str] = ()) ->
         for s, split in reversed([*enumerate(chapter.splits)])
     ]
     known = {info.id for _, _, split in splits for info in split.matrix.cases}
-    if unknown := [case for case in asked if case not in known]:
+    if unknown := [case for case in wanted if case not in known]:
         near = difflib.get_close_matches(unknown[0], known, 3, 0.5) or sorted(known)[:3]
         raise BenchError(f"no case {unknown[0]!r} in these results; near it: {', '.join(near)}")
     found = [
         (c, s, case)
         for c, s, split in splits
         for case, info in enumerate(split.matrix.cases)
-        if info.id in asked
+        if info.id in wanted
     ]
     queues = [[(c, s, case) for case in order(split, most)] for c, s, split in splits]
     for turn in range(max(map(len, queues), default=0)):
@@ -85,8 +85,8 @@ def order(split: Split, most: int | None = None) -> list[int]:
 def _traits(split: Split, case: int) -> list[str]:
     info = split.matrix.cases[case]
     level = split.groups.get("level")
-    told = [f"kind {info.kind}", f"pair {info.pair}", f"source {info.source}", f"target {info.target}"]
-    return told if level is None else [*told, f"level {level[case]}"]
+    traits = [f"kind {info.kind}", f"pair {info.pair}", f"source {info.source}", f"target {info.target}"]
+    return traits if level is None else [*traits, f"level {level[case]}"]
 
 
 def _badness(split: Split) -> np.ndarray:
@@ -95,9 +95,8 @@ def _badness(split: Split) -> np.ndarray:
     places = np.full(losses.shape, np.nan)
     for row, loss in enumerate(losses):
         there = np.flatnonzero(~np.isnan(loss))
-        places[row, there[np.argsort(loss[there], kind="stable")]] = np.arange(len(there)) / max(
-            1, len(there)
-        )
+        best_first = there[np.argsort(loss[there], kind="stable")]
+        places[row, best_first] = np.arange(len(there)) / max(1, len(there))
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of cases that nobody answered
         return np.nanmean(places, axis=0)
@@ -167,7 +166,7 @@ def motions(
 
 
 def _notes(chapters: Sequence[Chapter], found: PackedScenes) -> list[str]:
-    """Why cases have no scene, each reason once; and how to get predictions where there are none at all."""
+    """Reasons why cases have no scene, each once; and a hint where there are no predictions at all."""
     notes = []
     for why in dict.fromkeys(found.reasons.values()):
         cases = [each for each in found.reasons if found.reasons[each] == why]

@@ -48,7 +48,9 @@ def radii(body: Character) -> np.ndarray:
             widest = found[parent, 1] or 0.03 * body.height
             found[joint] = max(min(PLAIN * length, widest), THINNEST * body.height)
             continue
-        found[joint] = np.multiply(_share(role), body.height)
+        trunk = PARTS.get(body_part(role), PARTS["trunk"])
+        shares = FINGER if is_finger(role) else LIMBS.get(role.partition("_")[2], trunk)
+        found[joint] = np.multiply(shares, body.height)
         if body_part(role) not in ("trunk", "head"):
             found[joint] = np.minimum(found[joint], THICKEST * length)
     return found
@@ -80,14 +82,6 @@ def ends(body: Character) -> list[int]:
     """Joints whose paths are drawn: hands, feet and head, else every last joint."""
     named = body.joints(("left_hand", "right_hand", "left_foot", "right_foot", "head"))
     return named or [joint for joint, below in enumerate(body.skeleton.children) if not below]
-
-
-def _share(role: str) -> tuple[float, float]:
-    """Radii of the bone that ends in a role, in heights."""
-    if is_finger(role):
-        return FINGER
-    limb = role.partition("_")[2]
-    return LIMBS[limb] if limb in LIMBS else PARTS.get(body_part(role), PARTS["trunk"])
 
 
 LIGHT = np.array([-0.38, 0.84, 0.38])

@@ -20,14 +20,10 @@ from retarget_bench.viewer.colours import CONTACT
 CLIPS = (".mp4", ".gif", ".webp")
 STILL = ".png"
 ENDINGS = (*CLIPS, STILL)
-NO_FFMPEG = (
-    "videos need ffmpeg, and there is none: pip install 'retarget-bench[video]', put ffmpeg on the PATH, "
-    "or write a .gif or .webp"
-)
 QUALITY = 80
 """Of .webp, 0 to 100."""
 BEGUN, TAKEN, SWATCH = 30, 6, 8
-"""So many of the first pictures of a .gif give it its colours; rows of pixels of what may light up."""
+"""First pictures of a .gif, those of them that give it its colours, and rows of pixels for contacts."""
 MOST_BYTES = 2e9
 KEPT = {".gif": 1, ".webp": 3}
 """Bytes of a pixel that are in memory until all pictures are there."""
@@ -50,7 +46,10 @@ def ffmpeg() -> str:
         with suppress(RuntimeError):  # a wheel without the program
             return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
     if (found := shutil.which("ffmpeg")) is None:
-        raise BenchError(NO_FFMPEG)
+        raise BenchError(
+            "videos need ffmpeg, and there is none: pip install 'retarget-bench[video]', put ffmpeg on the "
+            "PATH, or write a .gif or .webp"
+        )
     return found
 
 

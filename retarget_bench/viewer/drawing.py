@@ -91,13 +91,8 @@ class Drawing:
         wide = (self.look.size[0] - GAP * (columns + 1)) // columns
         high = (self.look.size[1] - self._head) // rows - self._foot
         return [
-            Box(
-                GAP + (k % columns) * (wide + GAP),
-                self._head + (k // columns) * (high + self._foot),
-                wide,
-                high,
-            )
-            for k in range(count)
+            Box(GAP + column * (wide + GAP), self._head + row * (high + self._foot), wide, high)
+            for row, column in (divmod(k, columns) for k in range(count))
         ]
 
     # --------------------------------------------------------------------------------------- words
@@ -210,11 +205,9 @@ def draw_away(pen: ImageDraw.ImageDraw, box: Box, stage: Stage, frame: int, lett
     """Words for a figure that is not in its panel."""
     places = stage.solids[0].places[frame]
     far = float(np.linalg.norm(places.mean(axis=0) - stage.targets[frame]))
-    letters = font(letter)
-    longer = f"out of view: {far:.1f} m away"
-    words = (
-        longer if letters.getlength(longer) <= box.width else short(f"{far:.1f} m away", letters, box.width)
-    )
+    letters, words = font(letter), f"out of view: {far:.1f} m away"
+    if letters.getlength(words) > box.width:
+        words = short(f"{far:.1f} m away", letters, box.width)
     pen.text((box.left + box.width / 2, box.top + box.height / 2), words, TROUBLE, letters, anchor="mm")
 
 
@@ -228,7 +221,7 @@ NAMES = 13
 
 
 def moments(frames: Sequence[int], count: int) -> list[int]:
-    """So many of these frames, evenly spread from the first to the last; all where there are fewer."""
+    """At most ``count`` of these frames, evenly spread from the first to the last."""
     if not 1 <= count <= MOST:
         raise BenchError(f"a sheet has 1 to {MOST} columns, not {count}")
     places = np.linspace(0, len(frames) - 1, min(count, len(frames)))

@@ -128,16 +128,12 @@ def _head(figure: Figure, values: dict[str, float]) -> dict[str, Any]:
 
 
 def _ground(ground: Ground) -> dict[str, Any]:
-    packed: dict[str, Any] = {"height": float(ground.height)}
-    if ground.heights is not None:
-        rows, columns = ground.heights.shape
-        packed |= {
-            "rows": int(rows),
-            "columns": int(columns),
-            "origin": [float(each) for each in ground.origin],
-            "spacing": float(ground.spacing),
-        }
-    return packed
+    if ground.heights is None:
+        return {"height": float(ground.height)}
+    rows, columns = map(int, ground.heights.shape)
+    origin, spacing = [float(each) for each in ground.origin], float(ground.spacing)
+    field = {"rows": rows, "columns": columns, "origin": origin, "spacing": spacing}
+    return {"height": float(ground.height), **field}
 
 
 def _skin(body: Character, skin: Skin) -> Iterator[np.ndarray]:

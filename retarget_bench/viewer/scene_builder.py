@@ -1,7 +1,7 @@
 """Scenes of stored results, of predictions made now, and of motion files."""
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from zipfile import BadZipFile
@@ -81,7 +81,7 @@ def of_case_asked(dataset: Spec, split: str | None, case_id: str, methods: Seque
     splits = data.card.splits if split is None else (split,)
     infos = {info.id: info for each in splits for info in data.cases(RETARGET, each)}
     if case_id not in infos:
-        raise _unknown(case_id, infos, f"{data.label} has")
+        raise _unknown(case_id, list(infos), f"{data.label} has")
     case = _loaded(data, infos[case_id])
     answers = []
     for spec in (registry.canonical("methods", each) for each in methods):
@@ -99,9 +99,8 @@ def _loaded(data: Dataset, info: CaseInfo) -> Case:
     return case
 
 
-def _unknown(case_id: str, known: Iterable[str], who: str) -> BenchError:
-    names = list(known)
-    near = difflib.get_close_matches(case_id, names, 3, 0.5) or names[:3]
+def _unknown(case_id: str, known: Sequence[str], who: str) -> BenchError:
+    near = difflib.get_close_matches(case_id, known, 3, 0.5) or known[:3]
     return BenchError(
         f"{who} no case {case_id!r}" + (f"; near it: {', '.join(near)}" if near else ", and no other")
     )
@@ -183,8 +182,8 @@ def of_files(
         raise BenchError(f"{', '.join(map(str, files))}: one of these has no frames")
     figures = []
     for name, motion in zip(names, motions, strict=True):
-        shown, said = _fitted(motion, fps, length)
-        figures.append(replace(figure_of(name, "motion", shown), message=said))
+        shown, change = _fitted(motion, fps, length)
+        figures.append(replace(figure_of(name, "motion", shown), message=change))
     return Scene(title=", ".join(names), figures=tuple(figures), fps=fps)
 
 
@@ -225,15 +224,15 @@ def _prediction(path: Path, bodies: Sequence[Character]) -> Prediction:
 
 
 def _fitted(motion: Prediction, fps: float, length: int) -> tuple[Prediction, str]:
-    """A motion at a rate and cut to a length, and what was done to it, as a sentence ("" for nothing)."""
-    said = []
+    """A motion at a rate and cut to a length, and a sentence on the changes ("" for none)."""
+    changes = []
     if abs(motion.fps - fps) > SAME_RATE * fps:
-        said.append(f"brought from {motion.fps:g} to {fps:g} frames per second")
+        changes.append(f"brought from {motion.fps:g} to {fps:g} frames per second")
         motion = motion.resample(fps)
     if motion.frames > length:
-        said.append(f"the first {length} of {motion.frames} frames")
+        changes.append(f"the first {length} of {motion.frames} frames")
         motion = motion.at(slice(length))
-    return motion, "; ".join(said)
+    return motion, "; ".join(changes)
 
 
 # ------------------------------------------------------------------------------------------- lists of cases

@@ -33,7 +33,7 @@ BEHIND = 30
 PAIRS, JOINTS = 0.98, 0.97
 """The shares of all squares, and of all joints, that the colours are spread over."""
 NOTHING = 0.01
-"""Where no joint is farther off, in % of the height, all look right: it is rounding."""
+"""% of the height: smaller errors are rounding, and have the colour of no error."""
 
 
 # ------------------------------------------------------------------------------------------------- pairs

@@ -26,13 +26,7 @@ ENDINGS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {
 WIDTHS = {"column": 3.25, "page": 6.75}
 """Inches: a column and both columns of the narrowest two-column papers, so that 8 points stay 8 points."""
 MARKS = "osD^vPX*"
-DASHES: dict[str, Any] = {
-    "full": "-",
-    "dashed": "--",
-    "dotted": ":",
-    "dash-dot": "-.",
-    "long": (0, (10, 3)),
-}
+DASHES = {"full": "-", "dashed": "--", "dotted": ":", "dash-dot": "-.", "long": (0, (10, 3))}
 LETTER = 0.056
 """Inches that a letter of the legend takes on average, rather too much than too little."""
 LONGEST = 60
@@ -109,13 +103,8 @@ def drawable(name: str) -> str:
 
 def short(number: float) -> str:
     """Two decimals, or as many as four signs have room for."""
-    return (
-        f"{number:.2f}"
-        if abs(number) < 9.995
-        else f"{number:.1f}"
-        if abs(number) < 99.95
-        else f"{number:.0f}"
-    )
+    decimals = 2 if abs(number) < 9.995 else 1 if abs(number) < 99.95 else 0
+    return f"{number:.{decimals}f}"
 
 
 def title(figure: Figure, page: Page, data: model.Figure) -> None:
@@ -175,11 +164,11 @@ def legend(figure: Figure, panels: Sequence[Any]) -> None:
 SIZE = 5.5
 """Points: letters of numbers at the edge."""
 DIGIT = 0.62
-"""How wide a digit is, in heights of letters."""
+"""Width of a digit, in heights of letters."""
 MARK = 6.0
 """Points: a mark at the edge and the gap behind it."""
 NUMBERS = 2
-"""So many numbers stand beside a row."""
+"""Most numbers beside a row."""
 LINE = 7.0
 """Points between two rows of marks above a panel."""
 

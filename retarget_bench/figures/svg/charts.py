@@ -40,7 +40,7 @@ CLIP = "M0-2.6A2.6 2.6 0 1 1 0 2.6A2.6 2.6 0 1 1 0-2.6Z"
 
 @dataclass(frozen=True)
 class Drawing:
-    """How a page draws. styles: of the methods. decimals: value id -> with how many its table is written.
+    """Draws charts for a page. styles: of the methods. decimals: value id -> those of its table.
     units: value id -> its unit."""
 
     styles: Mapping[str, MethodStyle]
