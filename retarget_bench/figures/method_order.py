@@ -74,7 +74,7 @@ def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[Resu
     for name in names:
         label = pairwise.label_of(name, set(label_of.values()))
         if label is None:
-            raise pairwise.unknown(result_matrix.result_matrices(places), name)
+            raise pairwise.unknown(label_of.values(), name)
         chosen += [place for place in places if label_of[place] == label and place not in chosen]
     return chosen
 

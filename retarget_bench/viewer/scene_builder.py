@@ -86,7 +86,7 @@ def of_case_asked(dataset: Spec, split: str | None, case_id: str, methods: Seque
     answers = []
     for spec in (registry.canonical("methods", each) for each in methods):
         method = plan.method(spec)
-        seed = store.case_seed(0, str(plan.known_as(spec).alone), case_id)
+        seed = store.case_seed(0, str(plan.spec_by_weights(spec).alone), case_id)
         answers.append((str(spec), predict(method, case, context_for(method, data, case, seed))))
     return _scene(case, answers)
 
@@ -138,7 +138,7 @@ def _scene(
     figures = [figure_of("source", "source", case.source)]
     if case.reference is not None:
         compared = _compared(case, case.reference)
-        schedule = compared.schedule if compared else None
+        schedule = compared.contact_labels if compared else None
         labels = None if schedule is None else (tuple(schedule.joints.tolist()), schedule.planted)
         figures.append(figure_of("reference", "reference", case.reference, labels))
     names = distinct([label for label, _ in answers], KNOWN)
@@ -308,6 +308,6 @@ class CaseList:
 def _slug(name: str) -> str:
     """The folder name of a method's results, however its name is written."""
     try:
-        return plan.known_as(registry.canonical("methods", Spec.parse(name))).slug
+        return plan.spec_by_weights(registry.canonical("methods", Spec.parse(name))).slug
     except BenchError:
         return name
