@@ -25,8 +25,8 @@ KINDS = {
 }
 RULE = (
     f"found: |p(t) - p(t-1)| * fps / 30 < {CONTACT_SPEED:g} h; pooled over frames and joints, without the "
-    "first frame, which has no speed; joints: foot and toe of both sides, where present, and the fore paws of "
-    "four-legged targets; left out where no label says contact"
+    "first frame, which has no speed; joints: foot and toe of both sides, where present, and the fore "
+    "paws of four-legged targets; left out where no label says contact"
 )
 LABELS = (
     "true: the case's own labels where the data set knows them, else the reference's by the rule for found"

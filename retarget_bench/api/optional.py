@@ -62,7 +62,7 @@ class OffersUnseen(Protocol):
 @runtime_checkable
 class OffersConditions(Protocol):
     def conditions(self, info: CaseInfo) -> Mapping[str, float]:
-        """The conditions of a derived task's case, known without loading it: ``noise``, ``proportion``, ..."""
+        """Conditions of a derived task's case, known without loading it: ``noise``, ``proportion``, ..."""
 
 
 @runtime_checkable
