@@ -4,6 +4,7 @@ from collections.abc import Mapping
 
 from retarget_bench.api import MetricCard, Value
 from retarget_bench.api.comparison import Comparison, ContactLabels
+from retarget_bench.motion.contact import CONTACT_SPEED
 
 KINDS = {
     "recall": (
@@ -23,9 +24,9 @@ KINDS = {
     ),
 }
 RULE = (
-    "found: |p(t) - p(t-1)| * fps / 30 < 0.003 h; pooled over frames and joints, without the first "
-    "frame, which has no speed; joints: foot and toe of both sides, where present, and the fore paws of "
-    "four-legged targets; left out where no label says contact"
+    f"found: |p(t) - p(t-1)| * fps / 30 < {CONTACT_SPEED:g} h; pooled over frames and joints, without the "
+    "first frame, which has no speed; joints: foot and toe of both sides, where present, and the fore "
+    "paws of four-legged targets; left out where no label says contact"
 )
 LABELS = (
     "true: the case's own labels where the data set knows them, else the reference's by the rule for found"
@@ -63,7 +64,10 @@ class Contact:
     def compute(self, comparison: Comparison) -> Mapping[str, float]:
         """Left out where the target has no feet or nothing is labelled a contact."""
         values: dict[str, float] = {}
-        for suffix, schedule in (("", comparison.schedule), ("_src", comparison.source_schedule)):
+        for suffix, schedule in (
+            ("", comparison.contact_labels),
+            ("_src", comparison.source_contact_labels),
+        ):
             if schedule is not None:
                 found = agreement(schedule)
                 values |= {f"contact_{kind}{suffix}": value for kind, value in found.items()}

@@ -90,7 +90,7 @@ class GroundContact:
             "penetration.mean": 100.0 * float(depth.mean()),
             "penetration.max": 100.0 * float(depth.max()),
         }
-        schedule, expected = comparison.schedule, comparison.expected
+        schedule, expected = comparison.contact_labels, comparison.expected
         if schedule is None or expected is None or not (stands := schedule.planted.any(axis=1)).any():
             return values
         feet = schedule.joints

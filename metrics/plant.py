@@ -96,7 +96,7 @@ class Plant:
 
     def compute(self, comparison: Comparison) -> Mapping[str, float]:
         """Left out without a reference, without true labels, and where nothing is planted."""
-        schedule, expected = comparison.schedule, comparison.expected
+        schedule, expected = comparison.contact_labels, comparison.expected
         if comparison.case.contacts is None or schedule is None or expected is None:
             return {}
         if not schedule.planted.any():

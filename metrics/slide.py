@@ -52,7 +52,10 @@ class Slide:
     def compute(self, comparison: Comparison) -> Mapping[str, float]:
         """Left out where the target has no feet or no contact lasts two frames."""
         values: dict[str, float] = {}
-        for suffix, schedule in (("", comparison.schedule), ("_src", comparison.source_schedule)):
+        for suffix, schedule in (
+            ("", comparison.contact_labels),
+            ("_src", comparison.source_contact_labels),
+        ):
             if schedule is not None and (slide := _slide(comparison, schedule)) is not None:
                 values[f"foot_slide{suffix}"] = 100.0 * slide
                 values[f"foot_slide_h{suffix}"] = 100.0 * RATE * slide / comparison.height

@@ -56,26 +56,26 @@ def test_four_legged_bodies_stand_on_their_hands_too() -> None:
 
 def test_the_schedule_is_the_case_s_own_then_the_reference_s() -> None:
     case = sides(20)
-    assert case.comparison().schedule.joints.tolist() == index(case.predicted.character, FEET)
+    assert case.comparison().contact_labels.joints.tolist() == index(case.predicted.character, FEET)
     case.contacts = Contacts(("left_foot",), np.ones((20, 1), dtype=bool))
-    assert case.comparison().schedule.planted.all()
+    assert case.comparison().contact_labels.planted.all()
     case.contacts = Contacts(("left_toe_end_2",), np.ones((20, 1), dtype=bool))
-    assert case.comparison().schedule is None
-    assert replace(case, contacts=None, expected=None).comparison().schedule is None
+    assert case.comparison().contact_labels is None
+    assert replace(case, contacts=None, expected=None).comparison().contact_labels is None
 
 
 def test_pivots_are_those_of_the_labels_or_none() -> None:
     case = sides(20)
-    assert not case.comparison().schedule.pivoting.any()
+    assert not case.comparison().contact_labels.pivoting.any()
     stands, turns = np.zeros((20, 2), dtype=bool), np.zeros((20, 2), dtype=bool)
     turns[3:6] = [False, True]
     case.contacts = Contacts(("left_toe_end_2", "right_toe"), stands, turns)
-    schedule = case.comparison().schedule
+    schedule = case.comparison().contact_labels
     assert schedule.joints.tolist() == index(case.predicted.character, ("RightToeBase",))
     assert np.flatnonzero(schedule.pivoting[:, 0]).tolist() == [3, 4, 5]
     case.contacts = Contacts(("left_foot",), np.ones((20, 1), dtype=bool), np.ones((20, 2), dtype=bool))
     with pytest.raises(BenchError, match=r"need labels \(20, 1\), got \(20, 2\)"):
-        _ = case.comparison().schedule
+        _ = case.comparison().contact_labels
 
 
 def test_touches_are_those_whose_joints_the_target_has() -> None:
@@ -112,7 +112,7 @@ def test_what_does_not_fit_together_is_refused() -> None:
         Sides(*(side.at(slice(0)) for side in (case.source, case.predicted, case.expected))).comparison()
     case.contacts = Contacts(("left_foot", "left_toe"), np.ones((10, 3), dtype=bool))
     with pytest.raises(BenchError, match=r"need labels \(10, 2\), got \(10, 3\)"):
-        _ = case.comparison().schedule
+        _ = case.comparison().contact_labels
 
 
 def test_a_body_without_height_is_refused() -> None:

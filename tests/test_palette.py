@@ -9,6 +9,7 @@ import pytest
 from matplotlib.colors import to_rgb
 
 from retarget_bench.figures import palette
+from retarget_bench.results.header import MethodInfo
 
 SEES = {
     "usual": np.eye(3),
@@ -61,5 +62,8 @@ def test_thin_lines_stand_out_on_white(colour):
 
 
 def test_colours_start_again():
-    assert palette.colour(8) == palette.colour(0) != palette.colour(7)
-    assert palette.control(3) == palette.control(0)
+    methods = [palette.method_style(place).colour for place in (0, 7, 8)]
+    assert methods[2] == methods[0] != methods[1]
+    control = MethodInfo(label="still", privileged=(), control=True)
+    controls = [palette.method_style(place, control).colour for place in (0, 3)]
+    assert controls[0] == controls[1]

@@ -17,7 +17,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData, WindowBatch
 from retarget_bench.training.layers import exported
-from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
+from retarget_bench.training.layers.adversarial import NknUpdateRule, cross_entropy
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
 from . import losses
@@ -94,7 +94,7 @@ class NknTraining:
             self._discriminators[name] = TemporalDiscriminator(3 * joints + MOVES, 3 * (joints - 1))
             self._fit(self._generators[name].scale, mine)
         self.signatures: Mapping[str, Signature] = {}
-        self._rule = UpdateRule(len(self._names))
+        self._rule = NknUpdateRule(len(self._names))
         self.modules = nn.ModuleDict({"generator": nn.ModuleDict(self._generators)})
         if choices.losses == "adversarial":
             self.modules["discriminator"] = nn.ModuleDict(self._discriminators)

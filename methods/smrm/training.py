@@ -16,7 +16,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData, WindowBatch
 from retarget_bench.training.layers import exported
-from retarget_bench.training.layers.adversarial import UpdateRule, cross_entropy
+from retarget_bench.training.layers.adversarial import NknUpdateRule, cross_entropy
 from retarget_bench.training.layers.masks import frame_mask
 from retarget_bench.training.layers.temporal_discriminator import TemporalDiscriminator
 
@@ -65,7 +65,7 @@ class SmrmTraining:
         self._resting = np.stack([body.resting for body in bodies])
         if features.normalisation != "none":
             self._fit(generator)
-        self.generator, self.rule = generator, UpdateRule()
+        self.generator, self.rule = generator, NknUpdateRule()
         self.discriminator = TemporalDiscriminator(3 * JOINTS + MOVES, 3 * (JOINTS - 1))
         self.modules = nn.ModuleDict({"generator": generator})
         self.phases: Sequence[Phase] = (Phase("generator", ("generator",), clip=1.0),)

@@ -85,8 +85,8 @@ def _by_joint(matrix: ResultMatrix, by: By) -> list[ResultMatrix]:
     newest = compatibility.newest(row.header for row in matrix.rows)
     draws: list[list[dict[str, dict[Key, np.ndarray]]]] = []
     for row in matrix.rows:
-        fresh = {key for key in values if not newest.stale_value(row.header, key)}
-        fresh = set() if newest.stale_data(row.header) else fresh
+        fresh = {key for key in values if not newest.why_value_outdated(row.header, key)}
+        fresh = set() if newest.why_outdated(row.header) else fresh
         name_of: NameOf = _part_of(row) if by == "part" else lambda _, joint: joint
         draws.append([_joint_means(matrix, place, fresh, name_of) for place in row.all_paths])
     groups = {group for row in draws for draw in row for group in draw}

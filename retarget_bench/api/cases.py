@@ -85,7 +85,7 @@ class Case:
     reference:  the right answer, or None (then only reference-free metrics apply).
     contacts:   true contact labels of the *target*, or None (then they are found by speed).
     alternative: a second answer that is as right as the reference, where one is known.
-    conditions: of tasks such as denoising: noise level, share of joints.
+    conditions: of tasks such as denoising: noise level, proportion of joints.
     touches:    where the *target* should touch itself, or None where that is not known. Empty: nowhere.
     """
 

@@ -135,7 +135,7 @@ class Comparison:
         return contact_roles(self.target)
 
     @cached_property
-    def schedule(self) -> ContactLabels | None:
+    def contact_labels(self) -> ContactLabels | None:
         """The contacts asked for: the case's own labels where it has them, else the reference's by speed.
 
         None where there is neither, or no labelled joint exists on the target.
@@ -146,17 +146,17 @@ class Comparison:
             return None
         joints = self.target.joints(self.contact_roles)
         labels = planted(self.expected[:, joints], self.height, self.fps)
-        return self._schedule(joints, labels, np.zeros_like(labels))
+        return self._contact_labels(joints, labels, np.zeros_like(labels))
 
     @cached_property
-    def source_schedule(self) -> ContactLabels | None:
+    def source_contact_labels(self) -> ContactLabels | None:
         """The contacts of the source by speed, for the contact joints that both bodies have."""
         at_source, joints = self.shared(self.contact_roles)
         height = float(self.case.source.character.height)
         if not joints or not height > 0:
             return None
         labels = planted(self.case.source.positions[:, at_source], height, self.fps)
-        return self._schedule(joints, labels, np.zeros_like(labels))
+        return self._contact_labels(joints, labels, np.zeros_like(labels))
 
     def _labelled(self) -> ContactLabels | None:
         contacts = self.case.contacts
@@ -173,9 +173,11 @@ class Comparison:
         if not known:
             return None
         joints = self.target.joints([contacts.roles[k] for k in known])
-        return self._schedule(joints, labels[:, known], pivots[:, known])
+        return self._contact_labels(joints, labels[:, known], pivots[:, known])
 
-    def _schedule(self, joints: Sequence[int], labels: np.ndarray, pivots: np.ndarray) -> ContactLabels:
+    def _contact_labels(
+        self, joints: Sequence[int], labels: np.ndarray, pivots: np.ndarray
+    ) -> ContactLabels:
         found = planted(self.predicted[:, joints], self.height, self.fps)
         return ContactLabels(np.asarray(joints), labels, found, pivots)
 

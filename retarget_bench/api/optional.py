@@ -62,7 +62,7 @@ class OffersUnseen(Protocol):
 @runtime_checkable
 class OffersConditions(Protocol):
     def conditions(self, info: CaseInfo) -> Mapping[str, float]:
-        """The conditions of a case of a derived task, known without loading it: ``noise``, ``share``."""
+        """Conditions of a derived task's case, known without loading it: ``noise``, ``proportion``, ..."""
 
 
 @runtime_checkable

@@ -72,7 +72,7 @@ def _command(
             places = _task_places(folders, dataset, methods, task)
         else:
             places = _places(folders, dataset, asked.pop("splits") if splits else (asked["split"],))
-            places = _of_methods(places, methods)
+            places = method_order.of_methods(places, methods) if methods else places
         # colours are by rank among all results, so that they are the same in every picture
         ranked = method_order.ranked(method_order.everything(folders))
         page = canvas.Page(canvas.WIDTHS[width], not no_title, ranked)
@@ -110,6 +110,8 @@ def _task_places(
     roots: Sequence[Path], dataset: str | None, methods: Sequence[str], task: str
 ) -> list[ResultPaths]:
     """The results of a task, of one data set and with the same levels. Raises BenchError otherwise."""
+    from retarget_bench.figures import method_order
+
     found = _places(roots, dataset, ("self",), task)
     if len(folders := sorted({place.task for place in found})) > 1:
         usual = [place for place in found if place.task == task]
@@ -119,26 +121,7 @@ def _task_places(
                 f"({', '.join(folders)}): run the one to draw with an --out of its own, and give that"
             )
         found = usual
-    return _of_methods(found, methods)
-
-
-def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
-    """The results of these methods, in the order of the names; without names all of them.
-
-    Raises BenchError for an unknown one."""
-    if not names:
-        return list(places)
-    from retarget_bench.analysis import pairwise
-    from retarget_bench.results import store
-
-    label_of = {place: store.read_header(place.header).method.label for place in places}
-    chosen: list[ResultPaths] = []
-    for name in names:
-        label = pairwise.label_of(name, set(label_of.values()))
-        if label is None:
-            raise pairwise.unknown(label_of.values(), name)
-        chosen += [place for place in places if label_of[place] == label and place not in chosen]
-    return chosen
+    return method_order.of_methods(found, methods) if methods else found
 
 
 # kinds of charts

@@ -18,7 +18,7 @@ from retarget_bench.plugins import registry
 if TYPE_CHECKING:
     from PIL.Image import Image
 
-    from retarget_bench.viewer.drawing import DrawingStyle
+    from retarget_bench.viewer.renderer import DrawingStyle
     from retarget_bench.viewer.scene import Scene
 
 VIEWS = ("three-quarter", "front", "side")
@@ -126,7 +126,7 @@ def command(
     bench render 'rex>fox/dog_sit' --sheet -o sit.png
     """
     from retarget_bench.viewer import clips
-    from retarget_bench.viewer.drawing import DrawingStyle
+    from retarget_bench.viewer.renderer import DrawingStyle
 
     kind = clips.ending(output)
     if sheet and kind != clips.STILL:
@@ -187,12 +187,12 @@ def _sheet(
     columns: int,
     size: tuple[int, int] | None,
 ) -> str:
-    from retarget_bench.viewer import clips, sheet
+    from retarget_bench.viewer import clips, drawing
 
-    shown = sheet.moments(frames, columns)
+    shown = drawing.moments(frames, columns)
     if size is None:
-        look = replace(look, size=sheet.usual_size(scene, len(shown), look.overlay))
-    clips.write_still(output, sheet.sheet(scene, look, shown))
+        look = replace(look, size=drawing.usual_size(scene, len(shown), look.overlay))
+    clips.write_still(output, drawing.sheet(scene, look, shown))
     return f"{len(shown)} moments, {look.size[0]} x {look.size[1]} pixels"
 
 

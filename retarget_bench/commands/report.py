@@ -60,7 +60,7 @@ def command(
     """
     from retarget_bench import files
     from retarget_bench.figures import method_order
-    from retarget_bench.report import chapters, choosing, motions, page
+    from retarget_bench.report import chapters, motions, page
     from retarget_bench.tables.model import count
 
     if output.suffix.lower() not in (".html", ".htm"):
@@ -68,7 +68,7 @@ def command(
     roots = roots or (Path("runs"),)
     asked = options.ids(columns or "")
     found = chapters.chapters(roots, task, dataset, methods, root, asked)
-    chosen = [] if no_player else choosing.chosen(found, clips, cases)
+    chosen = [] if no_player else motions.chosen(found, clips, cases)
     shown = motions.motions(found, chosen, skins=skins)
     files.write_text(output, page.page(found, shown, method_order.ranked(chapters.results(roots)), title))
     told = f", with {count(len(shown.scenes), 'case')} in motion" if shown.scenes else ""

@@ -12,7 +12,7 @@ from retarget_bench.commands import options
 from retarget_bench.errors import BenchError
 
 if TYPE_CHECKING:
-    from retarget_bench.viewer.case_list import CaseList
+    from retarget_bench.viewer.scene_builder import CaseList
 
 PORT = 8080
 
@@ -73,7 +73,7 @@ def _case_list(
     """The cases that are asked for, and the first to show. Raises BenchError where there is nothing."""
     from retarget_bench.plugins.spec import Spec
     from retarget_bench.viewer import results_library
-    from retarget_bench.viewer.case_list import CaseList
+    from retarget_bench.viewer.scene_builder import CaseList
 
     folders = [Path(source) for source in sources if Path(source).is_dir()]
     if sources and not folders and results_library.are_files(sources):
@@ -94,7 +94,7 @@ def _case_list(
 def _of_files(files: Sequence[Path], root: str | None) -> tuple[CaseList, str | None]:
     """Files as they are; a stored prediction with its case."""
     from retarget_bench.viewer import results_library
-    from retarget_bench.viewer.case_list import CaseList
+    from retarget_bench.viewer.scene_builder import CaseList
 
     if len(files) == 1 and (stored := results_library.place_of(files[0])) is not None:
         place, case = stored

@@ -117,7 +117,7 @@ class EvaluationUnit:
     @property
     def known_as(self) -> Spec:
         """The method as results know it."""
-        return self.method if self.plan.external else known_as(self.method)
+        return self.method if self.plan.external else spec_by_weights(self.method)
 
     @cached_property
     def paths(self) -> store.ResultPaths:
@@ -187,7 +187,7 @@ def evaluation_units(plan: Plan) -> list[EvaluationUnit]:
     methods = list(plan.methods)
     if not plan.external:  # in canonical form, each once, also where its weights are given by several paths
         canonical = [registry.canonical("methods", each) for each in methods]
-        methods = list({known_as(each): each for each in canonical}.values())
+        methods = list({spec_by_weights(each): each for each in canonical}.values())
     found = []
     for spec in dict.fromkeys(registry.canonical("datasets", data) for data in plan.datasets):
         offered = dataset(spec, plan.task).card.splits
@@ -208,7 +208,7 @@ def _seeds(plan: Plan, spec: Spec) -> int:
 
 
 @cache
-def known_as(spec: Spec) -> Spec:
+def spec_by_weights(spec: Spec) -> Spec:
     """A method with local weights goes by their hash: where they lie does not matter, what they hold does.
 
     Raises BenchError where there are no such weights.

@@ -9,7 +9,7 @@ from pathlib import Path
 from retarget_bench.api import Case, CaseInfo, Prediction, RealDataset
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import predict as stage_one
-from retarget_bench.evaluation.plan import Plan, dataset, known_as, method, metrics, set_metrics
+from retarget_bench.evaluation.plan import Plan, dataset, method, metrics, set_metrics, spec_by_weights
 from retarget_bench.evaluation.predict import Outcome
 from retarget_bench.evaluation.score import score
 from retarget_bench.evaluation.set_metrics import files as set_files
@@ -124,7 +124,7 @@ def _kept(plan: Plan, paths: ResultPaths, key: str, case: Case) -> Outcome | Non
 
 def _predicted(plan: Plan, data: Spec, spec: Spec, cases: Mapping[str, Case]) -> dict[str, Outcome]:
     # post-processors follow the very answers that the method gives alone
-    asked, source, name = method(spec), dataset(data, plan.task), str(known_as(spec).alone)
+    asked, source, name = method(spec), dataset(data, plan.task), str(spec_by_weights(spec).alone)
     contexts = [
         stage_one.context_for(asked, source, case, store.case_seed(plan.seed, name, case.info.id))
         for case in cases.values()

@@ -22,7 +22,7 @@ MARGIN = 0.03
 
 
 def top(highest: Sequence[float], decimals: int = 2, others: Sequence[float] = ()) -> float:
-    """Where an axis ends, from the highest number of every method: what is far worse is left out.
+    """The end of an axis, from the highest number of every method: what is far worse is left out.
 
     decimals: with which the numbers are written; methods that have nothing but zeros then do not count.
     others: numbers that the axis reaches to as well, such as controls', but that do not count as methods.
@@ -56,7 +56,11 @@ def limits(
     highs = [mean.value if mean.interval is None else max(mean.value, mean.interval.high) for mean in every]
     lows = [mean.value if mean.interval is None else min(mean.value, mean.interval.low) for mean in every]
     highest, least = max(highs, default=1.0), min(lows, default=0.0)
-    end = _end(shown, headers, declared, bands=bands) if declared.better in CUT and shown else math.inf
+    end = math.inf
+    if declared.better in CUT and shown:
+        end = _end(shown, headers, declared)
+        inner = (mean.interval.high for mean in every if mean.interval is not None and mean.value <= end)
+        end = end if bands else max(end, min(2.0 * end, max(inner, default=end)))
     cut = highest > end
     first = min(0.0, least) if from_zero else least
     room = MARGIN * ((end if cut else highest) - first) or MARGIN * max(abs(first), 1.0)
@@ -64,30 +68,19 @@ def limits(
 
 
 def _end(
-    shown: Mapping[str, Sequence[Mean]],
-    headers: Mapping[str, ResultHeader],
-    declared: DeclaredValue,
-    *,
-    bands: bool,
+    shown: Mapping[str, Sequence[Mean]], headers: Mapping[str, ResultHeader], declared: DeclaredValue
 ) -> float:
+    """The end of an axis by the methods alone, and as far as they allow by the controls."""
     highest = {label: max(mean.value for mean in each) for label, each in shown.items()}
     own = [number for label, number in highest.items() if not headers[label].method.control]
     counted = own or list(highest.values())
     size = max(counted)
     end = top(counted, 3 - math.floor(math.log10(size)) if size > 0 else 2, list(highest.values()))
-    if declared.better == "target":
-        end = max(end, float(declared.goal))
-    within = [
-        mean.interval.high
-        for each in shown.values()
-        for mean in each
-        if mean.interval is not None and mean.value <= end
-    ]
-    return end if bands else max(end, min(2.0 * end, max(within, default=end)))
+    return max(end, float(declared.goal)) if declared.better == "target" else end
 
 
 def colour_end(numbers: Mapping[str, Sequence[float]], ranked: Iterable[str], share: float) -> float:
-    """Where a colour scale ends: this share of the numbers of ranked methods is below (of all methods where
+    """The end of a colour scale: this share of the numbers of ranked methods is below (of all methods where
     none is ranked). numbers: label -> what is drawn of it."""
     among = [number for label in ranked for number in numbers.get(label, ())]
     known = sorted(among or [number for each in numbers.values() for number in each])

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
+from retarget_bench.analysis import pairwise
 from retarget_bench.analysis.summary import SplitSummary, split_summary
 from retarget_bench.api import TASKS
 from retarget_bench.figures import palette
@@ -64,6 +65,18 @@ def apart(places: Iterable[ResultPaths]) -> list[list[ResultPaths]]:
         rank = TASKS.index(place.task.split("-")[0])
         groups.setdefault((rank, place.task, label), []).append(place)
     return [groups[key] for key in sorted(groups)]
+
+
+def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
+    """The results of these methods, in the order of the names. Raises BenchError for an unknown one."""
+    label_of = {place: store.read_header(place.header).method.label for place in places}
+    chosen: list[ResultPaths] = []
+    for name in names:
+        label = pairwise.label_of(name, set(label_of.values()))
+        if label is None:
+            raise pairwise.unknown(label_of.values(), name)
+        chosen += [place for place in places if label_of[place] == label and place not in chosen]
+    return chosen
 
 
 def order(sections: Sequence[SplitSummary], main: Mapping[str, str]) -> list[str]:

@@ -28,16 +28,6 @@ LIGHTEST, MIDDLE, DARKEST = (0.953, 0.925, 0.835), (0.871, 0.510, 0.255), (0.290
 """Sand, orange and wine; between them lightness falls evenly, so that the scale says the same in grey."""
 
 
-def colour(index: int) -> str:
-    """``#rrggbb`` of the method at this place of the table, counted from 0."""
-    return COLOURS[index % len(COLOURS)]
-
-
-def control(index: int) -> str:
-    """``#rrggbb``, a grey: of the control at this place among the controls."""
-    return CONTROLS[index % len(CONTROLS)]
-
-
 @dataclass(frozen=True)
 class MethodStyle:
     """The colour, mark and line of a method.
@@ -59,13 +49,10 @@ def method_style(place: int, method: MethodInfo | None = None) -> MethodStyle:
     first 24 methods are alike.
     """
     if method is not None and method.control:
-        return MethodStyle(f"c{place}", control(place), place % SHAPES, "dashed")
-    dash = (
-        "dotted"
-        if method is not None and method.privileged
-        else DASHES[place // len(COLOURS) % len(DASHES)]
-    )
-    return MethodStyle(f"m{place}", colour(place), place % SHAPES, dash)
+        return MethodStyle(f"c{place}", CONTROLS[place % len(CONTROLS)], place % SHAPES, "dashed")
+    again, colour = divmod(place, len(COLOURS))
+    dash = "dotted" if method is not None and method.privileged else DASHES[again % len(DASHES)]
+    return MethodStyle(f"m{place}", COLOURS[colour], place % SHAPES, dash)
 
 
 # ------------------------------------------------------------------------------------------ colour scale

@@ -25,8 +25,8 @@ from retarget_bench.motion.skeleton import Skeleton
 
 UNITS = {"m": 1.0, "cm": 0.01, "mm": 0.001, "dm": 0.1, "inch": 0.0254, "cmu": 0.0254 / 0.45}
 """Metres of one unit. ``cmu``: inches over 0.45, of the CMU motion capture files."""
-_RARE = {"m": 0.0, "cm": 0.0, "mm": 0.3, "dm": 0.5, "cmu": 0.7, "inch": 1.1}
-"""Margin by which a worse unit is passed over, as the logarithm of a size ratio."""
+_UNIT_PENALTY = {"m": 0.0, "cm": 0.0, "mm": 0.3, "dm": 0.5, "cmu": 0.7, "inch": 1.1}
+"""Added to the logarithm of a size ratio: rarer units have to explain a body so much better."""
 _TALL = {False: 1.6, True: 1.0}
 """Metres of role height that are typical: on two legs, on four."""
 
@@ -137,7 +137,7 @@ def _units(height: float, quadruped: bool) -> list[str]:
     if height <= 0:
         return ["m"]
     cost = {
-        unit: abs(math.log(height * metres / _TALL[quadruped])) + _RARE[unit]
+        unit: abs(math.log(height * metres / _TALL[quadruped])) + _UNIT_PENALTY[unit]
         for unit, metres in UNITS.items()
     }
     return sorted(cost, key=cost.__getitem__)

@@ -1,5 +1,6 @@
-"""The chapters of a report: one per task and data set."""
+"""The chapters of a report, one per task and data set, and their tables."""
 
+import difflib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -8,25 +9,23 @@ from pathlib import Path
 import numpy as np
 from tqdm import tqdm
 
-from retarget_bench.analysis import pairwise, statistics, summary
-from retarget_bench.analysis.breakdown import UNKNOWN
+from retarget_bench.analysis import statistics, summary
+from retarget_bench.analysis.breakdown import UNKNOWN, By
 from retarget_bench.analysis.summary import SplitSummary
 from retarget_bench.api import TASKS
 from retarget_bench.errors import BenchError
 from retarget_bench.evaluation import plan
-from retarget_bench.evaluation.tasks import definitions
+from retarget_bench.evaluation.tasks import DERIVED, definitions
 from retarget_bench.figures import method_order
-from retarget_bench.figures.data import values
 from retarget_bench.motion.character import Character
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
-from retarget_bench.report import layout
-from retarget_bench.results import case_metadata, result_matrix, store
-from retarget_bench.results.header import ResultHeader
+from retarget_bench.results import case_metadata, result_matrix
 from retarget_bench.results.result_matrix import ResultMatrix
 from retarget_bench.results.store import ResultPaths
+from retarget_bench.tables import builder, set_groups
 from retarget_bench.tables.groups import FPS
-from retarget_bench.tables.model import Cell, Column, Group, Table
+from retarget_bench.tables.model import Column, Table
 
 
 @dataclass(frozen=True)
@@ -63,16 +62,6 @@ class Split:
         return np.array([not summary.unranked(row.header) for row in self.matrix.rows])
 
     @cached_property
-    def numbers(self) -> np.ndarray:
-        """``(methods, cases)`` of the main value, as in the tables: of ranked methods on common cases."""
-        return values.common_numbers(self.matrix, self.main.id)
-
-    @property
-    def paired(self) -> bool:
-        """Whether values of sets compare answers with the right answers to the same cases."""
-        return all(row.header.four_legged is None for row in self.matrix.rows)
-
-    @cached_property
     def losses(self) -> np.ndarray:
         """``(methods, cases)``: how bad the main value is, as far as it is known at all."""
         numbers = self.matrix.numbers((self.main.id, ""))
@@ -80,7 +69,7 @@ class Split:
 
     @cached_property
     def groups(self) -> dict[str, list[str]]:
-        """What the cases can be told apart by -> the group of every case."""
+        """Grouping (kind, pair, clip, ...) -> the group of every case."""
         cases = self.matrix.cases
         found = {
             "kind": [info.kind or UNKNOWN for info in cases],
@@ -102,12 +91,12 @@ class Split:
 class Chapter:
     """Results of one task (a folder's name, ``denoise-1a2b3c4d`` where it has parameters) on a data set.
 
-    data: what the data set is asked for as; None where old results do not say.
+    dataset: its label, which names derived tasks too. data: the spec of the data set.
     """
 
     task: str
     dataset: str
-    data: Spec | None
+    data: Spec
     places: tuple[ResultPaths, ...]
     tables: tuple[Table, ...]
     splits: tuple[Split, ...]
@@ -118,31 +107,16 @@ class Chapter:
         return next(task for task in TASKS if self.task.startswith(task))
 
     @property
-    def title(self) -> str:
-        return self.dataset  # of derived tasks it says which
-
-    @property
     def labels(self) -> list[str]:
         return list(dict.fromkeys(label for split in self.splits for label in split.labels))
 
-    @property
-    def bodies(self) -> Mapping[str, Character]:
-        """The characters of the data set; none where it is not here."""
-        return self._found[0]
-
-    @property
-    def absent(self) -> str:
-        """Why the data set is not here; "" where it is."""
-        return self._found[1]
-
     @cached_property
-    def _found(self) -> tuple[Mapping[str, Character], str]:
-        if self.data is None:
-            return {}, "these results are too old to say what data they are of; run again"
+    def bodies(self) -> Mapping[str, Character] | BenchError:
+        """The characters of the data set, or the reason why it is not here."""
         try:
-            return plan.dataset(registry.canonical("datasets", self.data)).characters(), ""
+            return plan.dataset(registry.canonical("datasets", self.data)).characters()
         except BenchError as error:
-            return {}, str(error)
+            return error
 
 
 def chapters(
@@ -166,9 +140,10 @@ def chapters(
         there = sorted({f"{place.task} on {place.dataset}" for place in found})
         raise BenchError(f"no such results here; there are those of {', '.join(there)}")
     if methods:
-        chosen = _of_methods(chosen, methods)
+        named = method_order.of_methods(chosen, methods)
+        chosen = [place for place in chosen if place in named]
     groups = method_order.apart(chosen)
-    layout.check(groups, columns)
+    _check_columns(groups, columns)
     bar = tqdm(groups, desc="reading results", unit="chapter", leave=False, disable=None)
     made = (_chapter(places, data, columns) for places in bar)
     return [chapter for chapter in made if chapter is not None]
@@ -185,21 +160,10 @@ def results(roots: Sequence[Path]) -> list[ResultPaths]:
     return found
 
 
-def _of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
-    labels = {place: store.read_header(place.header).method.label for place in places}
-    wanted = set()
-    for name in names:
-        label = pairwise.label_of(name, set(labels.values()))
-        if label is None:
-            raise pairwise.unknown(labels.values(), name)
-        wanted.add(label)
-    return [place for place in places if labels[place] in wanted]
-
-
 def _chapter(places: Sequence[ResultPaths], data: str | None, columns: Sequence[str]) -> Chapter | None:
     """None where no result declares a number per case, so that there is nothing to show."""
     sections = summary.split_summaries(places)
-    made = layout.tables(places, sections, columns)
+    made = _tables(places, sections, columns)
     found = {section.split: section for section in sections}
     matrices = result_matrix.result_matrices(places)
     shown = {each.split: known for each in matrices if (known := _columns(made, each))}
@@ -219,13 +183,10 @@ def _chapter(places: Sequence[ResultPaths], data: str | None, columns: Sequence[
     )
     if not splits:
         return None
-    asked = _asked(splits[0].matrix.rows[0].header, data)
-    return Chapter(places[0].task, sections[0].dataset, asked, tuple(places), tuple(made), splits)
-
-
-def _asked(header: ResultHeader, data: str | None) -> Spec:
-    spec = Spec(header.dataset.name, header.dataset.parameters)
-    return spec if data is None else spec.with_parameters(root=data)
+    declared = splits[0].matrix.rows[0].header.dataset
+    spec = Spec(declared.name, declared.parameters)
+    spec = spec if data is None else spec.with_parameters(root=data)
+    return Chapter(places[0].task, sections[0].dataset, spec, tuple(places), tuple(made), splits)
 
 
 def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:
@@ -241,7 +202,7 @@ def _columns(tables: Sequence[Table], split: ResultMatrix) -> list[Column]:
 
 
 def _usual(tables: Sequence[Table], shown: Mapping[str, Sequence[Column]]) -> Column | None:
-    """What a split is read by that no method has any number on: what others are, or the first column."""
+    """The column for a split without any number: the main one of other splits, or the first."""
     mains = [columns[0] for columns in shown.values()]
     declared = [each for table in tables for each in table.explained]
     return next((each for each in (*mains, *declared) if each.id != FPS), None)
@@ -251,21 +212,46 @@ def _decimals(tables: Sequence[Table]) -> dict[str, int]:
     found: dict[str, int] = {}
     for each in tables:
         for group in each.groups:
-            for key, cell in _cells(group):
-                if cell.value is not None:
-                    found.setdefault(key, cell.decimals)
+            for row in group.rows:
+                for column, cell in zip(group.columns, row.cells, strict=True):
+                    if cell.value is not None:
+                        found.setdefault(group.subject or column.id, cell.decimals)
     return found
-
-
-def _cells(group: Group) -> list[tuple[str, Cell]]:
-    return [
-        (group.subject or column.id, cell)
-        for row in group.rows
-        for column, cell in zip(group.columns, row.cells, strict=True)
-    ]
 
 
 def _ordered(whole: ResultMatrix, order: Sequence[str]) -> ResultMatrix:
     """A matrix of its own cases, with its methods in this order."""
     own = whole.restricted(whole.own, "")
     return replace(own, rows=tuple(sorted(own.rows, key=lambda row: order.index(row.label))))
+
+
+# ------------------------------------------------------------------------------------------------ tables
+def _check_columns(groups: Sequence[Sequence[ResultPaths]], columns: Sequence[str]) -> None:
+    """Raises BenchError for a column that no results of any chapter have."""
+    if not columns:
+        return
+    known = {each for places in groups for each in builder.all_columns(summary.split_summaries(places))}
+    if unknown := next((column for column in columns if column not in known), None):
+        near = difflib.get_close_matches(unknown, known, 3, 0.5) or sorted(known)[:6]
+        raise BenchError(
+            f"no result has one number per case or set called {unknown!r}; there are {', '.join(near)}"
+        )
+
+
+def _tables(
+    places: Sequence[ResultPaths], sections: Sequence[SplitSummary], columns: Sequence[str]
+) -> list[Table]:
+    """The tables of one task on one data set. columns: those that it does not have are left out."""
+    task = places[0].task.split("-")[0]
+    there = set(builder.all_columns(sections))
+    wanted = [column for column in columns if column in there]
+    by: By | None = builder.TASK_BREAKDOWN[task] if task in DERIVED and task != "reconstruct" else None
+    if by is not None:  # neither speeds nor values of sets are known by parts
+        wanted = [column for column in wanted if column not in (FPS, *set_groups.declared(sections))]
+    if not wanted:
+        whole = task not in DERIVED
+        return builder.tables(sections, with_sets=True) if whole else builder.task_tables(places, task)
+    if by is None and not set(wanted) - {FPS, *set_groups.declared(sections)}:
+        mains = (method_order.main_value(each, task) for each in result_matrix.result_matrices(places))
+        wanted = [*dict.fromkeys(main for main in mains if main is not None), *wanted]
+    return builder.tables(summary.split_summaries(places, by) if by else sections, wanted, by or "")

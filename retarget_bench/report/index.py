@@ -24,9 +24,9 @@ REST, LEAST = 1_000_000, 800_000
 
 @dataclass(frozen=True)
 class Thinning:
-    """What is left out. few: of values other than a split's main one, all numbers but those of so many
-    worst cases of every method; worst: cases that are not among so many worst ones of any method by the
-    main value. None: nothing is."""
+    """Numbers and cases left out. few: of values other than a split's main one, all numbers but those of so
+    many worst cases of every method; worst: cases that are not among so many worst ones of any method by
+    the main value. None: nothing is."""
 
     few: int | None = None
     worst: int | None = None
@@ -39,45 +39,39 @@ STEPS = (
     *(Thinning(5, worst) for worst in (500, 150, 50, 15, 5)),
     Thinning(1, 5),
 )
-"""What is left out first."""
+"""From nothing to the most that is left out."""
 OF_EACH = frozenset(["kind", "level", "structure"])
 """Of what groups of cases a case is listed in any event."""
 NOT_STORED = "its prediction is not stored any more"
 
 
-@dataclass(frozen=True)
-class Listed:
-    """What the page knows of cases, plain, and what was left out of it, in a sentence ("" for nothing)."""
-
-    data: dict[str, Any]
-    thinned: str = ""
-
-
-def index(chapters: Sequence[Chapter], styles: Mapping[str, MethodStyle], shown: PackedScenes) -> Listed:
-    """The cases with their names and numbers, as many as leave the page smaller than ``PAGE``.
+def index(
+    chapters: Sequence[Chapter], styles: Mapping[str, MethodStyle], shown: PackedScenes
+) -> tuple[dict[str, Any], str]:
+    """The cases with their names and numbers, as many as leave the page smaller than ``PAGE``; and a
+    sentence about what was left out ("" for nothing).
 
     Names are as they are printed, and cases and methods known by number.
     """
     room = max(LEAST, PAGE - REST - sum(len(text.encode()) for text in shown.scenes))
-    made = Listed({})
     for step in STEPS:
-        made = Listed(_data(chapters, styles, shown, step), _thinned(chapters, step))
-        if len(player.data(made.data).encode()) <= room:
+        listed = _data(chapters, styles, shown, step)
+        if len(player.data(listed).encode()) <= room:
             break
-    return made
+    return listed, _thinned(chapters, step)
 
 
 def _thinned(chapters: Sequence[Chapter], step: Thinning) -> str:
     if step.few is None:
         return ""
     mains = ", ".join(dict.fromkeys(split.main.label for each in chapters for split in each.splits))
-    said = (
+    text = (
         f"There are so many cases that all their numbers are here of one value alone ({mains}), and of "
         f"others those of {_worst(step.few)} of every method."
     )
     if step.worst is None:
-        return said
-    return f"{said} Only {_worst(step.worst)} of every method are listed, those, and those in motion."
+        return text
+    return f"{text} Only {_worst(step.worst)} of every method are listed, those, and those in motion."
 
 
 def _worst(few: int) -> str:
@@ -90,7 +84,7 @@ def _data(
     return {
         "chapters": [
             {
-                "title": printable(chapter.title),
+                "title": printable(chapter.dataset),
                 "splits": [_split(split, (c, s), shown, step) for s, split in enumerate(chapter.splits)],
             }
             for c, chapter in enumerate(chapters)
@@ -104,18 +98,24 @@ def _split(split: Split, at: tuple[int, int], shown: PackedScenes, step: Thinnin
     whole = split.values if step.few is None else split.values[:1]
     few = {value.id: _few(split, value, step.few) for value in split.values if value not in whole}
     kept = _kept(split, at, shown, few, step.worst)
-    told = {
+    entry = {
         "name": split.name,
         "labels": split.labels,
         "methods": [printable(label) for label in split.labels],
         "values": [_value(split, value, kept) for value in split.values],
         "cases": [_case(split, case, (*at, case), shown) for case in kept],
-        "numbers": {value.id: _numbers(split.matrix.numbers((value.id, ""))[:, kept]) for value in whole},
+        "numbers": {
+            value.id: [
+                [None if np.isnan(each) else _four(each) for each in row[kept]]
+                for row in split.matrix.numbers((value.id, ""))
+            ]
+            for value in whole
+        },
         "lost": _lost(split, at, shown, kept),
-        "paired": split.paired,
+        "paired": all(row.header.four_legged is None for row in split.matrix.rows),
     }
-    told |= {"few": few} if few else {}
-    return told if step.worst is None else told | {"kept": kept}
+    entry |= {"few": few} if few else {}
+    return entry if step.worst is None else entry | {"kept": kept}
 
 
 def _value(split: Split, value: Column, kept: Sequence[int]) -> dict[str, Any]:
@@ -172,20 +172,16 @@ def _kept(
 
 def _case(split: Split, case: int, key: tuple[int, int, int], shown: PackedScenes) -> dict[str, Any]:
     info = split.matrix.cases[case]
-    told: dict[str, Any] = {
+    entry: dict[str, Any] = {
         "id": printable(info.id),
         "source": printable(info.source),
         "target": printable(info.target),
         "scene": shown.places.get(key, -1),
     }
-    told |= {by: printable(names[case]) for by, names in split.groups.items()}
+    entry |= {by: printable(names[case]) for by, names in split.groups.items()}
     if key in shown.reasons:
-        told["reason"] = printable(shown.reasons[key])
-    return told
-
-
-def _numbers(numbers: np.ndarray) -> list[list[float | None]]:
-    return [[None if np.isnan(each) else _four(each) for each in row] for row in numbers]
+        entry["reason"] = printable(shown.reasons[key])
+    return entry
 
 
 def _four(number: float) -> float:

@@ -1,16 +1,106 @@
-"""Packed scenes of a report, as many as fit, and notes on those left out."""
+"""Cases in motion: the choice of worst, typical and best ones, and their packed scenes."""
 
+import difflib
+import warnings
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
+import numpy as np
 from tqdm import tqdm
 
 from retarget_bench.errors import BenchError
-from retarget_bench.report.chapters import Chapter
-from retarget_bench.report.choosing import Chosen
+from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.tables.model import count
 from retarget_bench.viewer import player, scene_builder
 from retarget_bench.viewer.packing import packed
+
+WANTED = (1.0, 0.5, 0.0)
+"""Worst, median and best, as shares of the cases in order of how well they go."""
+NEAR = 1 / 6
+"""Share of the cases around the wanted place that count as equally near."""
+
+Chosen = tuple[int, int, int]
+"""Numbers of chapter, split and case."""
+
+
+def chosen(chapters: Sequence[Chapter], most: int, wanted: Sequence[str] = ()) -> list[Chosen]:
+    """The cases to show, in the order in which they are to be packed: those asked for by id, then of every
+    split in turn, cross first, its worst, median, best, next worst, ... case, at most so many in all.
+
+    How well a case goes is the mean of its places among the cases, over the ranked methods that answered
+    it. Of the cases near the wanted place the one is taken whose kind, pair and bodies were shown least,
+    then the nearest. Raises BenchError for an id that no result has.
+    """
+    splits = [
+        (c, s, split)
+        for c, chapter in enumerate(chapters)
+        for s, split in reversed([*enumerate(chapter.splits)])
+    ]
+    known = {info.id for _, _, split in splits for info in split.matrix.cases}
+    if unknown := [case for case in wanted if case not in known]:
+        near = difflib.get_close_matches(unknown[0], known, 3, 0.5) or sorted(known)[:3]
+        raise BenchError(f"no case {unknown[0]!r} in these results; near it: {', '.join(near)}")
+    found = [
+        (c, s, case)
+        for c, s, split in splits
+        for case, info in enumerate(split.matrix.cases)
+        if info.id in wanted
+    ]
+    queues = [[(c, s, case) for case in order(split, most)] for c, s, split in splits]
+    for turn in range(max(map(len, queues), default=0)):
+        for queue in queues:
+            if len(found) >= most:
+                return found
+            if turn < len(queue) and queue[turn] not in found:
+                found.append(queue[turn])
+    return found
+
+
+def order(split: Split, most: int | None = None) -> list[int]:
+    """At most so many cases of a split that any method answered, in the order in which they are chosen; of
+    all where none was answered: their sources can be seen, and why there is no answer."""
+    badness = _badness(split)
+    if np.isnan(badness).all():
+        badness = np.zeros(len(badness))
+    by_badness = [int(case) for case in np.argsort(badness, kind="stable") if not np.isnan(badness[case])]
+    last = max(1, len(by_badness) - 1)
+    left = {case: place / last for place, case in enumerate(by_badness)}
+    shown: Counter[str] = Counter()
+    found: list[int] = []
+    while left and len(found) != most:
+        wanted = WANTED[len(found) % len(WANTED)]
+
+        def cost(case: int, wanted: float = wanted) -> tuple[bool, int, float]:
+            away = abs(left[case] - wanted)
+            return away > NEAR, sum(shown[trait] for trait in _traits(split, case)), away
+
+        case = min(left, key=cost)
+        shown.update(_traits(split, case))
+        found.append(case)
+        del left[case]
+    return found
+
+
+def _traits(split: Split, case: int) -> list[str]:
+    info = split.matrix.cases[case]
+    level = split.groups.get("level")
+    traits = [f"kind {info.kind}", f"pair {info.pair}", f"source {info.source}", f"target {info.target}"]
+    return traits if level is None else [*traits, f"level {level[case]}"]
+
+
+def _badness(split: Split) -> np.ndarray:
+    """``(cases,)``: the mean place over ranked methods (all where none is ranked); nan: nobody answered."""
+    losses = split.losses[split.ranked] if split.ranked.any() else split.losses
+    places = np.full(losses.shape, np.nan)
+    for row, loss in enumerate(losses):
+        there = np.flatnonzero(~np.isnan(loss))
+        best_first = there[np.argsort(loss[there], kind="stable")]
+        places[row, best_first] = np.arange(len(there)) / max(1, len(there))
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", RuntimeWarning)  # of cases that nobody answered
+        return np.nanmean(places, axis=0)
+
 
 ROOM = 10_500_000
 """Bytes of packed scenes in a page: with tables and charts it stays below 12 MB."""
@@ -42,16 +132,14 @@ def motions(
     """
     found = PackedScenes()
     used = 0
-    for number, each in enumerate(
-        tqdm(chosen, desc="packing motion", unit="case", leave=False, disable=None)
-    ):
+    bar = tqdm(chosen, desc="packing motion", unit="case", leave=False, disable=None)
+    for number, each in enumerate(bar):
         chapter = chapters[each[0]]
         split = chapter.splits[each[1]]
         case = split.matrix.cases[each[2]].id
-        if chapter.absent:
-            found.reasons[each] = chapter.absent
-            continue
         try:
+            if isinstance(chapter.bodies, BenchError):
+                raise chapter.bodies
             places = [row.paths for row in split.matrix.rows]
             scene = scene_builder.of_case(places, case, dataset=chapter.data)
             text = player.data(packed(scene, skins))
@@ -78,7 +166,7 @@ def motions(
 
 
 def _notes(chapters: Sequence[Chapter], found: PackedScenes) -> list[str]:
-    """Why cases have no scene, each reason once; and how to get predictions where there are none at all."""
+    """Reasons why cases have no scene, each once; and a hint where there are no predictions at all."""
     notes = []
     for why in dict.fromkeys(found.reasons.values()):
         cases = [each for each in found.reasons if found.reasons[each] == why]

@@ -14,7 +14,6 @@ import retarget_bench
 from retarget_bench.figures import method_order, palette
 from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.svg import elements
-from retarget_bench.figures.svg.style import rules
 from retarget_bench.report.chapters import Chapter, Split
 from retarget_bench.report.index import index
 from retarget_bench.report.motions import PackedScenes
@@ -42,24 +41,25 @@ def page(
     does not do."""
     labels = {label for chapter in chapters for label in chapter.labels}
     styles = {label: each for label, each in method_order.styles(ranked).items() if label in labels}
-    listed = index(chapters, styles, shown)
+    cases, thinned = index(chapters, styles, shown)
+    script = "\n".join(_file(f"script/{name}.js") for name in SCRIPT)
     tables = [table for chapter in chapters for table in chapter.tables]
-    told = as_html.context(tables) | {
+    context = as_html.context(tables) | {
         "title": title or "Results of motion retargeting",
         "chapters": [_chapter(chapter, styles) for chapter in chapters],
         "facts": _facts(chapters, shown),
         "shown": shown,
         "scenes": [Markup(text) for text in shown.scenes],
-        "data": Markup(player.data(listed.data)),
-        "thinned": listed.thinned,
+        "data": Markup(player.data(cases)),
+        "thinned": thinned,
         "style": Markup(
-            _file("report.css") + rules(styles.values()) + (player.style() if shown.scenes else "")
+            _file("report.css") + elements.rules(styles.values()) + (player.style() if shown.scenes else "")
         ),
-        "script": Markup(_script()),
+        "script": Markup(f'(() => {{\n"use strict";\n{script}\n}})();\n'),
         "player": Markup(player.script()) if shown.scenes else "",
         "shades": range(palette.SHADES),
     }
-    return environment().get_template("report.html").render(told)
+    return environment().get_template("report.html").render(context)
 
 
 @cache
@@ -76,38 +76,32 @@ def _file(name: str) -> str:
     return (PAGES / name).read_text(encoding="utf-8")
 
 
-def _script() -> str:
-    parts = "\n".join(_file(f"script/{name}.js") for name in SCRIPT)
-    return f'(() => {{\n"use strict";\n{parts}\n}})();\n'
-
-
-ASKS = {
+GOALS = {
     "reconstruct": "Asked for was the source again, on its own body.",
     "denoise": "Asked for was the clean motion, the reference, behind a source with noise.",
     "upsample": "Asked for was all of a body's motion, the reference, of which the source has some joints.",
 }
-"""What derived tasks ask for, since the page begins with what retargeting does."""
+"""Task -> its goal, since the page begins with that of retargeting."""
 
 
 def _chapter(chapter: Chapter, styles: dict[str, MethodStyle]) -> dict[str, Any]:
+    legend = []
+    for label in [label for label in styles if label in chapter.labels]:
+        parts = elements.line([(2, 8), (30, 8)], styles[label]), elements.mark(16, 8, styles[label])
+        sample = elements.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
+        legend.append((label, sample))
     return {
-        "title": chapter.title,
-        "asks": ASKS.get(chapter.kind, ""),
+        "title": chapter.dataset,
+        "asks": GOALS.get(chapter.kind, ""),
         "tables": chapter.tables,
         "pictures": pictures(chapter, styles),
-        "legend": [(label, _sample(each)) for label, each in styles.items() if label in chapter.labels],
+        "legend": legend,
         "short": [sentence for split in chapter.splits if (sentence := _short(split))],
     }
 
 
-def _sample(style: MethodStyle) -> Markup:
-    """A method's line and mark, for the legend."""
-    parts = elements.line([(2, 8), (30, 8)], style), elements.mark(16, 8, style)
-    return elements.tag("svg", *parts, viewBox="0 0 32 16", width=32, height=16, aria_hidden="true")
-
-
 def _short(split: Split) -> str:
-    """Who is best by the main value, in a sentence; "" where nobody is ranked."""
+    """A sentence on the best method by the main value; "" where none is ranked."""
     ranking = split.section.rankings.get(split.main.id)
     if ranking is None or len(ranking.order) < 2:
         return ""
@@ -128,7 +122,7 @@ def _short(split: Split) -> str:
 
 
 def _facts(chapters: Sequence[Chapter], shown: PackedScenes) -> list[tuple[str, str]]:
-    """What ran, on what, when, and with what; the rest is below the tables."""
+    """Results, methods, dates and versions of the page; the rest is below the tables."""
     headers = [row.header for each in chapters for split in each.splits for row in split.matrix.rows]
     dates = sorted(header.date[:10] for header in headers if header.date)
     seeds = sorted({seed for header in headers for seed in header.seeds})
@@ -139,7 +133,7 @@ def _facts(chapters: Sequence[Chapter], shown: PackedScenes) -> list[tuple[str, 
     cases = sum(len(split.matrix.cases) for chapter in chapters for split in chapter.splits)
     span = dates[0] if dates and dates[0] == dates[-1] else f"{dates[0]} to {dates[-1]}" if dates else ""
     facts = [
-        ("results", "; ".join(chapter.title for chapter in chapters)),
+        ("results", "; ".join(chapter.dataset for chapter in chapters)),
         ("cases", f"{cases}, of which {count(len(shown.scenes), 'case')} can be seen in motion here"),
         ("methods", ", ".join(methods)),
         ("seeds", ", ".join(map(str, seeds))),

@@ -1,8 +1,9 @@
 """The charts of a chapter, with headings and reading help."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
-from typing import TypeVar
+from typing import Any
 
 from markupsafe import Markup
 
@@ -21,7 +22,6 @@ from retarget_bench.figures.palette import MethodStyle
 from retarget_bench.figures.svg.charts import Drawing
 from retarget_bench.report.chapters import Chapter
 
-T = TypeVar("T")
 JOINTS = "mpjpe_h.joint"
 STRUCTURES = 3
 """Skeletons of so many structures are drawn of each split, those of most cases."""
@@ -47,52 +47,47 @@ class Picture:
 
 
 def figures(chapter: Chapter, order: Sequence[str]) -> dict[str, list[Figure]]:
-    """Kind -> what its charts show, of the kinds that say something of these results, as they are read.
+    """Kind -> its charts, of the kinds that say something of these results, in reading order.
 
     order: all methods, by rank.
     """
+    found: dict[str, list[Figure]] = {}
+
+    def add(make: Callable[..., Figure], *arguments: Any, **options: Any) -> None:
+        with suppress(NothingToDraw):
+            figure = make(*arguments, order=order, **options)
+            if _informative(figure):
+                found.setdefault(figure.kind, []).append(figure)
+
     matrices = [split.matrix for split in chapter.splits]
     main = chapter.splits[0].main.id
     alike = [split.matrix for split in chapter.splits if split.main.id == main]
-    each = [(split.matrix, split.main.id) for split in chapter.splits]
-    found: dict[str, list[Figure]] = {}
     if chapter.kind in ("denoise", "upsample"):
-        make = lines.denoise if chapter.kind == "denoise" else lines.upsample
-        halves = _halves(chapter)
-        found[chapter.kind] = _drawn(lambda matrix: make(matrix, halves, order), matrices)
-    found["clips"] = _drawn(lambda one: rows.clips([one[0]], one[1], order), each)
-    found["kinds"] = _drawn(lambda one: rows.kinds([one[0]], one[1], order), each)
-    found["pairs"] = _drawn(lambda some: bodies.pairs(some, main, order), [alike])
-    found["joints"] = _drawn(
-        lambda some: bodies.skeletons(some, JOINTS, chapter.bodies, order=order, most=STRUCTURES),
-        [matrices[::-1]] if chapter.bodies else [],
-    )
-    found["recall"] = _drawn(lambda some: lines.recall(some, order=order), [matrices])
-    found["growth"] = _drawn(lambda some: lines.growth(some, order=order), [matrices])
-    found["speed"] = _drawn(lambda one: rows.speed([one[0]], one[1], order), each)
-    return {kind: those for kind, all_ in found.items() if (those := [one for one in all_ if _says(one)])}
-
-
-def _drawn(make: Callable[[T], Figure], those: Iterable[T]) -> list[Figure]:
-    found = []
-    for each in those:
-        try:
-            found.append(make(each))
-        except NothingToDraw:
-            continue
+        for matrix in matrices:
+            add(lines.denoise if chapter.kind == "denoise" else lines.upsample, matrix, _halves(chapter))
+    for make in (rows.clips, rows.kinds):
+        for split in chapter.splits:
+            add(make, [split.matrix], split.main.id)
+    add(bodies.pairs, alike, main)
+    if isinstance(chapter.bodies, Mapping):
+        add(bodies.skeletons, matrices[::-1], JOINTS, chapter.bodies, most=STRUCTURES)
+    add(lines.recall, matrices)
+    add(lines.growth, matrices)
+    for split in chapter.splits:
+        add(rows.speed, [split.matrix], split.main.id)
     return found
 
 
 def _halves(chapter: Chapter) -> list[seen_unseen.SeenPart]:
-    """What trained methods do on structures seen and unseen; nothing where results do not say which."""
+    """Results of trained methods on structures seen and unseen; none where results do not say which."""
     try:
         return seen_unseen.seen_and_unseen(chapter.places, "level")
     except BenchError:
         return []
 
 
-def _says(figure: Figure) -> bool:
-    """Whether charts say more than the table: several kinds, pairs, seconds or methods."""
+def _informative(figure: Figure) -> bool:
+    """True where charts say more than the table: of several kinds, pairs, seconds or methods."""
     first = figure.charts[0] if figure.charts else None
     match figure.kind:
         case "kinds":

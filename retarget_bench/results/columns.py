@@ -42,14 +42,14 @@ def read(paths: ResultPaths, header: ResultHeader, newest: Newest) -> Columns:
 
     Raises FileError when a file is missing, damaged or from a newer version.
     """
-    if newest.stale_data(header):  # the case list beside the rows is that of the newer data
+    if newest.why_outdated(header):  # the case list beside the rows is that of the newer data
         return Columns(paths, header, (), {})
     cases = tuple(store.read_cases(paths.cases, paths.task, paths.split))
     position = {info.id: number for number, info in enumerate(cases)}
     large = paths.rows.exists() and paths.rows.stat().st_size >= LARGE
     found = _fast(paths, position) if large else None
     numbers = _slow(paths, position) if found is None else found
-    stale = {value for value, _ in numbers if newest.stale_value(header, value)}
+    stale = {value for value, _ in numbers if newest.why_value_outdated(header, value)}
     return Columns(paths, header, cases, {key: numbers[key] for key in numbers if key[0] not in stale})
 
 

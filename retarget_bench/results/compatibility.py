@@ -21,7 +21,7 @@ class Newest:
     metrics: Mapping[str, str]
     metric_of: Mapping[str, str]
 
-    def stale_data(self, header: ResultHeader) -> str:
+    def why_outdated(self, header: ResultHeader) -> str:
         """The reason why no number of a result may stand here; "" where its data are the newest."""
         content = header.dataset.content
         if content == self.content:
@@ -31,7 +31,7 @@ class Newest:
             f"({self.content}); run the method again"
         )
 
-    def stale_value(self, header: ResultHeader, value: str) -> str:
+    def why_value_outdated(self, header: ResultHeader, value: str) -> str:
         """The reason why a value of a result may not stand here; "" where its metric is the newest."""
         metric = self.metric_of.get(value, "")
         if metric not in (had := metric_versions(header)) or had[metric] == self.metrics[metric]:

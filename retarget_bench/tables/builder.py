@@ -23,7 +23,8 @@ DEFAULT_COLUMNS = (
     "jerk_ratio",
     FPS,
 )
-"""Default columns."""
+"""Value ids of the default columns, in order; the first also decides the order of rows and the colours of
+methods. ``STAND_INS`` and ``WHERE_KNOWN`` replace or leave out some on data without labels."""
 STAND_INS = {"plant_recall": ("contact_recall",), "plant_precision": ("contact_precision",)}
 """Value id -> its replacement where no case has it: contacts by speed for contacts by position."""
 WHERE_KNOWN = frozenset(["touch_gap"])
@@ -247,7 +248,7 @@ def _notes(found: Sequence[SplitSummary], known: compatibility.Newest) -> list[s
     fresh = []
     for section in found:
         for score in section.scores:
-            if stale := known.stale_data(score.header):
+            if stale := known.why_outdated(score.header):
                 notes.append(f"{section.split}: {score.label} was {stale}.")
             else:
                 fresh.append(score.header)

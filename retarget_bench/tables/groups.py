@@ -90,7 +90,7 @@ class GroupBuilder:
 
     def absent(self, score: MethodSummary) -> str:
         """The kind of all cells of a row without any number; "" where some cells have one."""
-        if self.newest.stale_data(score.header):
+        if self.newest.why_outdated(score.header):
             return OTHER_VERSION
         if score.ok or score.means:
             return ""
@@ -102,7 +102,7 @@ class GroupBuilder:
     def missing(self, score: MethodSummary, key: str) -> Cell:
         """The cell of a method with answers that has no number for a value, and why."""
         facts, header = self.declared[key], score.header
-        if stale := self.newest.stale_value(header, key):
+        if stale := self.newest.why_value_outdated(header, key):
             return self.footnotes.missing(stale, OTHER_VERSION)
         computed = metric_versions(header)
         if facts.metric and computed and facts.metric not in computed:
@@ -147,7 +147,7 @@ def by_method(
 ) -> Group:
     """All methods on one split: a row each, a column per value. ``absent`` are sentences for the foot."""
     rows = [(_row(section, score, keys, builder), score) for score in section.scores]
-    fresh = [score for score in section.scores if not builder.newest.stale_data(score.header)]
+    fresh = [score for score in section.scores if not builder.newest.why_outdated(score.header)]
     if keys:
         rows.sort(key=lambda pair: _place(section, pair[1], keys[0], builder))
     asked = max((score.asked for score in fresh), default=0)
@@ -179,7 +179,7 @@ def by_method(
 
 
 def _row(section: SplitSummary, score: MethodSummary, keys: Sequence[str], builder: GroupBuilder) -> Row:
-    stale = bool(builder.newest.stale_data(score.header))
+    stale = bool(builder.newest.why_outdated(score.header))
     n = "0" if stale else f"{score.ok}" if score.ok == score.asked else f"{score.ok}/{score.asked}"
     cells = tuple(builder.cell(section, score, key) for key in keys)
     return Row(score.label, STALE if stale else score.unranked, cells, n, score.header.method.summary)

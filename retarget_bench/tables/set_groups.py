@@ -74,7 +74,7 @@ def _group(
         mine = [each for each in score.sets if (each.structure, each.kind) == (structure, kind)]
         values = {each.value_id: each for each in mine}
         cells = tuple(_cell(score, values.get(key), key, builder, usual[key]) for key in keys)
-        mark = STALE if builder.newest.stale_data(score.header) else score.unranked
+        mark = STALE if builder.newest.why_outdated(score.header) else score.unranked
         n = max((values[key].n for key in keys if key in values), default=0)
         rows.append(Row(score.label, mark, cells, f"{n}", score.header.method.summary))
     sign = -1.0 if builder.column(keys[0]).better == "higher" else 1.0
@@ -127,7 +127,7 @@ def _cell(
     missing = builder.footnotes.missing
     if absent := builder.absent(score):
         return Cell(absent)
-    if stale := builder.newest.stale_value(score.header, key):
+    if stale := builder.newest.why_value_outdated(score.header, key):
         return missing(stale, OTHER_VERSION)
     if key not in score.header.set_values:
         return missing(f"scored without {key}; bench score adds it", NOT_RUN)

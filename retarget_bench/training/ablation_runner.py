@@ -126,7 +126,7 @@ def numbers_of(asked: plan.Plan, trained: Sequence[TrainedRow]) -> list[Numbers]
     places: dict[Spec, list[ResultPaths]] = {}
     for unit in plan.evaluation_units(asked):
         places.setdefault(unit.known_as, []).append(unit.paths)
-    return [_numbers(places[plan.known_as(each.ready)]) for each in trained]
+    return [_numbers(places[plan.spec_by_weights(each.ready)]) for each in trained]
 
 
 def _numbers(places: Sequence[ResultPaths]) -> Numbers:

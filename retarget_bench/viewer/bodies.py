@@ -22,7 +22,7 @@ LIMBS = {
     "forearm": (0.029, 0.021),
     "hand": (0.021, 0.015),
 }
-"""What a bone ends in, without its side -> its radii at both ends, in heights."""
+"""Role of a bone's end, without its side -> radii at both ends, in heights."""
 PARTS = {"trunk": (0.058, 0.062), "head": (0.03, 0.028), "tail": (0.015, 0.009)}
 FINGER = (0.007, 0.006)
 HEAD = 0.052
@@ -48,7 +48,9 @@ def radii(body: Character) -> np.ndarray:
             widest = found[parent, 1] or 0.03 * body.height
             found[joint] = max(min(PLAIN * length, widest), THINNEST * body.height)
             continue
-        found[joint] = np.multiply(_share(role), body.height)
+        trunk = PARTS.get(body_part(role), PARTS["trunk"])
+        shares = FINGER if is_finger(role) else LIMBS.get(role.partition("_")[2], trunk)
+        found[joint] = np.multiply(shares, body.height)
         if body_part(role) not in ("trunk", "head"):
             found[joint] = np.minimum(found[joint], THICKEST * length)
     return found
@@ -77,17 +79,9 @@ def sides(body: Character) -> str:
 
 
 def ends(body: Character) -> list[int]:
-    """Joints whose way through the air tells a motion: hands, feet and head, else every last joint."""
-    told = body.joints(("left_hand", "right_hand", "left_foot", "right_foot", "head"))
-    return told or [joint for joint, below in enumerate(body.skeleton.children) if not below]
-
-
-def _share(role: str) -> tuple[float, float]:
-    """Radii of the bone that ends in a role, in heights."""
-    if is_finger(role):
-        return FINGER
-    limb = role.partition("_")[2]
-    return LIMBS[limb] if limb in LIMBS else PARTS.get(body_part(role), PARTS["trunk"])
+    """Joints whose paths are drawn: hands, feet and head, else every last joint."""
+    named = body.joints(("left_hand", "right_hand", "left_foot", "right_foot", "head"))
+    return named or [joint for joint, below in enumerate(body.skeleton.children) if not below]
 
 
 LIGHT = np.array([-0.38, 0.84, 0.38])
@@ -95,11 +89,11 @@ LIGHT = np.array([-0.38, 0.84, 0.38])
 ROUND = 7
 """Corners of each end of a tube."""
 LAYERS = ((0.0, 1.0, 0.80), (0.17, 0.80, 1.0), (0.36, 0.46, 1.22))
-"""How a tube is shaded: a share of its radius towards the light, a share of its radius wide, so bright."""
+"""Shading of a tube, by layer: shift towards the light, width (shares of its radius), brightness."""
 FINE = 2.5
 """Pixels: thinner tubes are not shaded."""
 OUTLINE = 0.45
-"""How bright the rim of a tube is."""
+"""Brightness of the rim of a tube."""
 RIM = 1.5
 """Pixels."""
 FARTHEST = 20.0
@@ -149,7 +143,7 @@ class Solid:
 
     @cached_property
     def skinned(self) -> bool:
-        """Whether a skin is drawn, not bones."""
+        """True where a skin is drawn, not bones."""
         return self.skin and self.figure.motion is not None and self.body.mesh is not None
 
     @cached_property
@@ -158,10 +152,6 @@ class Solid:
         found = self.thick * np.nan_to_num(radii(self.body))
         lower = np.flatnonzero(found.any(axis=1))
         return np.stack([self.figure.parents[lower], lower], axis=1), found[lower]
-
-    @cached_property
-    def _heads(self) -> list[tuple[int, int, float]]:
-        return [(joint, below, self.thick * radius) for joint, below, radius in heads(self.body)]
 
     @cached_property
     def _sides(self) -> np.ndarray:
@@ -173,7 +163,8 @@ class Solid:
         places = self.places[frame]
         pairs, radii = self._bones
         ends, sides = places[pairs], self._sides[pairs[:, 1]]
-        for joint, below, radius in self._heads:
+        for joint, below, size in heads(self.body):
+            radius = self.thick * size
             way = places[joint] - places[below]
             way = way / max(float(np.linalg.norm(way)), 1e-9) * radius
             ball = np.stack([places[joint] + 0.75 * way, places[joint] + 1.35 * way])
@@ -186,11 +177,10 @@ class Solid:
         return ends, radii, sides
 
     def pieces(self, frame: int, camera: Camera, target: np.ndarray, size: tuple[int, int]) -> list[Piece]:
-        """What is to be drawn of a frame, in no order. size: of the picture, pixels."""
+        """The polygons of a frame, in no order. size: of the picture, pixels."""
         limit = FARTHEST * max(size)
-        if self.skinned:
-            return list(self._skinned(frame, camera, target, limit))
-        return list(self._tubes(frame, camera, target, limit))
+        draw = self._skinned if self.skinned else self._tubes
+        return list(draw(frame, camera, target, limit))
 
     def _tubes(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
         ends, radii, sides = self.bones(frame)
@@ -216,11 +206,15 @@ class Solid:
         assert mesh is not None
         return self._sides[mesh.weights.argmax(axis=1)][mesh.faces[:, 0]]
 
+    def skin_at(self, frame: int) -> np.ndarray:
+        """``(vertices, 3)`` metres of the skin at a frame."""
+        assert self.body.mesh is not None
+        assert self.figure.motion is not None
+        return self.body.mesh.skinned(self.figure.motion.at(slice(frame, frame + 1)))[0]
+
     def _skinned(self, frame: int, camera: Camera, target: np.ndarray, limit: float) -> Iterator[Piece]:
-        mesh, motion = self.body.mesh, self.figure.motion
-        assert mesh is not None
-        assert motion is not None
-        corners = mesh.skinned(motion.at(slice(frame, frame + 1)))[0][mesh.faces]  # (faces, 3, 3)
+        assert self.body.mesh is not None
+        corners = self.skin_at(frame)[self.body.mesh.faces]  # (faces, 3, 3)
         pixels, depths, _ = camera.project(corners, target)
         first, second = pixels[:, 1] - pixels[:, 0], pixels[:, 2] - pixels[:, 0]
         toward = first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0] < 0  # rows of pixels run down

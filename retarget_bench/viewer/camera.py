@@ -16,7 +16,7 @@ VIEWS = {
 """View -> the way from the body to the eye, as left, up and forward of the body. Seen from its right side,
 a body that goes forward goes to the right."""
 DISTANCE = 5.0
-"""How far the eye is, in radii of what is looked at: far enough for limbs near it not to look large."""
+"""Of the eye, in radii of the figures: far enough for limbs near it not to look large."""
 NEAREST = 0.05
 """Share of that distance nearer than which nothing is seen."""
 MARGIN = 0.04
@@ -88,8 +88,7 @@ def fitted(
 
 
 def stays(places: np.ndarray, height: float) -> bool:
-    """Whether what is at ``places`` ``(frames, 3)`` stays about where it is, so that it need not be
-    followed."""
+    """True where ``places`` ``(frames, 3)`` stay within ``STAYS``, so that no camera need follow."""
     spread = np.ptp(places[:, [0, 2]], axis=0)
     return float(np.hypot(*spread)) <= STAYS * height
 
@@ -102,13 +101,8 @@ def track(places: np.ndarray, floor: float, fps: float, follow: bool) -> np.ndar
     if not follow:
         found[:, [0, 2]] = (places[:, [0, 2]].min(axis=0) + places[:, [0, 2]].max(axis=0)) / 2
     elif len(places) > 1:
+        reach = int(3 * LAG * fps)  # of a Gaussian average, at whose ends the way goes on as it came
         for axis in (0, 2):
-            found[:, axis] = _averaged(places[:, axis], LAG * fps)
+            longer = np.pad(places[:, axis], reach, mode="reflect", reflect_type="odd")
+            found[:, axis] = smooth(longer, LAG * fps)[reach : reach + len(places)]
     return found
-
-
-def _averaged(way: np.ndarray, deviation: float) -> np.ndarray:
-    """A Gaussian average over frames ``(frames,)``, the way going on at its ends as it came."""
-    reach = int(3 * deviation)
-    longer = np.pad(way, reach, mode="reflect", reflect_type="odd")
-    return smooth(longer, deviation)[reach : reach + len(way)]

@@ -4,12 +4,11 @@ import importlib
 import shutil
 import subprocess
 import tempfile
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from contextlib import suppress
 from importlib.util import find_spec
 from itertools import chain, islice
 from pathlib import Path
-from typing import IO
 
 import numpy as np
 from PIL import Image
@@ -21,14 +20,10 @@ from retarget_bench.viewer.colours import CONTACT
 CLIPS = (".mp4", ".gif", ".webp")
 STILL = ".png"
 ENDINGS = (*CLIPS, STILL)
-NO_FFMPEG = (
-    "videos need ffmpeg, and there is none: pip install 'retarget-bench[video]', put ffmpeg on the PATH, "
-    "or write a .gif or .webp"
-)
 QUALITY = 80
 """Of .webp, 0 to 100."""
 BEGUN, TAKEN, SWATCH = 30, 6, 8
-"""So many of the first pictures of a .gif give it its colours; rows of pixels of what may light up."""
+"""First pictures of a .gif, those of them that give it its colours, and rows of pixels for contacts."""
 MOST_BYTES = 2e9
 KEPT = {".gif": 1, ".webp": 3}
 """Bytes of a pixel that are in memory until all pictures are there."""
@@ -51,7 +46,10 @@ def ffmpeg() -> str:
         with suppress(RuntimeError):  # a wheel without the program
             return str(importlib.import_module("imageio_ffmpeg").get_ffmpeg_exe())
     if (found := shutil.which("ffmpeg")) is None:
-        raise BenchError(NO_FFMPEG)
+        raise BenchError(
+            "videos need ffmpeg, and there is none: pip install 'retarget-bench[video]', put ffmpeg on the "
+            "PATH, or write a .gif or .webp"
+        )
     return found
 
 
@@ -82,16 +80,8 @@ def write_clip(path: Path, pictures: Iterable[Image.Image], fps: float) -> None:
             _gif(temporary, pictures, fps)
         else:
             first, *others = pictures
-            durations = _durations(1 + len(others), fps, 1)
-            first.save(
-                temporary,
-                format="WEBP",
-                save_all=True,
-                append_images=others,
-                duration=durations,
-                loop=0,
-                quality=QUALITY,
-            )
+            options = {"duration": _durations(1 + len(others), fps, 1), "loop": 0, "quality": QUALITY}
+            first.save(temporary, format="WEBP", save_all=True, append_images=others, **options)
 
 
 def _durations(count: int, fps: float, step: int) -> list[int]:
@@ -131,26 +121,21 @@ def _video(path: Path, temporary: Path, pictures: Iterable[Image.Image], fps: fl
         *("-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-c:v", "libx264", "-crf", "20"),
         *("-pix_fmt", "yuv420p", "-movflags", "+faststart", "-f", "mp4", str(temporary)),
     ]
-    with tempfile.TemporaryFile() as said:
-        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=said)
+    with tempfile.TemporaryFile() as errors:
+        process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=errors)
         assert process.stdin is not None
         try:
-            _feed(process.stdin, first, each)
+            with suppress(BrokenPipeError):  # ffmpeg gave up, and says why
+                for picture in chain([first], each):
+                    process.stdin.write(picture.tobytes())
+            with suppress(BrokenPipeError):
+                process.stdin.close()
         finally:
             if process.poll() is None and not process.stdin.closed:
                 process.kill()  # the pictures could not be drawn
             process.wait()
         if process.returncode:
-            said.seek(0)
-            words = said.read().decode(errors="replace").strip().splitlines()
+            errors.seek(0)
+            words = errors.read().decode(errors="replace").strip().splitlines()
             reason = words[-1] if words else "it does not say why"
             raise FileError(path, f"ffmpeg could not write it ({reason})")
-
-
-def _feed(stream: IO[bytes], first: Image.Image, others: Iterator[Image.Image]) -> None:
-    with suppress(BrokenPipeError):  # ffmpeg gave up, and says why
-        stream.write(first.tobytes())
-        for picture in others:
-            stream.write(picture.tobytes())
-    with suppress(BrokenPipeError):
-        stream.close()

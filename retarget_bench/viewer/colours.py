@@ -22,18 +22,18 @@ TROUBLE: Colour = (170, 30, 30)
 """Words about what went wrong."""
 
 LEFT, RIGHT = 0.42, 0.62
-"""How much white the left of a body has in it, and how bright its right is."""
+"""Share of white in the left of a body, and brightness of its right."""
 
 
 def names(scene: Scene) -> list[str]:
     """``#rrggbb`` for every figure: methods' own where the scene knows them; else the palette's, in the
     order of the figures, those first that no method has."""
-    told = {"source": palette.SOURCE, "reference": palette.REFERENCE}
+    roles = {"source": palette.SOURCE, "reference": palette.REFERENCE}
     own = {figure: _own(scene.colours, figure) for figure in scene.figures}
     taken = {colour for colour in own.values() if colour}
     free = [colour for colour in palette.COLOURS if colour not in taken]
     rest = cycle(free or palette.COLOURS)
-    return [told.get(figure.part) or own[figure] or next(rest) for figure in scene.figures]
+    return [roles.get(figure.part) or own[figure] or next(rest) for figure in scene.figures]
 
 
 def _own(known: Mapping[str, str], figure: Figure) -> str | None:
@@ -44,12 +44,7 @@ def _own(known: Mapping[str, str], figure: Figure) -> str | None:
 
 def colours(scene: Scene) -> list[Colour]:
     """The same as numbers."""
-    return [rgb(each) for each in names(scene)]
-
-
-def rgb(text: str) -> Colour:
-    """``#rrggbb`` as numbers."""
-    return int(text[1:3], 16), int(text[3:5], 16), int(text[5:7], 16)
+    return [(int(each[1:3], 16), int(each[3:5], 16), int(each[5:7], 16)) for each in names(scene)]
 
 
 def mixed(first: Colour, second: Colour, share: float) -> Colour:

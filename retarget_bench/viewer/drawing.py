@@ -8,46 +8,13 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from retarget_bench.errors import BenchError
-from retarget_bench.viewer.bodies import Solid
-from retarget_bench.viewer.camera import VIEWS
 from retarget_bench.viewer.colours import FAINT, INK, PAPER, STAGE, TROUBLE, Colour, colours, tints
-from retarget_bench.viewer.renderer import Following, Stage, stages
+from retarget_bench.viewer.renderer import SMALLEST, DrawingStyle, Stage, stages
 from retarget_bench.viewer.scene import Figure, Scene
-from retarget_bench.viewer.text import Font, font, short, wrapped
+from retarget_bench.viewer.text import Font, font, plain, short, wrapped
 
-SMALLEST, LARGEST = 16, 8192
-"""Pixels of a picture's side."""
-THIN = 0.6
-"""How thick bones are in an overlay, where they hide each other."""
 GAP = 4
 """Pixels between panels."""
-
-
-@dataclass(frozen=True)
-class DrawingStyle:
-    """Options of a drawn scene.
-
-    size: width and height, pixels. view: one of ``VIEWS``. overlay: all figures in one panel.
-    skin: with skins, where bodies have one. camera: ``fit`` stands still, ``follow`` goes along; ``auto``
-    follows who goes far.
-
-    Raises BenchError for a size or a view that there is not.
-    """
-
-    size: tuple[int, int] = (1280, 720)
-    view: str = "three-quarter"
-    overlay: bool = False
-    skin: bool = False
-    camera: Following = "auto"
-
-    def __post_init__(self) -> None:
-        if not all(SMALLEST <= side <= LARGEST for side in self.size):
-            raise BenchError(
-                f"a picture of {self.size[0]} x {self.size[1]} pixels cannot be drawn; each side has "
-                f"{SMALLEST} to {LARGEST}"
-            )
-        if self.view not in VIEWS:
-            raise BenchError(f"there is no view {self.view!r}; views are {', '.join(VIEWS)}")
 
 
 @dataclass(frozen=True)
@@ -75,7 +42,15 @@ class Drawing:
     ) -> None:
         self.scene, self.look = scene, look or DrawingStyle()
         self.frames = frames if frames is not None else range(scene.frames)
-        self._colours = colours(scene)
+        self._shown = list(zip(scene.figures, colours(scene), strict=True))
+        # In pixels: the size of letters, from one line to the next, above all panels, and below each.
+        self._letter = int(np.clip(round(min(self.look.size) / 42), 9, 20))
+        self._line, self._head = round(1.4 * self._letter), round(2.2 * self._letter)
+        drawn = [figure for figure in scene.figures if figure.positions is not None]
+        notes = any(figure.error is not None for figure in drawn) + any(figure.message for figure in drawn)
+        self._foot = (1 + notes) * self._line + round(0.4 * self._letter)
+        self._legend_columns = int(np.clip(self.look.size[0] // (30 * self._letter), 1, 3))
+        self._legend_rows = -(-len(scene.figures) // self._legend_columns)
         self._boxes, self._stages = self._laid_out()
 
     def at(self, frame: int) -> Image.Image:
@@ -85,65 +60,30 @@ class Drawing:
         for box, stage in zip(self._boxes, self._stages, strict=True):
             if stage is not None:
                 picture.paste(stage.picture(frame), (box.left, box.top))
-        self._say_now(pen, frame)
+        self._draw_words(pen, frame)
         return picture
 
     # --------------------------------------------------------------------------------------- layout
-    @cached_property
-    def _letter(self) -> int:
-        """Pixels: how large words are."""
-        return int(np.clip(round(min(self.look.size) / 42), 9, 20))
-
-    @property
-    def _head(self) -> int:
-        return round(2.2 * self._letter)
-
-    @property
-    def _foot(self) -> int:
-        """Pixels below every panel, for the figure's name and what is said of it."""
-        return (1 + self._notes) * self._line + round(0.4 * self._letter)
-
-    @property
-    def _line(self) -> int:
-        """Pixels from one line of words to the next."""
-        return round(1.4 * self._letter)
-
-    @property
-    def _legend_columns(self) -> int:
-        return int(np.clip(self.look.size[0] // (30 * self._letter), 1, 3))
-
-    @property
-    def _legend_rows(self) -> int:
-        return -(-len(self.scene.figures) // self._legend_columns)
-
-    @property
-    def _notes(self) -> int:
-        """Lines below the names of figures."""
-        shown = [figure for figure in self.scene.figures if figure.positions is not None]
-        rated = any(figure.error is not None for figure in shown)
-        return rated + any(figure.message for figure in shown)
-
-    @property
-    def _shown(self) -> list[tuple[Figure, Colour]]:
-        return list(zip(self.scene.figures, self._colours, strict=True))
-
     def _laid_out(self) -> tuple[list[Box], list[Stage | None]]:
         """Panels and their stages (None: nothing to draw), in as many columns as make bodies largest."""
         if self.look.overlay:
             high = self.look.size[1] - self._head - self._legend_rows * self._line - GAP
             box = Box(GAP, self._head, self.look.size[0] - 2 * GAP, high)
-            return [box], list(self._staged((max(box.width, 8), max(box.height, 8))))
+            return [box], self._stages_in(box)
         best: tuple[float, list[Box], list[Stage | None]] | None = None
         for columns in range(1, len(self.scene.figures) + 1):
             boxes = self._grid(columns)
             if min(boxes[0].width, boxes[0].height) < SMALLEST and best is not None:
                 continue
-            staged = self._staged((max(boxes[0].width, 8), max(boxes[0].height, 8)))
-            zoom = next(stage.camera.zoom for stage in staged if stage is not None)
+            made = self._stages_in(boxes[0])
+            zoom = next(stage.camera.zoom for stage in made if stage is not None)
             if best is None or zoom > best[0] * 1.02:
-                best = zoom, boxes, staged
+                best = zoom, boxes, made
         assert best is not None
         return best[1], best[2]
+
+    def _stages_in(self, box: Box) -> list[Stage | None]:
+        return stages(self.scene, self.look, self.frames, (max(box.width, 8), max(box.height, 8)))
 
     def _grid(self, columns: int) -> list[Box]:
         count = len(self.scene.figures)
@@ -151,43 +91,39 @@ class Drawing:
         wide = (self.look.size[0] - GAP * (columns + 1)) // columns
         high = (self.look.size[1] - self._head) // rows - self._foot
         return [
-            Box(
-                GAP + (k % columns) * (wide + GAP),
-                self._head + (k // columns) * (high + self._foot),
-                wide,
-                high,
-            )
-            for k in range(count)
+            Box(GAP + column * (wide + GAP), self._head + row * (high + self._foot), wide, high)
+            for row, column in (divmod(k, columns) for k in range(count))
         ]
-
-    def _staged(self, size: tuple[int, int]) -> list[Stage | None]:
-        """The stage of every panel of a size."""
-        return staged(self.scene, self.look, self.frames, size)
 
     # --------------------------------------------------------------------------------------- words
     @cached_property
     def _base(self) -> Image.Image:
-        """What is the same in all frames."""
+        """The parts that are the same in all frames."""
         picture = Image.new("RGB", self.look.size, PAPER)
         pen = ImageDraw.Draw(picture)
-        title = self.scene.title + (f" ({self.scene.kind})" if self.scene.kind else "")
         letters = font(self._letter, bold=True)
         room = self.look.size[0] - 2 * GAP - font(self._letter).getlength(self._clock(self.scene.frames))
-        pen.text((GAP + 2, self._head / 2), short(title, letters, room - 20), INK, letters, anchor="lm")
+        pen.text(
+            (GAP + 2, self._head / 2),
+            short(title(self.scene), letters, room - 20),
+            INK,
+            letters,
+            anchor="lm",
+        )
         for box in self._boxes:
             pen.rectangle(box.corners, STAGE)
         if not self.look.overlay:
             for box, stage, (figure, colour) in zip(self._boxes, self._stages, self._shown, strict=True):
                 self._name(pen, box, figure, colour)
                 if stage is None:
-                    nothing(pen, box, figure, self._letter)
+                    draw_reason(pen, box, figure, self._letter)
         return picture
 
     def _name(self, pen: ImageDraw.ImageDraw, box: Box, figure: Figure, colour: Colour) -> None:
-        """A figure's colours and name below its panel, and what is said of it."""
+        """A figure's colours, name and message below its panel."""
         line = self._line
         top = box.top + box.height + 0.3 * self._letter
-        chip(pen, box.left, top + 0.15 * self._letter, self._letter, colour)
+        draw_chip(pen, box.left, top + 0.15 * self._letter, self._letter, colour)
         letters = font(self._letter, bold=True)
         room = box.width - 2.1 * self._letter
         pen.text((box.left + 2.1 * self._letter, top), short(figure.label, letters, room), INK, letters)
@@ -196,7 +132,7 @@ class Drawing:
             row = 1 + (figure.error is not None)
             pen.text((box.left, top + line * row), short(figure.message, small, box.width), FAINT, small)
 
-    def _say_now(self, pen: ImageDraw.ImageDraw, frame: int) -> None:
+    def _draw_words(self, pen: ImageDraw.ImageDraw, frame: int) -> None:
         """The time, and every figure's error now."""
         letters = font(self._letter)
         right = self.look.size[0] - GAP - 2
@@ -206,24 +142,24 @@ class Drawing:
             return
         for box, stage, (figure, _) in zip(self._boxes, self._stages, self._shown, strict=True):
             top = box.top + box.height + 0.3 * self._letter + self._line
-            pen.text((box.left, top), said(figure, frame, letters, box.width), FAINT, letters)
+            pen.text((box.left, top), error_text(figure, frame, letters, box.width), FAINT, letters)
             if stage is not None and not stage.seen(frame):
-                away(pen, box, stage, frame, self._letter)
+                draw_away(pen, box, stage, frame, self._letter)
 
     def _legend(self, pen: ImageDraw.ImageDraw, frame: int) -> None:
-        """Who is who in an overlay, and who is not there."""
+        """Names and colours of the figures of an overlay, and of those missing."""
         letters, below = font(self._letter), self._boxes[0].top + self._boxes[0].height + GAP
         wide = (self.look.size[0] - 2 * GAP) // self._legend_columns
         for number, (figure, colour) in enumerate(self._shown):
             left = GAP + wide * (number // self._legend_rows)
             top = below + self._line * (number % self._legend_rows)
-            chip(pen, left, top + 0.15 * self._letter, self._letter, colour)
+            draw_chip(pen, left, top + 0.15 * self._letter, self._letter, colour)
             left, room = left + round(2.1 * self._letter), wide - round(2.6 * self._letter)
             if figure.positions is None:
                 words = short(f"{figure.label}: {figure.status}, {figure.message}", letters, room)
                 pen.text((left, top), words, TROUBLE, letters)
                 continue
-            now = said(figure, frame, letters, 0.6 * room)
+            now = error_text(figure, frame, letters, 0.6 * room)
             name = short(figure.label, letters, room - letters.getlength(f"  {now}"))
             pen.text((left, top), f"{name}  {now}", INK, letters)
 
@@ -232,34 +168,11 @@ class Drawing:
 
 
 # ------------------------------------------------------------------------------------- parts of pictures
-def staged(
-    scene: Scene, look: DrawingStyle, frames: Sequence[int], size: tuple[int, int]
-) -> list[Stage | None]:
-    """A stage of a size for every figure, None where there is nothing to draw; overlaid, one for all.
-
-    Cameras look at the reference where there is one, so that who is elsewhere is seen to be.
-    """
-    solids = [
-        Solid(figure, colour, look.skin, THIN if look.overlay else 1.0)
-        if figure.positions is not None
-        else None
-        for figure, colour in zip(scene.figures, colours(scene), strict=True)
-    ]
-    drawn = [solid for solid in solids if solid is not None]
-    reference = next((solid for solid in drawn if solid.figure.part == "reference"), None)
-    if look.overlay:
-        groups, leads = [drawn], [reference or drawn[0]]
-    else:
-        groups = [[solid] for solid in drawn]
-        leads = [reference if reference and solid.figure.part == "prediction" else solid for solid in drawn]
-    made = stages(groups, leads, scene.ground, scene.fps, frames, size, look.view, look.camera)
-    if look.overlay:
-        return list(made)
-    ready = iter(made)
-    return [None if solid is None else next(ready) for solid in solids]
+def title(scene: Scene) -> str:
+    return scene.title + (f" ({scene.kind})" if scene.kind else "")
 
 
-def said(figure: Figure, frame: int, letters: Font, room: float) -> str:
+def error_text(figure: Figure, frame: int, letters: Font, room: float) -> str:
     """A figure's error at a frame and on average, in as many words as there is room for; "" without one."""
     if figure.error is None:
         return ""
@@ -268,7 +181,7 @@ def said(figure: Figure, frame: int, letters: Font, room: float) -> str:
     return next((words for words in longer if letters.getlength(words) <= room), f"{now:.1f} %")
 
 
-def chip(pen: ImageDraw.ImageDraw, left: float, top: float, letter: int, colour: Colour) -> None:
+def draw_chip(pen: ImageDraw.ImageDraw, left: float, top: float, letter: int, colour: Colour) -> None:
     """A body's colours: its left, which is light, its middle, and its right, which is dark."""
     middle, light, dark = tints(colour)
     for number, tint in enumerate((light, middle, dark)):
@@ -276,25 +189,109 @@ def chip(pen: ImageDraw.ImageDraw, left: float, top: float, letter: int, colour:
         pen.rectangle((x, top, x + 0.55 * letter, top + 0.9 * letter), tint)
 
 
-def nothing(pen: ImageDraw.ImageDraw, box: Box, figure: Figure, letter: int) -> None:
-    """A panel without a figure: why there is none."""
+def draw_reason(pen: ImageDraw.ImageDraw, box: Box, figure: Figure, letter: int) -> None:
+    """The reason why a panel has no figure."""
     bold, letters = font(letter, bold=True), font(letter)
     lines = max(1, int((box.height - 2 * letter) / (1.35 * letter)) - 1)
-    told = wrapped(figure.message, letters, box.width - 2 * letter, min(lines, 8))
-    top = box.top + max(letter, (box.height - (len(told) + 1.2) * 1.35 * letter) / 2)
+    reason = wrapped(figure.message, letters, box.width - 2 * letter, min(lines, 8))
+    top = box.top + max(letter, (box.height - (len(reason) + 1.2) * 1.35 * letter) / 2)
     middle = box.left + box.width / 2
     pen.text((middle, top), short(figure.status, bold, box.width), TROUBLE, bold, anchor="ma")
-    for number, words in enumerate(told):
+    for number, words in enumerate(reason):
         pen.text((middle, top + (number + 1.2) * 1.35 * letter), words, INK, letters, anchor="ma")
 
 
-def away(pen: ImageDraw.ImageDraw, box: Box, stage: Stage, frame: int, letter: int) -> None:
+def draw_away(pen: ImageDraw.ImageDraw, box: Box, stage: Stage, frame: int, letter: int) -> None:
     """Words for a figure that is not in its panel."""
     places = stage.solids[0].places[frame]
     far = float(np.linalg.norm(places.mean(axis=0) - stage.targets[frame]))
-    letters = font(letter)
-    longer = f"out of view: {far:.1f} m away"
-    words = (
-        longer if letters.getlength(longer) <= box.width else short(f"{far:.1f} m away", letters, box.width)
-    )
+    letters, words = font(letter), f"out of view: {far:.1f} m away"
+    if letters.getlength(words) > box.width:
+        words = short(f"{far:.1f} m away", letters, box.width)
     pen.text((box.left + box.width / 2, box.top + box.height / 2), words, TROUBLE, letters, anchor="mm")
+
+
+# ------------------------------------------------------------------------------------------------ sheets
+MOST = 24
+"""Columns of a sheet."""
+CELL = 110
+"""Pixels of the narrowest column that is chosen unasked."""
+NAMES = 13
+"""Letters of the widest line of names, of about 0.6 of their height each."""
+
+
+def moments(frames: Sequence[int], count: int) -> list[int]:
+    """At most ``count`` of these frames, evenly spread from the first to the last."""
+    if not 1 <= count <= MOST:
+        raise BenchError(f"a sheet has 1 to {MOST} columns, not {count}")
+    places = np.linspace(0, len(frames) - 1, min(count, len(frames)))
+    return [frames[place] for place in np.rint(places).astype(int).tolist()]
+
+
+def usual_size(scene: Scene, columns: int, overlay: bool) -> tuple[int, int]:
+    """Pixels that show every figure well."""
+    rows = 1 if overlay else len(scene.figures)
+    wide = max(1280 // max(columns, 4), CELL)
+    return 170 + columns * wide, 80 + rows * round(1.15 * wide)
+
+
+def sheet(scene: Scene, look: DrawingStyle, frames: Sequence[int]) -> Image.Image:
+    """An RGB picture of a scene at some frames; ``look.overlay`` makes it a single row.
+
+    Raises BenchError where the size leaves too little room for so many figures and moments.
+    """
+    width, height = look.size
+    rows = 1 if look.overlay else len(scene.figures)
+    letter = int(np.clip(round(min(width, 1.6 * height) / 70), 9, 20))
+    head, names = round(2.2 * letter), round(NAMES * 0.62 * letter)
+    wide = (width - names - GAP * (len(frames) + 1)) // len(frames)
+    high = (height - head - round(1.8 * letter) - GAP * rows) // rows
+    if min(wide, high) < SMALLEST:
+        raise BenchError(
+            f"{len(frames)} moments of {rows} figures do not fit on {width} x {height} pixels; give a "
+            "larger --size, or fewer --columns"
+        )
+    picture = Image.new("RGB", look.size, PAPER)
+    pen = ImageDraw.Draw(picture)
+    bold, letters = font(letter, bold=True), font(letter)
+    pen.text((GAP + 2, head / 2), short(title(scene), bold, width - 2 * GAP), INK, bold, anchor="lm")
+    for column, frame in enumerate(frames):
+        middle = names + GAP + column * (wide + GAP) + wide / 2
+        words = short(f"{frame / scene.fps:.2f} s", letters, wide)
+        pen.text((middle, head + 0.6 * letter), words, FAINT, letters, anchor="mm")
+    made = stages(scene, look, frames, (wide, high))
+    for row, stage in enumerate(made):
+        top = head + round(1.8 * letter) + row * (high + GAP)
+        for column, frame in enumerate(frames):
+            if stage is not None:
+                box = Box(names + GAP + column * (wide + GAP), top, wide, high)
+                picture.paste(stage.picture(frame), (box.left, box.top))
+                if not stage.seen(frame):
+                    draw_away(pen, box, stage, frame, letter)
+        figures = scene.figures if look.overlay else scene.figures[row : row + 1]
+        span = Box(names + GAP, top, width - names - 2 * GAP, high)
+        if stage is None:
+            pen.rectangle(span.corners, STAGE)
+            draw_reason(pen, span, figures[0], letter)
+        _names(pen, scene, figures, Box(GAP, top, names - GAP, high), letter)
+    return picture
+
+
+def _names(
+    pen: ImageDraw.ImageDraw, scene: Scene, figures: Sequence[Figure], box: Box, letter: int
+) -> None:
+    """The figures of a row, with their mean errors, in the margin."""
+    bold, letters, line = font(letter, bold=True), font(letter - 1), round(1.4 * letter)
+    top = float(box.top + letter // 2)
+    colour_of = dict(zip(scene.figures, colours(scene), strict=True))
+    for figure in figures:
+        draw_chip(pen, box.left, top, letter, colour_of[figure])
+        top += line
+        for words in wrapped(plain(figure.label).replace("[", " ["), bold, box.width, 3):
+            pen.text((box.left, top), words, INK, bold)
+            top += line
+        if figure.error is not None:
+            words = f"error {float(np.nanmean(figure.error)):.1f} %"
+            pen.text((box.left, top), short(words, letters, box.width), FAINT, letters)
+            top += line
+        top += line // 2

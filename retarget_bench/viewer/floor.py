@@ -18,12 +18,13 @@ FADING = [mixed(GRID, STAGE, level / 8) for level in range(8)]
 LINES = 24
 """Lines of the grid in one direction, at most."""
 STEEP = 0.3
-"""How much darker a step or a wall is than an even floor."""
+"""Share by which a step or a wall is darker than an even floor."""
 SUN = np.array([0.30, 1.0, 0.22])
 """Towards the light that throws shadows."""
 HALO = 0.055
 """Radius of the mark under a foot that rests, in heights of the body."""
 CORNERS = np.linspace(0.0, 2 * np.pi, 20, endpoint=False)
+DISC = np.stack([np.cos(CORNERS), np.zeros_like(CORNERS), np.sin(CORNERS)], axis=1)
 
 
 def draw(pen: ImageDraw, ground: Ground, camera: Camera, target: np.ndarray, reach: float) -> None:
@@ -31,23 +32,17 @@ def draw(pen: ImageDraw, ground: Ground, camera: Camera, target: np.ndarray, rea
     if ground.heights is not None:
         _field(pen, ground, camera, target, reach)
         return
-    ring = np.stack([np.cos(CORNERS), np.zeros_like(CORNERS), np.sin(CORNERS)], axis=1)
     for share in (1.0, 0.85, 0.7):
-        pixels = camera.project(target + share * reach * ring, target)[0]
+        pixels = camera.project(target + share * reach * DISC, target)[0]
         pen.polygon(pixels.ravel().tolist(), fill=mixed(FLOOR, STAGE, (share - 0.7) / 0.45))
-    starts, ends, fading = _lines(target, reach, spacing(reach))
+    step = 0.5  # metres between lines, doubled until they are few
+    while 2 * reach / step > LINES:
+        step *= 2
+    starts, ends, fading = _lines(target, reach, step)
     first, second = camera.project(starts, target)[0], camera.project(ends, target)[0]
     corners = np.concatenate([first, second], axis=1).tolist()
     for place, level in zip(corners, fading.tolist(), strict=True):
         pen.line(place, fill=FADING[level], width=2)
-
-
-def spacing(reach: float) -> float:
-    """Metres between the grid's lines: half a metre, or as many times twice that as keep them few."""
-    step = 0.5
-    while 2 * reach / step > LINES:
-        step *= 2
-    return step
 
 
 def _lines(target: np.ndarray, reach: float, step: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -124,8 +119,7 @@ def halos(
     """A lit disc on the floor under every joint that rests."""
     for place in resting(solid, frame):
         below = float(ground_height(ground, place[0], place[2]))
-        disc = np.stack([np.cos(CORNERS), np.zeros_like(CORNERS), np.sin(CORNERS)], axis=1)
-        disc = disc * HALO * solid.size + np.array([place[0], min(below, place[1]), place[2]])
+        disc = DISC * HALO * solid.size + np.array([place[0], min(below, place[1]), place[2]])
         pixels = camera.project(disc, target)[0]
         if np.abs(pixels).max() < 4.0 * max(pen.im.size):
             pen.polygon(pixels.ravel().tolist(), fill=CONTACT, outline=shade(CONTACT, 0.6))

@@ -15,10 +15,10 @@ from retarget_bench.motion.facing import facing
 from retarget_bench.motion.ground import ground_height
 from retarget_bench.viewer import floor
 from retarget_bench.viewer.bodies import Solid
-from retarget_bench.viewer.case_list import CaseList
 from retarget_bench.viewer.colours import CONTACT, FLOOR, colours
 from retarget_bench.viewer.models import Model
-from retarget_bench.viewer.scene import Figure, Scene
+from retarget_bench.viewer.scene import Scene
+from retarget_bench.viewer.scene_builder import CaseList
 from retarget_bench.viewer.text import plain
 
 HOST = "127.0.0.1"
@@ -29,7 +29,7 @@ TICK = 1 / 60
 BESIDE = 0.75
 """Heights between figures side by side, beyond the farthest reach of each."""
 AWAY = 1.2
-"""How far the camera is at first, in radii of what is shown."""
+"""First distance of the camera, in radii of the figures."""
 REACH = 6.0
 """Metres of a field of heights that are shown around the middle."""
 NOTHING_YET = "waiting for the first case"
@@ -96,7 +96,7 @@ class Window:
 
     # --------------------------------------------------------------------------------------- what is shown
     def poll(self) -> None:
-        """Look what there is now; new cases appear among the choices."""
+        """Refresh the list of cases; new ones appear among the choices."""
         self._polled = time.monotonic()
         cases = [plain(case) or FILES for case in self.case_list.refresh()]
         if cases == self._cases:
@@ -107,7 +107,7 @@ class Window:
             self.choose(cases[0])
 
     def choose(self, case: str) -> None:
-        """Show a case, from its beginning; what is wrong with it is said on the page."""
+        """Show a case, from its beginning, or the reason why it cannot be shown."""
         if case == NOTHING_YET:
             return
         try:
@@ -205,13 +205,13 @@ class Window:
         self.draw()
 
     def draw(self) -> None:
-        """Everything as it is at the frame."""
+        """Pose everything at the frame."""
         if self.scene is None:
             return
         with self.server.atomic():
             for actor in self._actors:
                 actor.pose(self.frame, self.scene, bool(self.labels.value))
-        words = told(self.scene, self.frame, self.case_list.problem)
+        words = frame_text(self.scene, self.frame, self.case_list.problem)
         if self.said.value != words:
             self.said.value = words
 
@@ -306,20 +306,16 @@ def beside(solids: Sequence[Solid]) -> np.ndarray:
     return shifts
 
 
-def told(scene: Scene, frame: int, problem: str = "") -> str:
-    """What is known of a frame, line by line, as plain text."""
+def frame_text(scene: Scene, frame: int, problem: str = "") -> str:
+    """Time, errors and messages of a frame, line by line, as plain text."""
     lines = [f"{plain(scene.title)}: {frame / scene.fps:.2f} s"]
     for figure in scene.figures:
-        if words := _of(figure, frame):
-            lines.append(f"{plain(figure.label)}: {words}")
+        notes = [figure.message] if figure.message else []
+        if figure.positions is None:
+            notes = [f"{figure.status}, {figure.message}"]
+        elif figure.error is not None:
+            now, mean = float(figure.error[frame]), float(np.nanmean(figure.error))
+            notes.append(f"error {now:.1f} % of height (mean {mean:.1f})")
+        if notes:
+            lines.append(f"{plain(figure.label)}: {'; '.join(map(plain, notes))}")
     return "\n".join([*lines, *([plain(problem)] if problem else [])])
-
-
-def _of(figure: Figure, frame: int) -> str:
-    if figure.positions is None:
-        return f"{figure.status}, {plain(figure.message)}"
-    said = [plain(figure.message)] if figure.message else []
-    if figure.error is not None:
-        now, mean = float(figure.error[frame]), float(np.nanmean(figure.error))
-        said.append(f"error {now:.1f} % of height (mean {mean:.1f})")
-    return "; ".join(said)

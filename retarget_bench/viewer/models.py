@@ -1,7 +1,6 @@
 """Triangle meshes of bodies per frame: bones as rounded tubes, skins as they are."""
 
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -22,52 +21,35 @@ class Part:
     faces: np.ndarray
 
 
-@dataclass(frozen=True, eq=False)
 class Model:
-    """A figure as parts (middle, left, right) that share no vertices."""
+    """A figure as parts (middle, left, right) that share no vertices; parts that the body lacks are left
+    out."""
 
-    solid: Solid
-
-    @cached_property
-    def parts(self) -> tuple[Part, ...]:
-        """Those of the three that the body has."""
-        return tuple(Part(tints(self.solid.colour)[side], faces) for side, faces in self._faces)
+    def __init__(self, solid: Solid) -> None:
+        self.solid = solid
+        mesh = solid.body.mesh if solid.skinned else None
+        sides = solid.bones(0)[2] if mesh is None else solid.face_sides
+        self._sides: list[int] = np.unique(sides).tolist()
+        self._used: list[np.ndarray] = []
+        """The skin's vertices in every part."""
+        faces = []
+        for side in self._sides:
+            if mesh is None:
+                faces.append(tube_faces(int((sides == side).sum())))
+                continue
+            own = mesh.faces[sides == side]
+            self._used.append(np.unique(own))
+            faces.append(np.searchsorted(self._used[-1], own).astype(np.uint32))
+        colours = tints(solid.colour)
+        self.parts = [Part(colours[side], own) for side, own in zip(self._sides, faces, strict=True)]
 
     def vertices(self, frame: int) -> list[np.ndarray]:
         """``(vertices, 3)`` metres of every part at a frame."""
         if self.solid.skinned:
-            mesh, motion = self.solid.body.mesh, self.solid.figure.motion
-            assert mesh is not None
-            assert motion is not None
-            skin = mesh.skinned(motion.at(slice(frame, frame + 1)))[0].astype(np.float32)
+            skin = self.solid.skin_at(frame).astype(np.float32)
             return [skin[used] for used in self._used]
         ends, radii, sides = self.solid.bones(frame)
-        return [tubes(ends[sides == side], radii[sides == side]) for side, _ in self._faces]
-
-    @cached_property
-    def _faces(self) -> list[tuple[int, np.ndarray]]:
-        """Side and faces of every part, whose indices count the part's own vertices."""
-        found = []
-        if self.solid.skinned:
-            mesh = self.solid.body.mesh
-            assert mesh is not None
-            for side, used in zip(self._sides, self._used, strict=True):
-                own = mesh.faces[self.solid.face_sides == side]
-                found.append((side, np.searchsorted(used, own).astype(np.uint32)))
-            return found
-        sides = self.solid.bones(0)[2]
-        return [(side, tube_faces(int((sides == side).sum()))) for side in np.unique(sides).tolist()]
-
-    @cached_property
-    def _sides(self) -> list[int]:
-        return list(np.unique(self.solid.face_sides).tolist())
-
-    @cached_property
-    def _used(self) -> list[np.ndarray]:
-        """The skin's vertices that every part has."""
-        mesh = self.solid.body.mesh
-        assert mesh is not None
-        return [np.unique(mesh.faces[self.solid.face_sides == side]) for side in self._sides]
+        return [tubes(ends[sides == side], radii[sides == side]) for side in self._sides]
 
 
 def tubes(ends: np.ndarray, radii: np.ndarray) -> np.ndarray:

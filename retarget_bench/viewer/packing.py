@@ -38,7 +38,7 @@ _BITS = 7
 def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
     """A scene as one object of plain values, for ``json.dumps`` and the player.
 
-    Bodies that figures share are told once. Colours are those of the palette: source, reference, then the
+    Bodies that figures share are written once. Colours are the palette's: source, reference, then the
     others in their order. skins: with meshes of bodies that have one, for figures with known rotations.
     Raises BenchError where positions or skins are not finite.
     """
@@ -48,9 +48,9 @@ def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
         head = _head(figure, scene.values.get(figure.label, {}))
         figures.append(head | {"body": _index(bodies, figure.character), "colour": colour})
     worn = _worn(scene, bodies, figures) if skins else {}
-    for told in figures:
-        told["skin"] = told["skin"] and told["body"] in worn
-    kept = [worn.get(told["body"]) if told["skin"] else None for told in figures]
+    for each in figures:
+        each["skin"] = each["skin"] and each["body"] in worn
+    kept = [worn.get(each["body"]) if each["skin"] else None for each in figures]
     series = b"".join(_integers(each) for each in _series(scene, kept))
     series += b"".join(_integers(each) for place in worn for each in _skin(bodies[place], worn[place]))
     return {
@@ -74,7 +74,7 @@ def packed(scene: Scene, skins: bool = False) -> dict[str, Any]:
 
 def _worn(scene: Scene, bodies: list[Character], figures: list[dict[str, Any]]) -> dict[int, Skin]:
     """Place of a body -> its skin, of those that have one and that somebody moves in."""
-    moved = sorted({told["body"] for told in figures if told["skin"]})
+    moved = sorted({each["body"] for each in figures if each["skin"]})
     known = {place: bodies[place].mesh for place in moved}
     meshes = {place: mesh for place, mesh in known.items() if mesh is not None and len(mesh.faces)}
     for place, mesh in meshes.items():
@@ -86,7 +86,7 @@ def _worn(scene: Scene, bodies: list[Character], figures: list[dict[str, Any]]) 
 
 
 def _index(bodies: list[Character], body: Character) -> int:
-    """The place of a body among those that are told, to which it is added where it is new."""
+    """The place of a body in the list, to which it is added where it is new."""
     for place, other in enumerate(bodies):
         if body is other or (body.name == other.name and body.skeleton.same_as(other.skeleton)):
             return place
@@ -95,7 +95,7 @@ def _index(bodies: list[Character], body: Character) -> int:
 
 
 def _body(body: Character, skin: Skin | None) -> dict[str, Any]:
-    told: dict[str, Any] = {
+    packed: dict[str, Any] = {
         "name": body.name,
         "height": round(float(body.height), 4),
         "joints": list(body.skeleton.names),
@@ -107,12 +107,12 @@ def _body(body: Character, skin: Skin | None) -> dict[str, Any]:
     }
     if skin is not None:
         vertices, faces = len(skin.mesh.vertices), len(skin.mesh.faces)
-        told["skin"] = {"vertices": vertices, "faces": faces, "joints": skin.joints.tolist()}
-    return told
+        packed["skin"] = {"vertices": vertices, "faces": faces, "joints": skin.joints.tolist()}
+    return packed
 
 
 def _head(figure: Figure, values: dict[str, float]) -> dict[str, Any]:
-    """What is known of a figure apart from its series, and which of these it has."""
+    """A figure apart from its series, and which of these it has."""
     shown = figure.positions is not None
     return {
         "label": figure.label,
@@ -128,16 +128,12 @@ def _head(figure: Figure, values: dict[str, float]) -> dict[str, Any]:
 
 
 def _ground(ground: Ground) -> dict[str, Any]:
-    told: dict[str, Any] = {"height": float(ground.height)}
-    if ground.heights is not None:
-        rows, columns = ground.heights.shape
-        told |= {
-            "rows": int(rows),
-            "columns": int(columns),
-            "origin": [float(each) for each in ground.origin],
-            "spacing": float(ground.spacing),
-        }
-    return told
+    if ground.heights is None:
+        return {"height": float(ground.height)}
+    rows, columns = map(int, ground.heights.shape)
+    origin, spacing = [float(each) for each in ground.origin], float(ground.spacing)
+    field = {"rows": rows, "columns": columns, "origin": origin, "spacing": spacing}
+    return {"height": float(ground.height), **field}
 
 
 def _skin(body: Character, skin: Skin) -> Iterator[np.ndarray]:

@@ -27,8 +27,8 @@ def script() -> str:
     """
     parts = [(PAGES / "player" / f"{name}.js").read_text(encoding="utf-8") for name in PARTS]
     body = "\n".join(parts)
-    told = "return { mount, decode, floorAt, surfaceAt };"
-    return f'var RetargetPlayer = (() => {{\n"use strict";\n{body}\n{told}\n}})();\n'
+    result = "return { mount, decode, floorAt, surfaceAt };"
+    return f'var RetargetPlayer = (() => {{\n"use strict";\n{body}\n{result}\n}})();\n'
 
 
 @cache

@@ -9,13 +9,19 @@ import numpy as np
 from PIL import Image, ImageDraw
 
 from retarget_bench.api import Ground
+from retarget_bench.errors import BenchError
 from retarget_bench.viewer import floor
 from retarget_bench.viewer.bodies import Piece, Solid
-from retarget_bench.viewer.camera import Camera, axes, fitted, stays, track
-from retarget_bench.viewer.colours import CONTACT, STAGE, shade
+from retarget_bench.viewer.camera import VIEWS, Camera, axes, fitted, stays, track
+from retarget_bench.viewer.colours import CONTACT, STAGE, colours, shade
+from retarget_bench.viewer.scene import Scene
 
 Following = Literal["auto", "fit", "follow"]
 
+SMALLEST, LARGEST = 16, 8192
+"""Pixels of a picture's side."""
+THIN = 0.6
+"""Thickness of bones in an overlay, where they hide each other; usually 1."""
 FINER = 2
 """Pictures are drawn this many times larger and averaged, so that edges are smooth."""
 SAMPLE = 60
@@ -28,6 +34,33 @@ BALL = 0.014
 """Radius of the mark on a joint that rests, in heights."""
 REACH = 2.6
 """Radius of the drawn floor, in heights, at least."""
+
+
+@dataclass(frozen=True)
+class DrawingStyle:
+    """Options of a drawn scene.
+
+    size: width and height, pixels. view: one of ``VIEWS``. overlay: all figures in one panel.
+    skin: with skins, where bodies have one. camera: ``fit`` stands still, ``follow`` goes along; ``auto``
+    follows figures that go far.
+
+    Raises BenchError for an unknown view or a size that cannot be drawn.
+    """
+
+    size: tuple[int, int] = (1280, 720)
+    view: str = "three-quarter"
+    overlay: bool = False
+    skin: bool = False
+    camera: Following = "auto"
+
+    def __post_init__(self) -> None:
+        if not all(SMALLEST <= side <= LARGEST for side in self.size):
+            raise BenchError(
+                f"a picture of {self.size[0]} x {self.size[1]} pixels cannot be drawn; each side has "
+                f"{SMALLEST} to {LARGEST}"
+            )
+        if self.view not in VIEWS:
+            raise BenchError(f"there is no view {self.view!r}; views are {', '.join(VIEWS)}")
 
 
 @dataclass(frozen=True, eq=False)
@@ -84,53 +117,62 @@ class Stage:
         found = solid.pieces(frame, self._fine, self.targets[frame], size)
         for place in floor.resting(solid, frame):
             (across, down), depth, scale = self._fine.project(place, self.targets[frame])
-            ball = (BALL * solid.size * scale) * np.stack(
-                [np.cos(floor.CORNERS), np.sin(floor.CORNERS)], axis=1
-            )
+            circle = np.stack([np.cos(floor.CORNERS), np.sin(floor.CORNERS)], axis=1)
+            ball = (BALL * solid.size * scale) * circle
             near = float(depth) - 0.06 * solid.size  # over the foot that it is in
             for share, colour in ((1.25, shade(CONTACT, 0.35)), (1.0, CONTACT)):
                 corners = share * ball + np.array([across, down])
                 found.append(Piece(near, corners.ravel().tolist(), colour))
         return found
 
-    def seen(self, frame: int, number: int = 0) -> bool:
-        """Whether any joint of a figure is in the picture."""
-        pixels = self.camera.project(self.solids[number].places[frame], self.targets[frame])[0]
+    def seen(self, frame: int) -> bool:
+        """True where any joint of the first figure is in the picture."""
+        pixels = self.camera.project(self.solids[0].places[frame], self.targets[frame])[0]
         return bool(((pixels >= 0) & (pixels <= np.array(self.size))).all(axis=1).any())
 
 
 def stages(
-    groups: Sequence[Sequence[Solid]],
-    leads: Sequence[Solid],
-    ground: Ground,
-    fps: float,
-    frames: Sequence[int],
-    size: tuple[int, int],
-    view: str,
-    following: Following,
-) -> list[Stage]:
-    """A stage for each group of figures, all at one scale.
+    scene: Scene, look: DrawingStyle, frames: Sequence[int], size: tuple[int, int]
+) -> list[Stage | None]:
+    """A stage of a size for every figure, all at one scale, None where there is nothing to draw; overlaid,
+    one for all.
 
-    leads: of each group, the figure that its camera looks at. frames: those that will be drawn.
+    Cameras look at the reference where there is one, so that figures elsewhere are seen to be elsewhere.
+    frames: those that will be drawn.
     """
-    tallest = max(solid.size for solid in leads)
-    follow = following == "follow" or (
-        following == "auto" and not all(stays(_root(lead)[list(frames)], lead.size) for lead in leads)
+    solids = [
+        Solid(figure, colour, look.skin, THIN if look.overlay else 1.0)
+        if figure.positions is not None
+        else None
+        for figure, colour in zip(scene.figures, colours(scene), strict=True)
+    ]
+    drawn = [solid for solid in solids if solid is not None]
+    reference = next((solid for solid in drawn if solid.figure.part == "reference"), None)
+    groups = [drawn] if look.overlay else [[solid] for solid in drawn]
+    leads = [
+        reference if reference and (look.overlay or group[0].figure.part == "prediction") else group[0]
+        for group in groups
+    ]
+    follow = look.camera == "follow" or (
+        look.camera == "auto" and not all(stays(_root(lead)[list(frames)], lead.size) for lead in leads)
     )
-    looked = frames[:: 1 + (len(frames) - 1) // SAMPLE]
+    sample = list(frames[:: 1 + (len(frames) - 1) // SAMPLE])
     targets, shots = [], []
     for group, lead in zip(groups, leads, strict=True):
-        way = _root(lead)
-        if not follow:
-            way = way[list(frames)]
-        aim = track(way, float(ground.height), fps, follow)
+        way = _root(lead) if follow else _root(lead)[list(frames)]
+        aim = track(way, float(scene.ground.height), scene.fps, follow)
         aim = aim if follow else np.repeat(aim[:1], len(lead.places), axis=0)
         targets.append(aim)
-        shots.append((axes(view, lead.body, lead.places[frames[0]]), _around(group, lead, looked, aim)))
-    pad = SKIN_PAD if any(solid.skinned for group in groups for solid in group) else PAD
-    cameras = fitted(shots, pad * tallest, size)
-    each = zip(groups, cameras, targets, strict=True)
-    return [Stage(tuple(group), ground, camera, aim, size) for group, camera, aim in each]
+        shots.append(
+            (axes(look.view, lead.body, lead.places[frames[0]]), _around(group, lead, sample, aim))
+        )
+    pad = SKIN_PAD if any(solid.skinned for solid in drawn) else PAD
+    cameras = fitted(shots, pad * max(lead.size for lead in leads), size)
+    made = (
+        Stage(tuple(group), scene.ground, camera, aim, size)
+        for group, camera, aim in zip(groups, cameras, targets, strict=True)
+    )
+    return list(made) if look.overlay else [None if solid is None else next(made) for solid in solids]
 
 
 def _root(solid: Solid) -> np.ndarray:
@@ -138,17 +180,16 @@ def _root(solid: Solid) -> np.ndarray:
     return solid.places[:, solid.body.joint_of.get("hips", 0)]
 
 
-def _around(group: Sequence[Solid], lead: Solid, frames: Sequence[int], targets: np.ndarray) -> np.ndarray:
+def _around(group: Sequence[Solid], lead: Solid, frames: list[int], targets: np.ndarray) -> np.ndarray:
     """``(n, 3)`` joints of a group relative to where its camera looks, and that point itself.
 
     What is far from the lead is left out, so that a figure that flies off does not make the others tiny.
     """
-    chosen = list(frames)
     found = [np.zeros((1, 3))]
-    home = _root(lead)[chosen]
+    home = _root(lead)[frames]
     for solid in group:
-        near = np.linalg.norm(solid.places[chosen] - home[:, None], axis=-1) < ASTRAY * lead.size
+        near = np.linalg.norm(solid.places[frames] - home[:, None], axis=-1) < ASTRAY * lead.size
         near |= solid is lead
-        found.append((solid.places[chosen] - targets[chosen][:, None])[near])
+        found.append((solid.places[frames] - targets[frames][:, None])[near])
     points = np.concatenate(found)
     return points[np.isfinite(points).all(axis=1)]

@@ -8,7 +8,6 @@ from functools import lru_cache
 from pathlib import Path
 
 from retarget_bench import defaults
-from retarget_bench.analysis import pairwise
 from retarget_bench.api import Case, CaseInfo, Prediction
 from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan, predict
@@ -72,17 +71,21 @@ def read_stored(place: ResultPaths) -> StoredResults:
         changed = place.header.stat().st_mtime_ns
     except OSError as error:
         raise FileError(place.header, f"cannot be read ({error.strerror})") from error
-    return _told(place, changed)
+    return _read(place, changed)
 
 
 @lru_cache(maxsize=256)
-def _told(place: ResultPaths, changed: int) -> StoredResults:
+def _read(place: ResultPaths, changed: int) -> StoredResults:
     del changed
     results = store.read_results(place)
     header = results.header
+    label = header.method.label
+    _, dot, seed = place.method.rpartition(".seed-")
+    if dot and seed.isdecimal():  # not the first seed
+        label = f"{label}, seed {int(seed)}"
     return StoredResults(
         place=place,
-        label=_label(place, header.method.label),
+        label=label,
         dataset=Spec(header.dataset.name, header.dataset.parameters),
         task=header.task or place.task,
         content=header.dataset.content,
@@ -92,19 +95,9 @@ def _told(place: ResultPaths, changed: int) -> StoredResults:
     )
 
 
-def _label(place: ResultPaths, method: str) -> str:
-    """The method, with the seed where this is not the first one."""
-    _, dot, seed = place.method.rpartition(".seed-")
-    return f"{method}, seed {int(seed)}" if dot and seed.isdecimal() else method
-
-
-def listed(places: Sequence[ResultPaths]) -> dict[str, CaseInfo]:
-    """Every case that any of these results lists, by id, in their order."""
-    found: dict[str, CaseInfo] = {}
-    for place in places:
-        for each in read_stored(place).cases.values():
-            found.setdefault(each.id, each)
-    return found
+def listed(places: Sequence[ResultPaths]) -> list[str]:
+    """The ids of all cases of these results, in their order."""
+    return list(dict.fromkeys(case for place in places for case in read_stored(place).cases))
 
 
 def unfinished(root: Path, task: str = "retarget") -> list[ResultPaths]:
@@ -123,9 +116,8 @@ def read_unfinished(
 ) -> StoredResults:
     """Results of a running evaluation: the values of finished cases.
 
-    dataset: None: the one that finished results beside them name, or the usual one. root: where its files
-    lie, if not as usual.
-    Raises BenchError where nobody can tell which data set it is, FileError for a journal that is none.
+    dataset: None: the one that finished results beside them name, or the usual one. root: of its files, if
+    not as usual. Raises BenchError where the data set is unknown, FileError for a journal that is none.
     """
     keys, entries = _journal(place.journal)
     spec = dataset or _neighbours(place) or _usual(place)
@@ -150,7 +142,7 @@ def read_unfinished(
 
 
 def _journal(path: Path) -> tuple[dict[str, str], dict[str, CaseResult]]:
-    """What a journal says; a last line that is being written is left out."""
+    """Keys and finished cases of a journal; a last line that is being written is left out."""
     try:
         head, *lines = path.read_bytes().split(b"\n")[:-1]
         keys = json.loads(head)
@@ -199,26 +191,7 @@ def results(
         known = ", ".join(sorted({place.dataset for place in found}))
         hint = f"there are results of {known}" if known else "bench run makes some"
         raise BenchError(f"no results{f' of {dataset}' if dataset else ''} in {where}; {hint}")
-    return of_methods(places, methods) if methods else places
-
-
-def of_methods(places: Sequence[ResultPaths], names: Sequence[str]) -> list[ResultPaths]:
-    """Those of these methods, in the order of the names. Raises BenchError for one without results."""
-    label_of = {place: read_stored(place).label for place in places}
-    labels = {label.rpartition(", seed ")[0] or label for label in label_of.values()}
-    chosen: list[ResultPaths] = []
-    for name in names:
-        label = pairwise.label_of(name, labels)
-        if label is None:
-            near = difflib.get_close_matches(name, labels, 3, 0.5) or sorted(labels)
-            raise BenchError(f"no results of {name!r} here; there are those of {', '.join(near)}")
-        chosen += [
-            place
-            for place, known in label_of.items()
-            if known == label or known.startswith(f"{label}, seed ")
-            if place not in chosen
-        ]
-    return chosen
+    return method_order.of_methods(places, methods) if methods else places
 
 
 def case(places: Sequence[ResultPaths], name: str) -> tuple[list[ResultPaths], str]:
@@ -234,9 +207,8 @@ def case(places: Sequence[ResultPaths], name: str) -> tuple[list[ResultPaths], s
     return having, found
 
 
-def matching(ids: Iterable[str], name: str) -> str:
-    """The one id that a name means. Raises BenchError."""
-    known = list(ids)
+def matching(known: Sequence[str], name: str) -> str:
+    """The one id among those known that a name means. Raises BenchError."""
     if name in known:
         return name
     stem = name.removesuffix(".npz")
@@ -272,7 +244,7 @@ def _colours(places: tuple[tuple[ResultPaths, int], ...]) -> dict[str, str]:
 
 
 def are_files(names: Sequence[str]) -> bool:
-    """Whether names are those of motion files, not of a case. Raises BenchError for a mixture."""
+    """True for names of motion files, false for a case. Raises BenchError for a mixture."""
     files = [name for name in names if Path(name).suffix.lower() in MOTION_FILES]
     files += [name for name in names if name not in files and Path(name).is_file()]
     if files and len(files) < len(names):

@@ -21,7 +21,7 @@ Part = Literal["source", "reference", "prediction", "motion"]
 class Figure:
     """One body in a scene.
 
-    label:     what people call it (a method, ``source``, ``reference``, a file).
+    label:     its name for people (a method, ``source``, ``reference``, a file).
     positions: ``(frames, joints, 3)`` metres, Y up; None where there is nothing to show (see ``message``).
     motion:    with rotations, where they are known: only then a skin can follow.
     joints:    indices of the joints that contacts are of. planted: ``(frames, len(joints))`` bool, the
@@ -81,32 +81,29 @@ class Scene:
 
     @property
     def frames(self) -> int:
-        """How many frames every figure has."""
+        """Number of frames of every figure."""
         return next(len(figure.positions) for figure in self.figures if figure.positions is not None)
 
 
 Labels = tuple[tuple[int, ...] | None, np.ndarray | None]
-"""Contact joints, and ``(frames, joints)`` bool whether they are planted; both None where not known."""
+"""Contact joints, and ``(frames, joints)`` bool, true where planted; both None where not known."""
 
 
 def figure_of(label: str, part: Part, motion: Prediction, labels: Labels | None = None) -> Figure:
-    """A motion as a figure. labels: its contacts; None: they are found by speed."""
-    joints, rests = contacts(motion) if labels is None else labels
-    turned = motion if isinstance(motion, Motion) else None
-    return Figure(label, part, motion.character, motion.positions, turned, joints, rests)
-
-
-def contacts(motion: Prediction) -> Labels:
-    """A body's contacts by speed; None and None where it has no such joint or no height."""
+    """A motion as a figure. labels: its contacts; None: they are found by speed, where the body has contact
+    joints and a height."""
     body = motion.character
-    joints = body.joints(contact_roles(body))
-    if not joints or not body.height > 0:
-        return None, None
-    return tuple(joints), planted(motion.positions[:, joints], body.height, motion.fps)
+    if labels is None:
+        joints = tuple(body.joints(contact_roles(body)))
+        labels = None, None
+        if joints and body.height > 0:
+            labels = joints, planted(motion.positions[:, joints], body.height, motion.fps)
+    rotations = motion if isinstance(motion, Motion) else None
+    return Figure(label, part, body, motion.positions, rotations, *labels)
 
 
 def distinct(labels: Sequence[str], taken: Sequence[str] = ()) -> list[str]:
-    """Labels of which no two are alike and none is taken: the second of a kind gets a number."""
+    """Labels made distinct from each other and from those taken: the second of a kind gets a number."""
     found: list[str] = []
     for label in labels:
         name, number = label, 1

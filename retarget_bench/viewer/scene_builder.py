@@ -1,8 +1,8 @@
-"""Building scenes from results, from methods asked now, and from motion files."""
+"""Scenes of stored results, of predictions made now, and of motion files."""
 
 import difflib
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from zipfile import BadZipFile
 
@@ -14,6 +14,7 @@ from retarget_bench.errors import BenchError, FileError
 from retarget_bench.evaluation import plan
 from retarget_bench.evaluation.predict import Outcome, context_for, predict, read_prediction
 from retarget_bench.evaluation.tasks import RETARGET
+from retarget_bench.figures import method_order
 from retarget_bench.motion import importer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import resampled_frames
@@ -21,22 +22,26 @@ from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results import store
 from retarget_bench.results.store import ResultPaths
-from retarget_bench.viewer.results_library import StoredResults, listed, read_stored
+from retarget_bench.viewer import results_library
+from retarget_bench.viewer.results_library import (
+    StoredResults,
+    listed,
+    read_stored,
+    read_unfinished,
+    unfinished,
+)  # fmt: skip
 from retarget_bench.viewer.scene import Figure, Scene, distinct, figure_of
-
-__all__ = ["of_case", "of_case_asked", "of_files"]
 
 KNOWN = ("source", "reference")
 """Labels of the figures that every case may have."""
 
 
 def of_case(places: Sequence[ResultPaths], case_id: str, *, dataset: Spec | None = None) -> Scene:
-    """A case of stored results: source, reference, and what every place has of it, in their order.
+    """A case of stored results: source, reference, and the prediction of every place, in their order.
 
-    places that do not list the case (those of another split) are passed over. A prediction that is not
-    there, or not the one that was scored, is a figure without positions and with a message.
-    dataset: where the data lie elsewhere than usual; else the one that the results name.
-    Raises BenchError where no place lists the case, or the data set cannot load it.
+    places that do not list the case (those of another split) are passed over. A prediction that is missing,
+    or not the one that was scored, is a figure without positions and with a message. dataset: instead of
+    the one that the results name. Raises BenchError where no place lists the case, or it cannot be loaded.
     """
     having = [each for each in map(read_stored, places) if case_id in each.cases]
     if not having:
@@ -52,19 +57,23 @@ def of_stored(
 ) -> Scene:
     """Likewise of results that were read already, all of which list the case. colours: of methods."""
     first = having[0]
-    spec = dataset or first.dataset
-    data = plan.dataset(registry.canonical("datasets", spec), first.task)
-    case = _loaded(data, _info(data, first, case_id))
-    figures = _known(case)
-    values: dict[str, dict[str, float]] = {}
-    for label, each in zip(distinct([each.label for each in having], KNOWN), having, strict=True):
-        figures.append(_answer(label, case, _outcome(each, case, data)))
-        values[label] = each.values(case_id)
-    return replace(_scene(case, figures, values), colours=colours or {})
+    data = plan.dataset(registry.canonical("datasets", dataset or first.dataset), first.task)
+    known = data.cases(Spec.parse(first.task).name, first.place.split)
+    if (info := next((each for each in known if each.id == case_id), None)) is None:
+        raise BenchError(
+            f"{data.label} has no case {case_id!r} any more, though {first.place.cases} lists it; run again"
+        )
+    case = _loaded(data, info)
+    changed = Outcome("missing", "these results are of other data than are here now; run again")
+    answers = [
+        (each.label, changed if each.content and each.content != data.content else each.outcome(case))
+        for each in having
+    ]
+    return _scene(case, answers, [each.values(case_id) for each in having], colours or {})
 
 
 def of_case_asked(dataset: Spec, split: str | None, case_id: str, methods: Sequence[Spec]) -> Scene:
-    """A case of a data set, with what methods answer when they are asked now; nothing is stored.
+    """A case of a data set with predictions made now; nothing is stored.
 
     split: None looks in every split. Raises BenchError for an unknown case or method.
     """
@@ -72,28 +81,17 @@ def of_case_asked(dataset: Spec, split: str | None, case_id: str, methods: Seque
     splits = data.card.splits if split is None else (split,)
     infos = {info.id: info for each in splits for info in data.cases(RETARGET, each)}
     if case_id not in infos:
-        raise _unknown(case_id, infos, f"{data.label} has")
+        raise _unknown(case_id, list(infos), f"{data.label} has")
     case = _loaded(data, infos[case_id])
-    figures = _known(case)
-    specs = [registry.canonical("methods", each) for each in methods]
-    for label, spec in zip(distinct(list(map(str, specs)), KNOWN), specs, strict=True):
+    answers = []
+    for spec in (registry.canonical("methods", each) for each in methods):
         method = plan.method(spec)
-        seed = store.case_seed(0, str(plan.known_as(spec).alone), case_id)
-        figures.append(_answer(label, case, predict(method, case, context_for(method, data, case, seed))))
-    return _scene(case, figures, {})
+        seed = store.case_seed(0, str(plan.spec_by_weights(spec).alone), case_id)
+        answers.append((str(spec), predict(method, case, context_for(method, data, case, seed))))
+    return _scene(case, answers)
 
 
 # ----------------------------------------------------------------------------------------- the case
-def _info(data: Dataset, first: StoredResults, case_id: str) -> CaseInfo:
-    known = data.cases(Spec.parse(first.task).name, first.place.split)
-    for info in known:
-        if info.id == case_id:
-            return info
-    raise BenchError(
-        f"{data.label} has no case {case_id!r} any more, though {first.place.cases} lists it; run again"
-    )
-
-
 def _loaded(data: Dataset, info: CaseInfo) -> Case:
     case = data.load(info)
     if case.source.frames == 0:
@@ -101,30 +99,11 @@ def _loaded(data: Dataset, info: CaseInfo) -> Case:
     return case
 
 
-def _outcome(results: StoredResults, case: Case, data: Dataset) -> Outcome:
-    if results.content and results.content != data.content:
-        return Outcome("missing", "these results are of other data than are here now; run again")
-    return results.outcome(case)
-
-
-def _unknown(case_id: str, known: Iterable[str], who: str) -> BenchError:
-    names = list(known)
-    near = difflib.get_close_matches(case_id, names, 3, 0.5) or names[:3]
+def _unknown(case_id: str, known: Sequence[str], who: str) -> BenchError:
+    near = difflib.get_close_matches(case_id, known, 3, 0.5) or known[:3]
     return BenchError(
         f"{who} no case {case_id!r}" + (f"; near it: {', '.join(near)}" if near else ", and no other")
     )
-
-
-# ----------------------------------------------------------------------------------------- figures
-def _known(case: Case) -> list[Figure]:
-    """The source, and the reference where the case has one."""
-    figures = [figure_of("source", "source", case.source)]
-    if case.reference is not None:
-        compared = _compared(case, case.reference)
-        asked = compared.schedule if compared else None
-        labels = None if asked is None else (tuple(asked.joints.tolist()), asked.planted)
-        figures.append(figure_of("reference", "reference", case.reference, labels))
-    return figures
 
 
 def _answer(label: str, case: Case, outcome: Outcome) -> Figure:
@@ -149,7 +128,21 @@ def _compared(case: Case, motion: Prediction) -> Comparison | None:
     return Comparison(case, motion) if case.target.height > 0 else None
 
 
-def _scene(case: Case, figures: Sequence[Figure], values: dict[str, dict[str, float]]) -> Scene:
+def _scene(
+    case: Case,
+    answers: Sequence[tuple[str, Outcome]],
+    values: Sequence[dict[str, float]] = (),
+    colours: Mapping[str, str] | None = None,
+) -> Scene:
+    """The source, the reference where the case has one, and an answer of every method, by its label."""
+    figures = [figure_of("source", "source", case.source)]
+    if case.reference is not None:
+        compared = _compared(case, case.reference)
+        schedule = compared.contact_labels if compared else None
+        labels = None if schedule is None else (tuple(schedule.joints.tolist()), schedule.planted)
+        figures.append(figure_of("reference", "reference", case.reference, labels))
+    names = distinct([label for label, _ in answers], KNOWN)
+    figures += [_answer(name, case, outcome) for name, (_, outcome) in zip(names, answers, strict=True)]
     info = case.info
     return Scene(
         title=f"{info.clip}: {info.source} to {info.target}",
@@ -159,7 +152,8 @@ def _scene(case: Case, figures: Sequence[Figure], values: dict[str, dict[str, fl
         split=info.split,
         kind=info.kind,
         ground=case.ground,
-        values=values,
+        values=dict(zip(names, values, strict=False)),
+        colours=colours or {},
     )
 
 
@@ -188,8 +182,8 @@ def of_files(
         raise BenchError(f"{', '.join(map(str, files))}: one of these has no frames")
     figures = []
     for name, motion in zip(names, motions, strict=True):
-        shown, said = _fitted(motion, fps, length)
-        figures.append(replace(figure_of(name, "motion", shown), message=said))
+        shown, change = _fitted(motion, fps, length)
+        figures.append(replace(figure_of(name, "motion", shown), message=change))
     return Scene(title=", ".join(names), figures=tuple(figures), fps=fps)
 
 
@@ -210,7 +204,12 @@ def _read(files: Sequence[Path], body: Character | None) -> list[Prediction]:
 
 def _prediction(path: Path, bodies: Sequence[Character]) -> Prediction:
     """A prediction file as a motion of the first of these bodies that has its joints."""
-    joints, fps = _named(path)
+    try:
+        with path.open("rb") as opened, np.load(opened) as file:
+            joints = [str(name) for name in np.atleast_1d(file["joints"])] if "joints" in file else []
+            fps = float(file["fps"]) if "fps" in file else 30.0
+    except (OSError, ValueError, TypeError, EOFError, BadZipFile) as error:
+        raise FileError(path, f"is not a readable .npz file ({error})") from error
     for body in bodies:
         if not joints or set(body.skeleton.names) <= set(joints):
             found: Prediction = read_prediction(path, body, fps)
@@ -224,23 +223,91 @@ def _prediction(path: Path, bodies: Sequence[Character]) -> Prediction:
     )
 
 
-def _named(path: Path) -> tuple[list[str], float]:
-    """The joints that a prediction file names, none where it does not, and its rate."""
-    try:
-        with path.open("rb") as opened, np.load(opened) as file:
-            joints = [str(name) for name in np.atleast_1d(file["joints"])] if "joints" in file else []
-            return joints, float(file["fps"]) if "fps" in file else 30.0
-    except (OSError, ValueError, TypeError, EOFError, BadZipFile) as error:
-        raise FileError(path, f"is not a readable .npz file ({error})") from error
-
-
 def _fitted(motion: Prediction, fps: float, length: int) -> tuple[Prediction, str]:
-    """A motion at a rate and cut to a length, and what was done to it, as a sentence ("" for nothing)."""
-    said = []
+    """A motion at a rate and cut to a length, and a sentence on the changes ("" for none)."""
+    changes = []
     if abs(motion.fps - fps) > SAME_RATE * fps:
-        said.append(f"brought from {motion.fps:g} to {fps:g} frames per second")
+        changes.append(f"brought from {motion.fps:g} to {fps:g} frames per second")
         motion = motion.resample(fps)
     if motion.frames > length:
-        said.append(f"the first {length} of {motion.frames} frames")
+        changes.append(f"the first {length} of {motion.frames} frames")
         motion = motion.at(slice(length))
-    return motion, "; ".join(said)
+    return motion, "; ".join(changes)
+
+
+# ------------------------------------------------------------------------------------------- lists of cases
+@dataclass
+class CaseList:
+    """Cases to choose from.
+
+    roots: of results. dataset: a folder name under them. data: the data set itself, where results do not
+    tell it. root: where its files lie, if not as usual. files: shown in place of results.
+    """
+
+    roots: Sequence[Path] = ()
+    task: str = "retarget"
+    dataset: str | None = None
+    methods: Sequence[str] = ()
+    data: Spec | None = None
+    root: str | None = None
+    files: Sequence[Path] = ()
+    _results: list[StoredResults] = field(default_factory=list)
+    problem: str = ""
+
+    def refresh(self) -> list[str]:
+        """The ids of all cases now, in the order of the results; one, "", of files.
+
+        ``problem`` says why results that are being made cannot be shown; "" where all can.
+        """
+        if self.files:
+            return [""]
+        self.problem = ""
+        found = [self._read(place) for place in self._places()]
+        self._results = [each for each in found if each is not None]
+        return list(dict.fromkeys(case for each in self._results for case in each.cases))
+
+    def scene(self, case: str) -> Scene:
+        """A case as it is now. Raises BenchError."""
+        if self.files:
+            return of_files(self.files)
+        having = [each for each in self._results if case in each.cases]
+        if not having:
+            raise BenchError(f"there are no results of case {case!r} any more")
+        first = having[0].place
+        same = [
+            each for each in having if (each.place.dataset, each.place.task) == (first.dataset, first.task)
+        ]
+        spec = self.data or having[0].dataset
+        data = spec if self.root is None else spec.with_parameters(root=self.root)
+        return of_stored(same, case, data, results_library.colours(self.roots))
+
+    def _places(self) -> list[ResultPaths]:
+        """Finished results, then those that are being made."""
+        done = [place for root in self.roots for place in store.find_results(root, self.task)]
+        begun = [place for root in self.roots for place in unfinished(root, self.task)]
+        if self.methods:
+            named = {_slug(name) for name in self.methods}
+            begun = [place for place in begun if place.method in named]
+            running = {place.method for place in begun}
+            finished = [name for name in self.methods if _slug(name) not in running]
+            done = method_order.of_methods(done, finished) if finished else []
+        return [place for place in (*done, *begun) if self.dataset in (None, place.dataset)]
+
+    def _read(self, place: ResultPaths) -> StoredResults | None:
+        try:
+            return (
+                read_stored(place)
+                if place.header.exists()
+                else read_unfinished(place, self.data, self.root)
+            )
+        except BenchError as error:
+            self.problem = str(error)
+            return None
+
+
+def _slug(name: str) -> str:
+    """The folder name of a method's results, however its name is written."""
+    try:
+        return plan.spec_by_weights(registry.canonical("methods", Spec.parse(name))).slug
+    except BenchError:
+        return name

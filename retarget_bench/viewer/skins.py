@@ -15,7 +15,7 @@ MOST = 3000
 FOLLOWED = 4
 """Joints that a corner follows, those with the largest shares."""
 WHOLE = 1023
-"""What the shares of a corner sum to: ten bits; with eight, corners would be up to 2 mm off."""
+"""The sum of the shares of a corner: ten bits; with eight, corners would be up to 2 mm off."""
 _TRIES = 14
 _SHIFT = 0.37
 """Of cells, in their own size: planes of symmetry, where seams are, should lie inside them."""
@@ -37,7 +37,7 @@ class Skin:
 
     @classmethod
     def of(cls, mesh: Mesh) -> Skin:
-        """Where shares are left out, the others grow by as much."""
+        """The compact skin of a mesh. Where shares are left out, the others grow by as much."""
         small = _in_order(thinned(mesh, MOST))
         order = np.argsort(-small.weights, axis=1, kind="stable")[:, :FOLLOWED]
         weights = np.take_along_axis(small.weights, order, axis=1)

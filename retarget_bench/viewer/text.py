@@ -43,7 +43,7 @@ def short(text: str, letters: Font, room: float) -> str:
 
 
 def _cut(text: str, keep: int) -> str:
-    """So many signs of a text, of its beginning and its end."""
+    """The first and last signs of a text, ``keep`` in all."""
     end = keep // 3
     return f"{text[: keep - end]}…{text[len(text) - end :]}" if keep else "…"
 

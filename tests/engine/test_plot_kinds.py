@@ -141,7 +141,7 @@ def test_pairs_are_a_map_per_method_on_one_scale(plotted, results):
                     entries, "mpjpe_h.world", keep=lambda s, t, _, pair=(source, target): (s, t) == pair
                 )
                 assert drawn == pytest.approx(wanted, rel=1e-8)
-        assert axes.get_title() == canvas.told(label)
+        assert axes.get_title() == canvas.drawable(label)
         assert [text.get_text() for text in axes.get_xticklabels()] == names
     assert len({image.get_clim() for axes in maps for image in axes.get_images()}) == 1
 
@@ -160,7 +160,7 @@ def test_ties_show_the_order_and_nobody_joined_who_is_told_apart(plotted, result
     axes = plotted("ties").axes[0]
     wanted = sorted((mean(entries, "mpjpe_h.world"), label) for label, entries in results[1].items())
     assert [text.get_text() for text in axes.get_yticklabels()] == [
-        canvas.told(label) for _, label in wanted
+        canvas.drawable(label) for _, label in wanted
     ]
     assert [line.get_xdata()[0] for line in lines(axes)] == pytest.approx([value for value, _ in wanted])
     assert len(axes.lines) == 3
@@ -241,7 +241,7 @@ def test_skeletons_are_coloured_by_the_errors_of_their_joints(results, tmp_path,
     drawing.draw(tmp_path / "a.png", data)
     drawn = [axes for axes in made[0].axes if axes.get_title()]
     for axes, (label, entries) in zip(drawn, results[1].items(), strict=True):
-        assert axes.get_title() == canvas.told(label)
+        assert axes.get_title() == canvas.drawable(label)
         (bones, dots) = axes.collections
         ends = bones.get_segments()[0]
         assert ends[1] - ends[0] == pytest.approx([0.1, 0.6])
@@ -276,7 +276,7 @@ def test_words_stay_words_in_every_kind(results, tmp_path, kind):
     words = "".join(
         "".join(each.itertext()) + "\n" for each in drawn.iter("{http://www.w3.org/2000/svg}text")
     )
-    assert all(canvas.told(name) in words for name in HOSTILE)
+    assert all(canvas.drawable(name) in words for name in HOSTILE)
     assert "50% of {data}_$x" in words
     pdf = (tmp_path / "out.pdf").read_bytes()
     assert b"/FontFile2" in pdf
@@ -332,8 +332,8 @@ def test_intervals_of_what_stands_within_lengthen_an_axis_up_to_twice():
     [("_x", "\u200a_x"), ("a\nb\x00", "a b"), ("", "(no name)"), ("\ud800", "?"), ("é 日本", "é 日本")],
 )
 def test_names_are_one_line_that_legends_show(name, told):
-    assert canvas.told(name) == told
-    assert len(canvas.told("x" * 500)) <= canvas.LONGEST
+    assert canvas.drawable(name) == told
+    assert len(canvas.drawable("x" * 500)) <= canvas.LONGEST
 
 
 @pytest.mark.parametrize(

@@ -99,8 +99,8 @@ def test_gliding_moves_no_joint_in_the_body_but_is_seen():
     np.testing.assert_allclose(gliding[:, : 3 * joints], still[:, : 3 * joints], atol=1e-9)
     speeds = slice(3 * joints, 4 * joints)
     height = straight(0.0).character.height
-    np.testing.assert_allclose(still[:, speeds], np.log(windows.STILL), atol=1e-6)
-    np.testing.assert_allclose(gliding[:, speeds], np.log(windows.STILL + 0.3 / height), atol=1e-6)
+    np.testing.assert_allclose(still[:, speeds], np.log(windows.SPEED_OFFSET), atol=1e-6)
+    np.testing.assert_allclose(gliding[:, speeds], np.log(windows.SPEED_OFFSET + 0.3 / height), atol=1e-6)
 
 
 def test_windows_are_cut_every_hop_and_short_clips_have_none():

@@ -14,9 +14,9 @@ from retarget_bench.analysis import summary
 from retarget_bench.figures import axis_limits, palette
 from retarget_bench.figures.data import values
 from retarget_bench.figures.palette import COLOURS, CONTROLS, method_style
-from retarget_bench.figures.svg import elements, style
+from retarget_bench.figures.svg import elements
 from retarget_bench.figures.svg.elements import Scale
-from retarget_bench.report import chapters, choosing, page
+from retarget_bench.report import chapters, motions, page
 from retarget_bench.results.header import MethodInfo
 from retarget_bench.results.result_matrix import ResultMatrix
 from tests.engine.stored import header
@@ -74,7 +74,7 @@ def _contrast(first, second):
 def test_colours_can_be_seen_on_light_and_dark_paper():
     shown = [method_style(k) for k in range(len(COLOURS))]
     shown += [method_style(k, CONTROL) for k in range(len(CONTROLS))]
-    light, dark = style.rules(shown).split("@media")
+    light, dark = elements.rules(shown).split("@media")
     for paper, rules in (("#ffffff", light), ("#15181c", dark)):
         colours = re.findall(r"\.[mc]\d+\{--c:(#\w+)\}", rules)
         assert len(colours) == len(shown)
@@ -91,7 +91,7 @@ def test_marks_of_methods_stand_on_paper_at_full_strength():
 
 
 def test_numbers_can_be_read_on_every_shade_and_shades_darken():
-    shades = re.findall(r"\.s\d+\{--c:(#\w+);--on:(#\w+)\}", style.rules([]).split("@media")[0])
+    shades = re.findall(r"\.s\d+\{--c:(#\w+);--on:(#\w+)\}", elements.rules([]).split("@media")[0])
     assert len(shades) == palette.SHADES
     wide = {"#000": "#000000", "#fff": "#ffffff"}
     assert min(_contrast(colour, wide[ink]) for colour, ink in shades) >= 4.5
@@ -134,13 +134,13 @@ def test_the_worst_are_told_by_what_is_better(better, order):
 def test_worst_median_and_best_are_chosen_first_and_all_in_the_end(results):
     found = chapters.chapters([results])
     split = found[0].splits[1]
-    order = choosing.order(split)
+    order = motions.order(split)
     assert sorted(order) == list(range(len(split.matrix.cases)))
     ranked = split.losses[split.ranked]
     places = np.argsort(np.argsort(ranked, kind="stable"), kind="stable").mean(axis=0)
     assert places[order[0]] == places.max()
     pairs = [split.matrix.cases[case].pair for case in order]
     assert len(set(pairs[:3])) == 3  # of three pairs with two clips each
-    chosen = choosing.chosen(found, 5)
+    chosen = motions.chosen(found, 5)
     assert len(chosen) == len(set(chosen)) == 5
-    assert chosen[:2] == [(0, 1, order[0]), (0, 0, choosing.order(found[0].splits[0])[0])]
+    assert chosen[:2] == [(0, 1, order[0]), (0, 0, motions.order(found[0].splits[0])[0])]

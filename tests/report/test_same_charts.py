@@ -139,7 +139,7 @@ def test_both_draw_the_same_marks_in_the_same_order_within_the_same_limits(
                 ends = read(np.array([pages.NAMES, pages.ROW_WIDTH - 12]))
                 assert ends == pytest.approx(axes.get_xlim(), abs=0.01 * drawn.max())
                 names = [each.text for each in page.iter("text") if each.get("text-anchor") == "end"]
-                assert [canvas.told(name) for name in chart.rows] == [
+                assert [canvas.drawable(name) for name in chart.rows] == [
                     t.get_text() for t in axes.get_yticklabels()
                 ]
                 assert len(names) == len(chart.rows)

@@ -9,8 +9,8 @@ from torch import nn
 
 from retarget_bench.training.layers import exported
 from retarget_bench.training.layers.adversarial import (
+    NknUpdateRule,
     ReplayBuffer,
-    UpdateRule,
     cross_entropy,
     least_squares,
 )
@@ -77,7 +77,7 @@ def test_losses_of_logits_and_scores(real):
 
 
 def test_a_discriminator_learns_while_it_takes_enough_answers_for_real():
-    rule = UpdateRule(discriminators=3)
+    rule = NknUpdateRule(discriminators=3)
     rule.running.copy_(torch.tensor([0.5, 0.2, 0.5]))
     learns = rule.update([(0, torch.zeros(2)), (1, torch.full((4,), 100.0)), (0, torch.full((2,), 100.0))])
     assert learns.tolist() == [True, False, False], "the last has seen no answer"

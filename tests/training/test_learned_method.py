@@ -42,7 +42,7 @@ def write(folder: Path, left: float = 0.0, name: str = weights.BEST, **changes) 
 def shifter(tmp_path, monkeypatch):
     """The folder of a method of its own, in which it may have weights."""
     monkeypatch.setattr(registry, "_FILES", dict(registry._FILES))
-    for cached in (plan.method, plan.known_as, plan.method_code):
+    for cached in (plan.method, plan.spec_by_weights, plan.method_code):
         cached.cache_clear()
     folder = tmp_path / "method"
     folder.mkdir()
@@ -50,7 +50,7 @@ def shifter(tmp_path, monkeypatch):
     registry.add_file(folder / "shifter.py")
     registry.add_file(CASES)
     yield folder
-    for cached in (plan.method, plan.known_as, plan.method_code):
+    for cached in (plan.method, plan.spec_by_weights, plan.method_code):
         cached.cache_clear()
 
 

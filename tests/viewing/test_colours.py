@@ -7,15 +7,15 @@ from dataclasses import replace
 from retarget_bench.commands.render import scene_of
 from retarget_bench.figures import method_order, palette
 from retarget_bench.viewer import results_library, scene_builder
-from retarget_bench.viewer.case_list import CaseList
 from retarget_bench.viewer.colours import names
+from retarget_bench.viewer.scene_builder import CaseList
 from tests.viewing.small_runs import CASE, ran
 
 
 def test_methods_keep_the_colour_of_their_rank_whoever_is_shown_and_in_which_order(tmp_path):
     ran(tmp_path, "copy", "far")
     ranked = list(method_order.ranked(method_order.everything([tmp_path])))
-    wanted = {label: palette.colour(place) for place, label in enumerate(ranked)}
+    wanted = {label: palette.COLOURS[place] for place, label in enumerate(ranked)}
     assert len(set(wanted.values())) == 2
     for methods in ((), tuple(ranked), tuple(reversed(ranked)), ranked[1:]):
         scene = scene_of([CASE], results=[tmp_path], methods=methods)
@@ -33,8 +33,8 @@ def test_seeds_share_a_colour_and_who_has_no_rank_takes_one_that_is_free(tmp_pat
     having, case = results_library.case(places, CASE)
     scene = scene_builder.of_case(having, case)
     first, second = (figure.label for figure in scene.figures[2:])
-    assert names(scene)[2:] == [palette.colour(0), palette.colour(1)], "by order where nobody ranked"
+    assert names(scene)[2:] == [palette.COLOURS[0], palette.COLOURS[1]], "by order where nobody ranked"
     seeded = replace(scene.figures[2], label=f"{first}, seed 2")
-    ranked = replace(scene, figures=(*scene.figures, seeded), colours={first: palette.colour(0)})
+    ranked = replace(scene, figures=(*scene.figures, seeded), colours={first: palette.COLOURS[0]})
     assert second not in ranked.colours
-    assert names(ranked)[2:] == [palette.colour(0), palette.colour(1), palette.colour(0)]
+    assert names(ranked)[2:] == [palette.COLOURS[0], palette.COLOURS[1], palette.COLOURS[0]]

@@ -14,7 +14,7 @@ from retarget_bench.api import Ground
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.skeleton import Skeleton
-from retarget_bench.viewer import bodies, sheet
+from retarget_bench.viewer import bodies, drawing
 from retarget_bench.viewer.bodies import RIM, tube
 from retarget_bench.viewer.camera import DISTANCE, Camera, fitted, track
 from retarget_bench.viewer.colours import CONTACT, PAPER, STAGE, TROUBLE, colours
@@ -208,7 +208,10 @@ def test_names_of_any_kind_are_harmless(name):
             scene(figure, lost, title=name, kind=name), DrawingStyle((400, 240), overlay=overlay)
         )
         assert picture.at(0).size == (400, 240)
-    assert sheet.sheet(scene(figure, lost, title=name), DrawingStyle((600, 400)), [0, 5]).size == (600, 400)
+    assert drawing.sheet(scene(figure, lost, title=name), DrawingStyle((600, 400)), [0, 5]).size == (
+        600,
+        400,
+    )
 
 
 def test_words_fit_their_room():
@@ -248,10 +251,10 @@ def test_a_skin_is_drawn_where_the_mesh_is():
 def test_a_sheet_has_a_row_per_figure_and_a_column_per_moment():
     figures = [walker(label=f"m{k}", part="prediction") for k in range(3)]
     shown = scene(*figures)
-    assert sheet.moments(range(12), 4) == [0, 4, 7, 11]
-    assert sheet.moments(range(2), 8) == [0, 1]
-    size = sheet.usual_size(shown, 4, False)
-    picture = pixels(sheet.sheet(shown, DrawingStyle(size), sheet.moments(range(12), 4)))
+    assert drawing.moments(range(12), 4) == [0, 4, 7, 11]
+    assert drawing.moments(range(2), 8) == [0, 1]
+    size = drawing.usual_size(shown, 4, False)
+    picture = pixels(drawing.sheet(shown, DrawingStyle(size), drawing.moments(range(12), 4)))
     for k, colour in enumerate(colours(shown)):
         found = np.argwhere(np.abs(picture - colour).sum(axis=-1) < 8)
         cells = found[found[:, 1] > 180]
@@ -259,7 +262,7 @@ def test_a_sheet_has_a_row_per_figure_and_a_column_per_moment():
         assert np.bincount(third, minlength=3).argmax() == k
         assert (np.histogram(cells[:, 1], bins=4, range=(170, size[0]))[0] > 20).all()
     with pytest.raises(BenchError, match="do not fit on 200 x 60 pixels"):
-        sheet.sheet(shown, DrawingStyle((200, 60)), [0, 1])
+        drawing.sheet(shown, DrawingStyle((200, 60)), [0, 1])
 
 
 def test_panels_are_apart_and_within_the_picture():

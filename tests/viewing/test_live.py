@@ -23,10 +23,10 @@ from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
 from retarget_bench.viewer import live
 from retarget_bench.viewer.bodies import Solid
-from retarget_bench.viewer.case_list import CaseList
 from retarget_bench.viewer.models import AROUND, PROFILE, Model, tube_faces, tubes
 from retarget_bench.viewer.results_library import read_unfinished, unfinished
 from retarget_bench.viewer.scene import figure_of
+from retarget_bench.viewer.scene_builder import CaseList
 
 needs_viser = pytest.mark.skipif(
     find_spec("viser") is None, reason="no viser: pip install 'retarget-bench[viz]'"

@@ -101,7 +101,7 @@ def test_bodies_are_told_once_and_figures_without_positions_have_words_only():
 
 def test_source_and_reference_have_their_colours_and_others_theirs_by_place():
     colours = [each["colour"] for each in packed(scene())["figures"]]
-    assert colours == [palette.SOURCE, palette.REFERENCE, *(palette.colour(place) for place in range(4))]
+    assert colours == [palette.SOURCE, palette.REFERENCE, *(palette.COLOURS[place] for place in range(4))]
 
 
 def test_values_that_are_no_numbers_are_left_out():

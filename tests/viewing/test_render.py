@@ -189,7 +189,7 @@ def test_files_and_sheets(tmp_path, capsys):
         ((CASE, "-o", "x.png", "--frame", "13"), "has no frame 13; its last is 12"),
         ((CASE, "-o", "x.png", "--size", "big"), "a size is WIDTHxHEIGHT"),
         ((CASE, "-o", "x.png", "--size", "3x3"), "cannot be drawn"),
-        ((CASE, "-o", "x.png", "-m", "toy_methode"), "there are those of toy_method"),
+        ((CASE, "-o", "x.png", "-m", "toy_methode"), "did you mean toy_method"),
         ((CASE, "-o", "x.png", "-d", "mixamo"), "no results of mixamo in"),
         ((CASE, OTHER, "-o", "x.png"), "one case is shown at a time"),
         ((CASE, "a.bvh", "-o", "x.png"), "is no motion file, and a.bvh is"),

@@ -41,7 +41,8 @@ def convolved_parts(layout: Layout, design: Design) -> Parts:
 def written(layout: Layout, design: Design) -> Parts:
     """The edges that the decoder writes from each part.
 
-    A edge of several parts is written from all of these, the root's and one of no part from all there are.
+    An edge in several parts is written from each of them; the root's edge and edges in no part are
+    written from all parts.
     """
     parts = convolved_parts(layout, design)
     everywhere = set(range(layout.edges)) - {edge for part in parts for edge in part}

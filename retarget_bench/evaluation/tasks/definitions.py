@@ -105,7 +105,7 @@ class Denoise(TaskQuestion):
         return DerivedQuestion(source, clean.character, clean)
 
 
-class Upsample(TaskQuestion):
+class JointCompletion(TaskQuestion):
     """Positions of some joints, drawn at random, all of them asked for (HuMoT, section 4.4).
 
     Levels are the proportion of joints that are given, or ``major``: the twelve of the paper's Figure 12,
@@ -151,7 +151,7 @@ class Upsample(TaskQuestion):
 QUESTIONS: Mapping[str, type[TaskQuestion]] = {
     "reconstruct": TaskQuestion,
     "denoise": Denoise,
-    "upsample": Upsample,
+    "upsample": JointCompletion,
 }
 
 

@@ -33,7 +33,7 @@ BEHIND = 30
 PAIRS, JOINTS = 0.98, 0.97
 """The shares of all squares, and of all joints, that the colours are spread over."""
 NOTHING = 0.01
-"""Where no joint is farther off, in % of the height, all look right: it is rounding."""
+"""% of the height: smaller errors are rounding, and have the colour of no error."""
 
 
 # ------------------------------------------------------------------------------------------------- pairs
@@ -53,11 +53,11 @@ def pairs(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
         mine = [(names[info.source], names[info.target]) for info in matrix.cases]
         for pair in sorted({each for each, own in zip(mine, matrix.own, strict=True) if own}):
             here = np.array([each == pair for each in mine]) & matrix.own
-            told = " to ".join(pair)
-            for label, mean in values.means(matrix.narrowed(value).restricted(here, told), value).items():
+            name = " to ".join(pair)
+            for label, mean in values.means(matrix.narrowed(value).restricted(here, name), value).items():
                 kept = np.where(here, numbers(label, ""), np.nan)
-                cases = values.worst(matrix, value, kept, f"{what.declared.label}, {told}", BEHIND)
-                squares[label][pair] = Mark(label, 0.0, mean, cases, told)
+                cases = values.worst(matrix, value, kept, f"{what.declared.label}, {name}", BEHIND)
+                squares[label][pair] = Mark(label, 0.0, mean, cases, name)
     means = {label: [mark.mean.value for mark in each.values()] for label, each in squares.items()}
     least = min((number for each in means.values() for number in each), default=0.0)
     end = axis_limits.colour_end(means, values.ranked(found), PAIRS)
@@ -73,7 +73,7 @@ def pairs(matrices: Sequence[ResultMatrix], value: str, order: Sequence[str] = (
 
 
 def _names(matrices: Sequence[ResultMatrix]) -> dict[str, str]:
-    """Body -> what it is called: itself, or its structure where there are too many bodies."""
+    """Body -> its name, or its structure where there are too many bodies."""
     bodies = {name for each in matrices for info in each.cases for name in (info.source, info.target)}
     if len(bodies) <= MOST:
         return {name: name for name in bodies}
@@ -193,15 +193,20 @@ def skeletons(
     ]
     if not found:
         raise NothingToDraw(f"no method has {value} on these results; bench table says why")
-    drawn = [(each, body) for each in found if (body := _body(each, bodies)) is not None]
+    drawn = [
+        (each, bodies[name])
+        for each in found
+        for name in [name for name in each.targets if name in bodies][:1]
+    ]
     if not drawn:
         of = found[0].structure if found[0].structure != UNKNOWN else "these"
         raise NothingToDraw(f"the data set has no body of {of}; --dots draws errors without one")
     headers = values.methods([each.matrix for each, _ in drawn])
     shown = [label for label in headers if not headers[label].method.control] or list(headers)
     marks = {
-        (k, label): tuple(sorted(each.marks(value, label, _places(body)), key=lambda mark: mark.mean.value))
+        (k, label): tuple(sorted(each.marks(value, label, joints), key=lambda mark: mark.mean.value))
         for k, (each, body) in enumerate(drawn)
+        for joints in [{name: float(joint) for joint, name in enumerate(body.skeleton.names)}]
         for label in shown
     }
     numbers: dict[str, list[float]] = {}
@@ -209,15 +214,15 @@ def skeletons(
         numbers.setdefault(label, []).extend(mark.mean.value for mark in each)
     ranked = values.ranked([each.matrix for each, _ in drawn])
     scale = ColourScale(what.axis, 0.0, max(axis_limits.colour_end(numbers, ranked, JOINTS), NOTHING))
-    charts = tuple(
-        SkeletonChart(
-            drawn[k][0].matrix.split, label, drawn[k][1].name, _flat(drawn[k][1]), _bones(drawn[k][1]),
-            scale, each, drawn[k][0].structure,
+    charts = []
+    for (k, label), each in marks.items():
+        errors, body = drawn[k]
+        bones = tuple((p, joint) for joint, p in enumerate(body.skeleton.parents.tolist()) if p >= 0)
+        chart = SkeletonChart(
+            errors.matrix.split, label, body.name, _flat(body), bones, scale, each, errors.structure
         )
-        for (k, label), each in marks.items()
-        if each
-    )  # fmt: skip
-    return Figure("joints", drawn[0][0].matrix.dataset, _title(drawn[0][0]), headers, charts)
+        charts += [chart] if each else []
+    return Figure("joints", drawn[0][0].matrix.dataset, _title(drawn[0][0]), headers, tuple(charts))
 
 
 def _title(found: _JointErrors) -> str:
@@ -234,19 +239,6 @@ def _structures(matrix: ResultMatrix, bodies: Mapping[str, Character]) -> dict[s
             info.id: bodies[info.target].structure if info.target in bodies else UNKNOWN
             for info in matrix.cases
         }
-
-
-def _body(found: _JointErrors, bodies: Mapping[str, Character]) -> Character | None:
-    return next((bodies[name] for name in found.targets if name in bodies), None)
-
-
-def _places(body: Character) -> dict[str, float]:
-    return {name: float(joint) for joint, name in enumerate(body.skeleton.names)}
-
-
-def _bones(body: Character) -> tuple[tuple[int, int], ...]:
-    parents = body.skeleton.parents.tolist()
-    return tuple((parent, joint) for joint, parent in enumerate(parents) if parent >= 0)
 
 
 def _flat(body: Character) -> tuple[tuple[float, float], ...]:

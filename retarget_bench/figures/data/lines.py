@@ -26,13 +26,13 @@ if TYPE_CHECKING:
 CONTACTS = {"pan_recall": "recall", "pan_contact_precision": "precision"}
 """Value -> what its charts are called. A foot that never moves has recall 1; hence both."""
 THRESHOLDS = {"": "squared step in 1/30 s, cm²", "_h": "step in 1/30 s, heights"}
-"""What a foot that counts as planted stays below."""
+"""Suffix of the values -> label of the threshold that a planted foot stays below."""
 BEFORE, AFTER, MISSING = "given_cm", "restored_cm", "restored_cm.missing"
 TITLES = {AFTER: "all joints", MISSING: "joints that are not given"}
 ROOM = 1.08
-"""How much higher than the noise itself the chart of denoising goes: what is above has added to it."""
+"""Height of the chart of denoising over the noise itself: marks above it have added noise."""
 FEW = 2
-"""So many structures are named in a legend; of more it says how many they are."""
+"""Structures named in a legend; of more it gives the number."""
 SIDE = 0.02
 """Of an axis, what is left free at its ends."""
 
@@ -80,18 +80,12 @@ def growth(
         for line in lines:
             means.setdefault(line.method, []).extend(mark.mean for mark in line.marks)
     y = Axis(what.axis, *axis_limits.limits(means, headers, what.declared, bands=True))
-    charts = tuple(
-        LineChart(
-            each.split,
-            f"{each.split}: {section.clips} clips",
-            _across("end of the second, s", lines),
-            y,
-            lines,
-        )
-        for each, (section, lines) in zip(found, curves, strict=True)
-        if lines
-    )
-    return Figure("growth", found[0].dataset, "error over time", headers, charts, "bands 95 %")
+    charts = []
+    for each, (section, lines) in zip(found, curves, strict=True):
+        if lines:
+            x = _across("end of the second, s", lines)
+            charts.append(LineChart(each.split, f"{each.split}: {section.clips} clips", x, y, lines))
+    return Figure("growth", found[0].dataset, "error over time", headers, tuple(charts), "bands 95 %")
 
 
 def _curves(matrix: ResultMatrix, value: str) -> tuple[SplitSummary, tuple[Line, ...]]:
@@ -146,11 +140,8 @@ def denoise(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence
     most = max(*given.values(), *(each for half in places.values() for each in half.values()), 1e-3)
     shown = [section for section in sections if section.part in given]
     lines = _level_lines(matrix, shown, seen, AFTER, given, places)
-    ticks = [
-        (at, f"{number:g}")
-        for name, at in given.items()
-        if (number := definitions.level_number(name)) is not None
-    ]
+    numbers = {name: definitions.level_number(name) for name in given}
+    ticks = [(given[name], f"{number:g}") for name, number in numbers.items() if number is not None]
     chart = LineChart(
         matrix.split,
         matrix.split,
@@ -160,7 +151,7 @@ def denoise(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence
         diagonal=True,
         above=("standard deviation of the noise on each coordinate, cm", tuple(ticks)),
     )
-    return _task_figure("denoise", matrix, shown, (chart,))
+    return _task_figure("denoise", matrix, shown, [chart])
 
 
 def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequence[str] = ()) -> Figure:
@@ -180,8 +171,7 @@ def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequenc
         if not lines and value == AFTER:
             raise NothingToDraw(
                 "these results have no restored_cm, which the metric restoration gives; bench task "
-                "upsample "
-                "with -m restoration, or without -m, computes it"
+                "upsample with -m restoration, or without -m, computes it"
             )
         highest = [max(m.mean.value for m in line.marks) for line in lines if line.marks]
         end = 1.05 * axis_limits.top(highest, 3)
@@ -190,7 +180,7 @@ def upsample(matrix: ResultMatrix, seen: Sequence[SeenPart] = (), order: Sequenc
         )
         y = Axis("error, cm", -SIDE * end, end, cut=True)
         charts += [LineChart(matrix.split, title, x, y, lines)] if lines else []
-    return _task_figure("upsample", matrix, sections, tuple(charts))
+    return _task_figure("upsample", matrix, sections, charts)
 
 
 def major_share(places: Iterable[ResultPaths]) -> float | None:
@@ -205,12 +195,11 @@ def major_share(places: Iterable[ResultPaths]) -> float | None:
 
 
 def _task_figure(
-    kind: str, matrix: ResultMatrix, sections: Sequence[SplitSummary], charts: tuple[LineChart, ...]
+    kind: str, matrix: ResultMatrix, sections: Sequence[SplitSummary], charts: Sequence[LineChart]
 ) -> Figure:
-    told = f"{sections[0].clips} clips at every level"
-    return Figure(
-        kind, matrix.dataset, told, values.methods([matrix]), charts, "mean over clips, bands 95 %"
-    )
+    title = f"{sections[0].clips} clips at every level"
+    note = "mean over clips, bands 95 %"
+    return Figure(kind, matrix.dataset, title, values.methods([matrix]), tuple(charts), note)
 
 
 def _levels(matrix: ResultMatrix) -> list[SplitSummary]:
@@ -254,8 +243,8 @@ def _level_lines(
         for half in halves:
             own = (places or {}).get((label, half.seen), at) if half else at
             parts = half.sections if half else sections
-            marks = tuple(_level_marks(matrix, parts, half, label, value, own))
-            beside = tuple(_level_marks(matrix, parts, half, label, value, extra or {}))
+            marks = _level_marks(matrix, parts, half, label, value, own)
+            beside = _level_marks(matrix, parts, half, label, value, extra or {})
             if marks or beside:
                 name = _line_name(label, half, parts)
                 found.append(Line(label, name, marks, half.seen if half else None, beside))
@@ -269,16 +258,16 @@ def _level_marks(
     label: str,
     value: str,
     at: Mapping[str, float],
-) -> list[Mark]:
+) -> tuple[Mark, ...]:
     found = []
     for section in sections:
         mean = next((s.means.get(value) for s in section.scores if s.label == label), None)
         if mean is not None and section.part in at:
-            cases = Cases(matrix.split, value, ("level", section.part))
-            if half is not None:
-                cases = _half_cases(matrix, half, value, section.part)
-            found.append(Mark(label, at[section.part], mean, cases, section.part))
-    return sorted(found, key=lambda mark: mark.at)
+            level = section.part
+            cases = Cases(matrix.split, value, ("level", level))
+            cases = cases if half is None else _half_cases(matrix, half, value, level)
+            found.append(Mark(label, at[level], mean, cases, level))
+    return tuple(sorted(found, key=lambda mark: mark.at))
 
 
 def _half_cases(matrix: ResultMatrix, half: SeenPart, value: str, level: str) -> Cases:

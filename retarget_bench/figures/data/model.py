@@ -47,7 +47,7 @@ class Mark:
 
 @dataclass(frozen=True)
 class Axis:
-    """An axis of numbers. cut: whether marks lie beyond its end. ticks: (place, text), where not usual."""
+    """An axis of numbers. cut: marks lie beyond its end. ticks: (place, text), where not usual."""
 
     label: str
     low: float
@@ -87,7 +87,7 @@ class Line:
 
     @property
     def banded(self) -> bool:
-        """Whether all of it has intervals."""
+        """True where every mark has an interval."""
         return all(mark.mean.interval is not None for mark in self.marks)
 
 
@@ -149,7 +149,7 @@ class PointChart:
 
 @dataclass(frozen=True)
 class Box:
-    """How a method's clips are spread. quantiles: at 5, 25, 50, 75 and 95 %. marks: clips."""
+    """The spread of a method's clips. quantiles: at 5, 25, 50, 75 and 95 %. marks: clips."""
 
     method: str
     quantiles: tuple[float, ...]
@@ -176,7 +176,7 @@ class HeatMap:
     scale: ColourScale
     squares: Mapping[tuple[str, str], Mark]
     together: bool = False
-    """Whether bodies are taken together by structure."""
+    """True where bodies are taken together by structure."""
 
 
 @dataclass(frozen=True)
@@ -215,5 +215,5 @@ class Figure:
 
     @property
     def far(self) -> bool:
-        """Whether something lies beyond an axis."""
+        """True where a mark lies beyond an axis."""
         return any(getattr(chart, "far", ()) for chart in self.charts)

@@ -191,5 +191,5 @@ def _box(split: str, value: str, label: str, numbers: np.ndarray, names: Sequenc
 
 
 def lift(mark: Mark) -> float:
-    """How far the mark of a clip stands from the middle of its row, in rows, lest marks hide each other."""
+    """Distance of a clip's mark from the middle of its row, in rows, lest marks hide each other."""
     return (mark.at * 0.618) % 1 / 2 - 0.25

@@ -12,8 +12,6 @@ from retarget_bench.figures.plotting import canvas
 from retarget_bench.motion import facing
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from retarget_bench.evaluation.attention import Attention
     from retarget_bench.motion.motion import Motion
 
@@ -55,11 +53,7 @@ def draw(path: Path, found: Attention, source: Motion, frames: Sequence[int], ti
         _poses(poses, found, source, frames, scale)
         _strip(below, found, source, frames, scale)
         figure.colorbar(scale, ax=[poses, below], label="attention weight", pad=0.01, aspect=40)
-        _titles(figure, title, found.note)
-
-
-def _titles(figure: Figure, title: str, note: str) -> None:
-    figure.suptitle("\n".join(line for line in (title, note) if line), fontsize=8)
+        figure.suptitle("\n".join(line for line in (title, found.note) if line), fontsize=8)
 
 
 # -------------------------------------------------------------------------------------------------- poses

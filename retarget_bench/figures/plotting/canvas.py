@@ -19,20 +19,14 @@ from retarget_bench.results.header import ResultHeader
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-    from retarget_bench.figures.data import model as data_model
+    from retarget_bench.figures.data import model
 
 ENDINGS = {".png": {"Software": None}, ".pdf": {"CreationDate": None}, ".svg": {"Date": None}}
 """Kind of file -> what else it would say of the time or program that made it."""
 WIDTHS = {"column": 3.25, "page": 6.75}
 """Inches: a column and both columns of the narrowest two-column papers, so that 8 points stay 8 points."""
 MARKS = "osD^vPX*"
-DASHES: dict[str, Any] = {
-    "full": "-",
-    "dashed": "--",
-    "dotted": ":",
-    "dash-dot": "-.",
-    "long": (0, (10, 3)),
-}
+DASHES = {"full": "-", "dashed": "--", "dotted": ":", "dash-dot": "-.", "long": (0, (10, 3))}
 LETTER = 0.056
 """Inches that a letter of the legend takes on average, rather too much than too little."""
 LONGEST = 60
@@ -51,7 +45,7 @@ drawn as they are, whatever signs they have."""
 
 @dataclass(frozen=True)
 class Page:
-    """What a picture is for. width: in inches. titled: whether it says what it is of, like a caption.
+    """The size of a picture. width: in inches. titled: whether it has a title, like a caption.
 
     ranked: label -> a header, of all methods that there are results of, in the order of
     ``method_order.ranked``: a method keeps its colour, whichever of them a picture shows.
@@ -62,11 +56,13 @@ class Page:
     ranked: Mapping[str, ResultHeader] = field(default_factory=dict)
 
     def across(self, wanted: float) -> int:
-        """How many panels of so many inches stand side by side: one at least."""
+        """Number of panels of so many inches side by side: one at least."""
         return max(1, int(self.width / wanted))
 
 
 PAGE = Page()
+Looks = Mapping[str, Mapping[str, Any]]
+"""Label -> matplotlib properties of its lines and marks."""
 
 
 def ending(path: Path) -> str:
@@ -96,7 +92,7 @@ def drawn(path: Path, width: float, height: float) -> Iterator[Figure]:
             figure.savefig(temporary, dpi=200, format=form[1:], metadata=ENDINGS[form])
 
 
-def told(name: str) -> str:
+def drawable(name: str) -> str:
     """A name as it can be drawn: on one line, of a length that fits, not hidden for its first letter."""
     clean = "".join(c if c.isprintable() else " " for c in name.encode("utf-8", "replace").decode())
     clean = " ".join(clean.split())
@@ -107,20 +103,15 @@ def told(name: str) -> str:
 
 def short(number: float) -> str:
     """Two decimals, or as many as four signs have room for."""
-    return (
-        f"{number:.2f}"
-        if abs(number) < 9.995
-        else f"{number:.1f}"
-        if abs(number) < 99.95
-        else f"{number:.0f}"
-    )
+    decimals = 2 if abs(number) < 9.995 else 1 if abs(number) < 99.95 else 0
+    return f"{number:.{decimals}f}"
 
 
-def title(figure: Figure, page: Page, data: data_model.Figure) -> None:
-    """What the charts show, above them, where they are to have a title."""
+def title(figure: Figure, page: Page, data: model.Figure) -> None:
+    """Add the title of the charts above them, where the page has titles."""
     if page.titled:
         notes = "; ".join(note for note in (data.note, BEYOND if data.far else "") if note)
-        text = f"{told(data.dataset)}: {told(data.title)}" + (f" ({notes})" if notes else "")
+        text = f"{drawable(data.dataset)}: {drawable(data.title)}" + (f" ({notes})" if notes else "")
         figure.suptitle(wrapped(text, page.width))
 
 
@@ -169,11 +160,88 @@ def legend(figure: Figure, panels: Sequence[Any]) -> None:
                   ncols=columns, handlelength=2.6)  # fmt: skip
 
 
-def spaced_by_ratio(axis: Any, *, decades: bool = False) -> None:
-    """A logarithmic axis whose numbers are written out: 0.1, 1, 20. decades: only powers of ten."""
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter
+# -------------------------------------------------------------------------- marks beyond the end of an axis
+SIZE = 5.5
+"""Points: letters of numbers at the edge."""
+DIGIT = 0.62
+"""Width of a digit, in heights of letters."""
+MARK = 6.0
+"""Points: a mark at the edge and the gap behind it."""
+NUMBERS = 2
+"""Most numbers beside a row."""
+LINE = 7.0
+"""Points between two rows of marks above a panel."""
 
-    axis.axes.set(**{f"{axis.axis_name}scale": "log"})
-    axis.set_major_locator(LogLocator(subs=(1.0,) if decades else (1.0, 2.0, 5.0)))
-    axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:,.10g}"))
-    axis.set_minor_formatter(NullFormatter())
+
+def filled(mark: model.Mark, looks: Looks) -> dict[str, Any]:
+    """The matplotlib properties of a mark without a line."""
+    hollow = {"markerfacecolor": "white"} if mark.hollow else {}
+    return {**looks[mark.method], **hollow, "linestyle": "none"}
+
+
+def far_beside(panel: Any, far: Sequence[model.Mark], looks: Looks) -> float:
+    """Draw marks beyond the axis at the right of the panel, the farthest first in each row; of more than
+    ``NUMBERS`` only the first has its number. Returns the points that the longest row takes."""
+    longest = 0.0
+    for row in {mark.at for mark in far}:
+        here = sorted((mark for mark in far if mark.at == row), key=lambda mark: -mark.mean.value)
+        out = 0.5 * MARK
+        for place, mark in enumerate(here):
+            text = short(mark.mean.value) if place == 0 or len(here) <= NUMBERS else ""
+            _mark(panel, panel.get_yaxis_transform(), (1.0, row), (out, 0.0), text, filled(mark, looks))
+            out += _wide(text)
+        longest = max(longest, out)
+    return longest
+
+
+def far_above(panels: Sequence[tuple[Any, Any]], looks: Looks) -> None:
+    """Draw the marks beyond the y axis above each panel of a chart, in rows where marks would overlap;
+    titles give way."""
+    most = max((_above(panel, chart.far, looks) for panel, chart in panels), default=0)
+    for panel, _ in panels if most else ():
+        panel.set_title(panel.get_title(), pad=LINE * (most + 0.6))
+
+
+def _above(panel: Any, far: Sequence[model.Mark], looks: Looks) -> int:
+    """Draw the marks of one panel; returns the number of rows that they take."""
+    along = panel.get_xaxis_transform()
+    rows: list[list[tuple[float, float]]] = []
+    for mark in sorted(far, key=lambda mark: (mark.at, mark.mean.value)):
+        text = short(mark.mean.value)
+        at = float(along.transform((mark.at, 1.0))[0])
+        left = at > panel.bbox.x0 + 0.5 * panel.bbox.width
+        middle = 72.0 * at / panel.figure.dpi
+        low, high = (-_wide(text), MARK) if left else (-MARK, _wide(text))
+        span = middle + low, middle + high
+        free = (k for k, row in enumerate(rows) if all(span[1] < a or b < span[0] for a, b in row))
+        row = next(free, len(rows))
+        rows += [[]] if row == len(rows) else []
+        rows[row].append(span)
+        _mark(panel, along, (mark.at, 1.0), (0.0, LINE * (row + 0.6)), text, filled(mark, looks), left=left)
+    return len(rows)
+
+
+def _wide(text: str) -> float:
+    return MARK + DIGIT * SIZE * len(text)
+
+
+def _mark(
+    panel: Any,
+    along: Any,
+    at: tuple[float, float],
+    out: tuple[float, float],
+    text: str,
+    look: Mapping[str, Any],
+    *,
+    left: bool = False,
+) -> None:
+    """A mark so many points outside the panel, and its number at its right or left."""
+    from matplotlib.transforms import ScaledTranslation
+
+    moved = along + ScaledTranslation(out[0] / 72.0, out[1] / 72.0, panel.figure.dpi_scale_trans)
+    plain = {**look, "linestyle": "none", "markersize": min(3.5, look["markersize"])}
+    panel.plot(*([each] for each in at), transform=moved, clip_on=False, **plain)
+    panel.annotate(
+        text, at, (out[0] + (-0.6 if left else 0.6) * MARK, out[1]), xycoords=along, fontsize=SIZE,
+        textcoords="offset points", va="center", ha="right" if left else "left", annotation_clip=False,
+    )  # fmt: skip

@@ -11,7 +11,6 @@ from retarget_bench.figures.data.model import (
     BoxChart,
     Chart,
     HeatMap,
-    Line,
     LineChart,
     Mark,
     PointChart,
@@ -41,7 +40,7 @@ CLIP = "M0-2.6A2.6 2.6 0 1 1 0 2.6A2.6 2.6 0 1 1 0-2.6Z"
 
 @dataclass(frozen=True)
 class Drawing:
-    """How a page draws. styles: of the methods. decimals: value id -> with how many its table is written.
+    """Draws charts for a page. styles: of the methods. decimals: value id -> those of its table.
     units: value id -> its unit."""
 
     styles: Mapping[str, MethodStyle]
@@ -75,9 +74,9 @@ class Drawing:
             data |= {"what": cases.what}
         if cases.value:
             data["value"] = cases.value
-        return elements.pick(f"{what}: {self._told(mark.mean, cases.value)}", *children, **data)
+        return elements.pick(f"{what}: {self._mean_text(mark.mean, cases.value)}", *children, **data)
 
-    def _told(self, mean: Mean, value: str) -> str:
+    def _mean_text(self, mean: Mean, value: str) -> str:
         """A mean in words."""
         decimals, unit = self.decimals.get(value, 3), self.units.get(value, "")
         text = f"{mean.value:.{decimals}f}" + (f" {unit}" if unit else "")
@@ -95,9 +94,13 @@ class Drawing:
         strokes, marks = [], []
         for line in chart.lines:
             style = self.styles[line.method]
-            bands, stroke = self._line(line, x, y)
-            parts += bands
-            strokes += stroke
+            spans = [(x(m.at), m.mean.interval) for m in line.marks if m.mean.interval is not None]
+            if line.banded and line.marks:
+                low = [(at, y(span.low)) for at, span in spans]
+                parts.append(elements.band(low, [(at, y(span.high)) for at, span in spans], style))
+            if line.marks:
+                path = [(x(mark.at), y(mark.mean.value)) for mark in line.marks]
+                strokes.append(elements.line(path, style, "dashed" if line.seen is False else ""))
             for mark in (*line.marks, *line.extra):
                 shape = elements.mark(
                     x(mark.at), y(mark.mean.value), style, 1.3 if mark in line.extra else 0.75,
@@ -107,20 +110,8 @@ class Drawing:
         ends = ", ".join(
             f"{line.name} {line.marks[-1].mean.value:.3g}" for line in chart.lines if line.marks
         )
-        told = f"{chart.title}. {chart.y.label} over {chart.x.label}; at the right end: {ends}"
-        return elements.svg(WIDTH, HEIGHT, told, *parts, *strokes, *marks)
-
-    def _line(self, line: Line, x: Scale, y: Scale) -> tuple[list[Markup], list[Markup]]:
-        style = self.styles[line.method]
-        spans = [(x(mark.at), mark.mean.interval) for mark in line.marks if mark.mean.interval is not None]
-        low = [(at, y(span.low)) for at, span in spans]
-        high = [(at, y(span.high)) for at, span in spans]
-        path = [(x(mark.at), y(mark.mean.value)) for mark in line.marks]
-        dash = "dashed" if line.seen is False else ""
-        return (
-            [elements.band(low, high, style)] if line.banded and line.marks else [],
-            [elements.line(path, style, dash)] if path else [],
-        )
+        label = f"{chart.title}. {chart.y.label} over {chart.x.label}; at the right end: {ends}"
+        return elements.svg(WIDTH, HEIGHT, label, *parts, *strokes, *marks)
 
     # --------------------------------------------------------------------------------------------- rows
     def _rows(self, chart: RowChart) -> Markup:
@@ -142,8 +133,8 @@ class Drawing:
         for k, name in enumerate(chart.rows):
             known = [(m.mean.value, m.method) for each in chart.marks.values() for m in each if m.at == k]
             lowest += [f"{name} {min(known)[1]}"] if known else []
-        told = f"{chart.title}: {chart.axis.label}; lowest: {', '.join(lowest)}"
-        return elements.svg(ROW_WIDTH, height, told, *parts)
+        label = f"{chart.title}: {chart.axis.label}; lowest: {', '.join(lowest)}"
+        return elements.svg(ROW_WIDTH, height, label, *parts)
 
     def _row_mark(self, mark: Mark, label: str, x: Scale, y: float) -> Markup:
         style, parts = self.styles[label], []
@@ -209,12 +200,12 @@ class Drawing:
             at, name = x(mark.at), elements.short(mark.method, elements.LONGEST)
             anchor = "end" if at > 0.7 * ROW_WIDTH else "start"
             parts.append(words(at, y(mark.mean.value) - 9, name, anchor, class_="name", aria_hidden="true"))
-        told = ", ".join(
+        points = ", ".join(
             f"{mark.method} {mark.at:.3g} frames per second and {mark.mean.value:.3g}"
             for mark in chart.marks
         )
         return elements.svg(
-            ROW_WIDTH, POINT_HEIGHT, f"{chart.title}: {chart.y.label}, and speed: {told}", *parts
+            ROW_WIDTH, POINT_HEIGHT, f"{chart.title}: {chart.y.label}, and speed: {points}", *parts
         )
 
     # ------------------------------------------------------------------------------------------- bodies
@@ -266,8 +257,8 @@ class Drawing:
         far = ", ".join(f"{mark.name} {mark.mean.value:.3g}" for mark in chart.marks[:-4:-1])
         title = words(2.0, 13.0, elements.short(chart.method, elements.LONGEST), "start", class_="title")
         title = tag("g", title, class_="axes", aria_hidden="true")
-        told = f"{chart.method}: farthest off are {far}; {chart.scale.label}"
-        return elements.svg(BODY_WIDTH, BODY_HEIGHT, told, title, *bones, *dots)
+        label = f"{chart.method}: farthest off are {far}; {chart.scale.label}"
+        return elements.svg(BODY_WIDTH, BODY_HEIGHT, label, title, *bones, *dots)
 
 
 def _fitted(places: np.ndarray) -> list[tuple[float, float]]:

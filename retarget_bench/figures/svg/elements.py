@@ -7,6 +7,7 @@ its data attributes, and the page's script finds the cases behind it.
 
 from __future__ import annotations
 
+import colorsys
 import math
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -38,12 +39,12 @@ DASHES = {"full": None, "dashed": "5 4", "dotted": "1.5 4", "dash-dot": "9 3 2 3
 # -------------------------------------------------------------------------------------------- elements
 def tag(name: str, *children: Any, **attributes: Any) -> Markup:
     """An element. ``_`` in names of attributes is ``-``; None leaves one out; all text is escaped."""
-    told = "".join(
+    text = "".join(
         f' {key.rstrip("_").replace("_", "-")}="{_text(value)}"'
         for key, value in attributes.items()
         if value is not None
     )
-    return Markup(f"<{name}{told}>{Markup().join(map(_text, children))}</{name}>")
+    return Markup(f"<{name}{text}>{Markup().join(map(_text, children))}</{name}>")
 
 
 def _text(value: Any) -> Markup:
@@ -54,21 +55,14 @@ def _text(value: Any) -> Markup:
 
 def svg(width: float, height: float, label: str, *children: Any) -> Markup:
     """A chart of so many units; label: what it shows, in words."""
-    return tag(
-        "svg",
-        *children,
-        viewBox=f"0 0 {width:g} {height:g}",
-        role="group",
-        aria_label=label,
-        class_="chart",
-        style=f"max-width:{1.45 * width:.0f}px",
-    )
+    view, style = f"0 0 {width:g} {height:g}", f"max-width:{1.45 * width:.0f}px"
+    return tag("svg", *children, viewBox=view, role="group", aria_label=label, class_="chart", style=style)
 
 
 def pick(label: str, *children: Any, **data: Any) -> Markup:
     """A mark that leads to its cases. label: what it says, in words; data: what it stands for."""
-    told = {f"data_{key}": value for key, value in data.items()}
-    return tag("g", *children, class_="pick", role="button", tabindex="-1", aria_label=label, **told)
+    attributes = {f"data_{key}": value for key, value in data.items()}
+    return tag("g", *children, class_="pick", role="button", tabindex="-1", aria_label=label, **attributes)
 
 
 def words(x: float, y: float, text: Any, anchor: str = "middle", **more: Any) -> Markup:
@@ -85,13 +79,8 @@ def short(name: str, most: int) -> str:
 def mark(x: float, y: float, style: MethodStyle, scale: float = 1.0, *, hollow: bool = False) -> Markup:
     """A method's mark."""
     size = "" if scale == 1.0 else f" scale({scale:g})"
-    kind = "dot hollow" if hollow else "dot"
-    return tag(
-        "path",
-        d=MARKS[style.shape],
-        transform=f"translate({x:.1f} {y:.1f}){size}",
-        class_=f"{kind} {style.name}",
-    )
+    kind = f"dot hollow {style.name}" if hollow else f"dot {style.name}"
+    return tag("path", d=MARKS[style.shape], transform=f"translate({x:.1f} {y:.1f}){size}", class_=kind)
 
 
 def line(points: Iterable[tuple[float, float]], style: MethodStyle, dash: str = "") -> Markup:
@@ -110,7 +99,7 @@ def band(
 
 # ---------------------------------------------------------------------------------------------- scales
 FINE = (1, 2, 5), (1, 3), (1,)
-"""Where ticks stand in a power of ten."""
+"""Ticks in a power of ten."""
 
 
 @dataclass(frozen=True)
@@ -193,3 +182,30 @@ def grid_line(x1: float, y1: float, x2: float, y2: float, kind: str | None = Non
 def shade(share: float) -> Markup:
     """The class of a place on the scale of errors, from 0 (none) to 1 (as bad as it is drawn)."""
     return Markup(f"s{palette.shade(share)}")
+
+
+# ------------------------------------------------------------------------------------------------ style
+LIFT = 0.45
+"""Share by which colours move towards white on dark paper."""
+
+
+def rules(styles: Iterable[MethodStyle]) -> str:
+    """CSS for the classes of methods and of the colour scale of errors, light and dark."""
+    styles = list(styles)
+    light = "".join(f".{each.name}{{--c:{each.colour}}}" for each in styles)
+    dark = "".join(f".{each.name}{{--c:{_lifted(each.colour)}}}" for each in styles)
+    scale = "".join(
+        f".s{step}{{--c:{_hex(rgb)};--on:{palette.ink(rgb)}}}" for step, rgb in enumerate(palette.shades())
+    )
+    return f"{light}{scale}@media screen and (prefers-color-scheme:dark){{{dark}}}"
+
+
+def _lifted(colour: str) -> str:
+    """Lighter, for dark paper: its hue and its place among the others stay."""
+    rgb = [int(colour[k : k + 2], 16) / 255 for k in (1, 3, 5)]
+    hue, light, full = colorsys.rgb_to_hls(*rgb)
+    return _hex(colorsys.hls_to_rgb(hue, light + LIFT * (1 - light), full))
+
+
+def _hex(rgb: Sequence[float]) -> str:
+    return "#" + "".join(f"{round(255 * each):02x}" for each in rgb)

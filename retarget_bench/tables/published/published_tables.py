@@ -261,8 +261,10 @@ def _own_set_rows(table: PublishedTable, places: Sequence[ResultPaths]) -> list[
         if header.four_legged is None or place.split != "cross" or ".seed-" in place.method:
             continue
         latest = newest[header.dataset.label]
-        values = [each for each in set_metrics.read(place) if not latest.stale_value(header, each.value_id)]
-        if values and not latest.stale_data(header):
+        values = [
+            each for each in set_metrics.read(place) if not latest.why_value_outdated(header, each.value_id)
+        ]
+        if values and not latest.why_outdated(header):
             results.append((header, place, values))
     names = Counter((header.dataset.label, header.method.label) for header, _, _ in results)
     rows = []

@@ -32,10 +32,11 @@ HOP = 8
 """Frames from one scored window to the next."""
 SMOOTHING = 10.0
 """Frames: standard deviation of the Gaussian over which the facing direction is averaged."""
-STILL = 0.01
-"""Heights per second: slower is about as good as standing. Real motion that stands still sways by more."""
-EVEN = 0.2
-"""Heights per second squared, likewise."""
+SPEED_OFFSET = 0.01
+"""Heights per second, added before the logarithm: slower counts about as standing still. Real motion that
+stands still sways by more."""
+ACCELERATION_OFFSET = 0.2
+"""Heights per second squared, likewise of accelerations."""
 
 
 def unseeable(character: Character) -> str:
@@ -64,8 +65,8 @@ def channels(motion: Prediction, joints: Sequence[int] | None = None, floor: flo
     yaw = np.angle(turn[1:] * turn[:-1].conj(), deg=False) * RATE if len(turn) > 1 else np.zeros(0)
     parts = [
         facing.seen(centred, turn[:, None]) / height,
-        np.log(STILL + _length(velocity)),
-        np.log(EVEN + _length(_rates(velocity))),
+        np.log(SPEED_OFFSET + _length(velocity)),
+        np.log(ACCELERATION_OFFSET + _length(_rates(velocity))),
         facing.seen(root, turn)[:, [0, 2]],
         np.concatenate([yaw[:1], yaw]) if len(yaw) else np.zeros(len(turn)),
     ]

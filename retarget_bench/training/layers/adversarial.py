@@ -20,12 +20,13 @@ def least_squares(scores: Tensor, real: bool) -> Tensor:
     return functional.mse_loss(scores, torch.full_like(scores, float(real)))
 
 
-class UpdateRule(nn.Module):
+class NknUpdateRule(nn.Module):
     """Lets discriminators learn only while they take enough answers for real.
 
     As in the published code of NKN (Villegas et al., CVPR 2018): ``running`` ``(discriminators,)`` is a
     moving average of the probability that answers are real, with ``memory`` the share that stays in a step;
-    a discriminator learns while its average is above ``threshold``.
+    a discriminator learns while its average is above ``threshold``. PAN's discriminators have no
+    such rule: they learn in every step.
     """
 
     running: Tensor

@@ -94,7 +94,7 @@ def verdict(lines: Iterable[GateRow]) -> int:
 # ------------------------------------------------------------------------------------------ protocols
 def _lists(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
     """Lists of cases that changed although the data set says that its content did not."""
-    if _data_moved(golden, now):
+    if _why_other_data(golden, now):
         return
     before, after = (each.dataset.get("lists", {}) for each in (golden, now))
     for split in sorted(before.keys() | after.keys()):
@@ -109,7 +109,7 @@ def _lists(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
         yield GateRow(status, now.dataset.get("spec", ""), split, why=why)
 
 
-def _data_moved(golden: Snapshot, now: Snapshot) -> str:
+def _why_other_data(golden: Snapshot, now: Snapshot) -> str:
     for name in ("name", "parameters", "content"):
         old, new = golden.dataset.get(name), now.dataset.get(name)
         if old != new and new is not None:
@@ -117,7 +117,7 @@ def _data_moved(golden: Snapshot, now: Snapshot) -> str:
     return ""
 
 
-def _value_moved(golden: Snapshot, now: Snapshot, value: str) -> str:
+def _why_incomparable(golden: Snapshot, now: Snapshot, value: str) -> str:
     """The reason why a value's numbers cannot be compared, or ""."""
     old, new = golden.values.get(value), now.values.get(value)
     if old is None:
@@ -141,7 +141,7 @@ def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
         old, new = golden.frozen.get(row, {}), now.frozen.get(row, {})
         file = f"{row.split('/')[0]}.npz"
         for value, columns in _by_value(old, new):
-            why = _value_moved(golden, now, value)
+            why = _why_incomparable(golden, now, value)
             if file in changed:
                 why = f"the frozen motion {file} is another"
             fact = _fact(golden, now, value)
@@ -154,7 +154,7 @@ def _frozen(golden: Snapshot, now: Snapshot) -> Iterator[GateRow]:
 # -------------------------------------------------------------------------------------------- methods
 def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[GateRow]:
     old_facts, facts = golden.methods.get(label), now.methods[label]
-    reason = _data_moved(golden, now)
+    reason = _why_other_data(golden, now)
     if old_facts is None:
         reason = NEW
     elif old_facts["weights"] != facts["weights"]:
@@ -187,7 +187,7 @@ def _method(golden: Snapshot, now: Snapshot, label: str) -> Iterator[GateRow]:
                 for column in columns
                 for case in cases
             ]
-            why = reason or _value_moved(golden, now, value)
+            why = reason or _why_incomparable(golden, now, value)
             yield _line(label, split, _fact(golden, now, value), pairs, why, failure)
 
 
