@@ -56,8 +56,8 @@ def without(
     rest, from what they hung from."""
     found, bones = dict(arrays), offsets.copy()
     rotations = found["rotations"].copy()
-    for role in (role for name in names for role in SPARED[name]):
-        joint = BODY22.index(role)
+    # parents first, so that what a joint that is left out hung from is settled
+    for joint in sorted(BODY22.index(role) for name in names for role in SPARED[name]):
         for child in (child for child, parent in enumerate(PARENTS) if parent == joint):
             rotations[:, child] = rotation.multiply(rotations[:, joint], rotations[:, child])
             bones[child] += bones[joint]

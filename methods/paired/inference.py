@@ -1,4 +1,4 @@
-"""Retargeting: the copy of a motion, corrected by the network, with feet held where the source's feet rest."""
+"""Retargeting: the copy of a motion, corrected by the network, with feet held where the source's rest."""
 
 import torch
 from torch import Tensor
@@ -24,6 +24,7 @@ def retargeted(network: Corrector, source: Motion, target: Character, feet: bool
     theirs, ours = Body(source.character), Body(target)
     bodies = [_sizes(theirs, torch.float32), _sizes(ours, torch.float32)]
     thirty = rates.at_thirty(source)
+    assert isinstance(thirty, Motion)
     seen_at_thirty = _arrays(theirs, thirty)
     found = at_rate(correction(network, seen_at_thirty, bodies), source, thirty.frames)
     copied = transfer.carry(source, target, "hip_height")
@@ -67,9 +68,9 @@ def correction(
             what, sizes = seen(network.tree, {k: each[:, start:end] for k, each in arrays.items()}, *bodies)
             answer = network(what, sizes, torch.ones(what.shape[:2], dtype=torch.bool))
             kept = slice(first - start, last - start)
-            found.append(Correction(*(each[:, kept] for each in answer[:-1]), answer.scale))
+            found.append(Correction._make([*(each[:, kept] for each in answer[:-1]), answer.scale]))
     parts = [torch.cat(each, 1) for each in zip(*(part[:-1] for part in found), strict=True)]
-    return Correction(*parts, found[0].scale)
+    return Correction._make([*parts, found[0].scale])
 
 
 def at_rate(found: Correction, source: Motion, frames: int) -> Correction:
@@ -78,4 +79,4 @@ def at_rate(found: Correction, source: Motion, frames: int) -> Correction:
     parts = [
         torch.from_numpy(interpolated(each[0].double().numpy(), low, share))[None] for each in found[:-1]
     ]
-    return Correction(*parts, found.scale.double())
+    return Correction._make([*parts, found.scale.double()])

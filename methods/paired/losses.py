@@ -29,7 +29,7 @@ def terms(
     feet = ours[:, :, list(FEET)]
     rests = (truth["planted"][:, 1:] * truth["planted"][:, :-1]) * pairs[..., None]
     speed = length(feet.diff(dim=1))
-    jerk = off.diff(dim=1).diff(dim=1)
+    acceleration = off.diff(dim=1).diff(dim=1)
     steady = pairs[:, 1:] & pairs[:, :-1]
     heights = off[:, :, list(FEET), 1].abs() * truth["planted"] * real[..., None]
     dot = (answer.turned * turned).sum(-1).abs().clamp(max=1.0)
@@ -37,7 +37,7 @@ def terms(
         "world": masked(length(off).mean(-1), real),
         "relative": masked(length(relative).mean(-1), real),
         "speed": masked(length(off.diff(dim=1)).mean(-1), pairs),
-        "jerk": masked(length(jerk).mean(-1), steady),
+        "acceleration": masked(length(acceleration).mean(-1), steady),
         "rests": (speed * rests).sum() / rests.sum().clamp(min=1),
         "floor": heights.sum() / (truth["planted"] * real[..., None]).sum().clamp(min=1),
         "turns": masked((1 - dot * dot).mean(-1), real) * 1000,
@@ -46,7 +46,7 @@ def terms(
 
 
 def touch(ours: Tensor, theirs: Tensor, real: Tensor) -> Tensor:
-    """How far vectors from hands to joints of the body are off, those counting most that are short."""
+    """Mean distance of vectors from hands to joints of the body; short ones count most."""
     total, count = ours.new_zeros(()), ours.new_zeros(())
     for hand in HANDS:
         right = theirs - theirs[:, :, hand : hand + 1]
@@ -59,8 +59,10 @@ def touch(ours: Tensor, theirs: Tensor, real: Tensor) -> Tensor:
 
 
 def length(vectors: Tensor) -> Tensor:
+    """Of vectors ``(..., 3)``; smooth at zero."""
     return torch.sqrt(vectors.square().sum(-1) + 1e-6)
 
 
 def masked(values: Tensor, real: Tensor) -> Tensor:
+    """The mean over real frames."""
     return (values * real).sum() / real.sum().clamp(min=1)

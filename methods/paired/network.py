@@ -23,9 +23,11 @@ LARGEST = 0.15
 
 
 class Correction(NamedTuple):
-    """Of a copied motion, over ``(rows, frames)``. trunk: ``(10, 3)`` rotation vectors. hips: ``(3,)`` left,
-    up, forward, in heights; limbs: ``(4, 3)`` likewise. swivel: ``(4,)`` radians. ends: ``(4, 3)`` rotation
-    vectors. scale: ``(rows,)`` by which the level path is longer."""
+    """Changes of a copied motion, over ``(rows, frames)``.
+
+    trunk, ends: ``(10, 3)`` and ``(4, 3)`` rotation vectors. hips, limbs: ``(3,)`` and ``(4, 3)`` left, up,
+    forward, in heights. swivel: ``(4,)`` radians. scale: ``(rows,)`` by which the level path is longer.
+    """
 
     trunk: Tensor
     hips: Tensor
@@ -101,7 +103,7 @@ class Corrector(nn.Module):
 
 
 def ahead(vectors: Tensor, turn: Tensor) -> Tensor:
-    """Vectors ``(..., 3)`` of the world as left, up, forward of a direction ``(..., 2)``, parts cos, sin."""
+    """Vectors ``(..., 3)`` of the world as left, up, forward of a direction ``(..., 2)``."""
     x, y, z = vectors.unbind(-1)
     cos, sin = turn.unbind(-1)
     return torch.stack([x * cos - z * sin, y, z * cos + x * sin], -1)

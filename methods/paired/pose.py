@@ -17,8 +17,6 @@ from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
 from retarget_bench.motion.structures import BODY22
 
-from .features import PARENTS, SKELETON
-
 _PARTS = ("up_leg", "leg", "foot"), ("arm", "forearm", "hand")
 LIMBS = tuple(
     tuple(BODY22.index(f"{side}_{part}") for part in parts)
@@ -40,8 +38,8 @@ STRAIGHT = 0.995
 
 
 class Posed(NamedTuple):
-    """positions: ``(rows, frames, 22, 3)`` metres in the world. turned: ``(rows, frames, 22, 4)`` how joints
-    are turned from the reference pose, in the world."""
+    """Joints in the world: positions ``(rows, frames, 22, 3)`` metres, and how they are turned from the
+    reference pose ``(rows, frames, 22, 4)``."""
 
     positions: Tensor
     turned: Tensor
@@ -169,6 +167,3 @@ def norm(a: Tensor) -> Tensor:
 
 def unit(a: Tensor) -> Tensor:
     return a / norm(a)
-
-
-__all__ = ["ARMS", "END", "LEGS", "PARENTS", "SKELETON", "TRUNK", "Goals", "Posed", "copied", "posed"]

@@ -24,7 +24,7 @@ WEIGHTS = {
     "world": 1.0,
     "relative": 1.0,
     "speed": 6.0,
-    "jerk": 6.0,
+    "acceleration": 6.0,
     "rests": 3.0,
     "floor": 1.0,
     "turns": 0.02,

@@ -59,7 +59,7 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
 
 
 def performances(job: Mapping[str, Any]) -> tuple[dict[str, StoredClips], dict[str, Character]]:
-    """Some performances as arrays in files, by character, and the characters; what a worker process does."""
+    """Some performances as arrays in files, by character, and the characters: a worker's job."""
     register_plugins(job["plugins"])
     asked: Any = method(job["method"])
     pairs = optional.training_pairs(dataset(job["dataset"]))

@@ -1,0 +1,308 @@
+"""Paired: poses by goals, augmentation, training on pairs, and answers."""
+
+from collections.abc import Mapping
+
+import numpy as np
+import pytest
+import torch
+from torch import Tensor
+
+from retarget_bench.api import optional
+from retarget_bench.evaluation.plan import dataset
+from retarget_bench.methods.paired import Paired, augmentation, pose
+from retarget_bench.methods.paired.features import BODY22, FEET, PARENTS, Body, unfit
+from retarget_bench.methods.paired.inference import correction, retargeted
+from retarget_bench.methods.paired.network import Corrector, applied, copy_of, goals_of, seen
+from retarget_bench.methods.paired.training import PairedTraining
+from retarget_bench.motion import transfer
+from retarget_bench.motion.character import Character, Motion
+from retarget_bench.plugins.spec import Spec
+from retarget_bench.training.data import ClipArrays, TrainingData
+from retarget_bench.training.pair_data import gather_pairs
+
+PUPPETS = Spec.parse("puppets")
+Row = dict[str, dict[str, Tensor]]
+
+
+@pytest.fixture(scope="module")
+def material() -> TrainingData:
+    """Three performances, each by all bodies that are able to do it."""
+    pairs = optional.training_pairs(dataset(PUPPETS))
+    assert pairs is not None
+    clips: dict[str, list[ClipArrays]] = {}
+    characters: dict[str, Character] = {}
+    for first in (0, pairs.together, 2 * pairs.together):
+        for number in range(pairs.together):
+            source = pairs[first + number].source.motion
+            name = source.character.name
+            if all(clip.name != pairs[first].clip for clip in clips.get(name, [])):
+                characters[name] = source.character
+                arrays = Body(source.character).see(source)
+                clips.setdefault(name, []).append(ClipArrays(name, pairs[first].clip, arrays))
+    return TrainingData(characters, clips)
+
+
+@pytest.fixture
+def training(material: TrainingData) -> PairedTraining:
+    torch.manual_seed(0)
+    method = Paired()
+    return method.training_module(material, method.presets["quick"])
+
+
+def batch(training: PairedTraining, rows: int = 4, seed: int = 1) -> Row:
+    drawn = training.draw(np.random.default_rng(seed), rows)
+    return {key: {name: torch.from_numpy(a) for name, a in each.items()} for key, each in drawn.items()}
+
+
+def in_double(tensor: Tensor) -> Tensor:
+    return tensor.double() if tensor.is_floating_point() else tensor
+
+
+def loosened(network: Corrector, size: float = 0.05) -> Corrector:
+    """A network whose corrections are not zero."""
+    with torch.no_grad():
+        network.leave.weight.normal_(0, size, generator=torch.Generator().manual_seed(3))
+        network.path.weight.normal_(0, size, generator=torch.Generator().manual_seed(4))
+    return network
+
+
+# ------------------------------------------------------------------------------------------------ poses
+def test_no_correction_is_the_copy(training: PairedTraining) -> None:
+    row = batch(training)
+    bodies = row["source"], row["target"]
+    found = training.network(*seen(training.network.tree, row["motion"], *bodies), row["real"]["frames"])
+    answer = applied(training.network.tree, found, row["motion"], *bodies)
+    copied = copy_of(training.network.tree, found.scale, row["motion"], *bodies)
+    assert torch.allclose(answer.positions, copied.positions, atol=2e-5)
+    assert ((answer.turned * copied.turned).sum(-1).abs() > 1 - 1e-5).all()
+
+
+def test_limbs_meet_goals_in_reach_and_keep_their_bones(training: PairedTraining) -> None:
+    row = {
+        k: {n: a.double() if a.is_floating_point() else a for n, a in v.items()}
+        for k, v in batch(training).items()
+    }
+    bodies, network = (row["source"], row["target"]), loosened(training.network).double()
+    found = network(*seen(network.tree, row["motion"], *bodies), row["real"]["frames"])
+    found = found._replace(trunk=found.trunk.double(), limbs=0.2 * found.limbs.double())
+    start = copy_of(network.tree, found.scale, row["motion"], *bodies)
+    goals = goals_of(found, start, row["motion"]["turn"], row["target"])
+    answer = pose.posed(network.tree, row["motion"]["rotations"], row["target"]["offsets"], goals)
+    upper = answer.positions[:, :, pose.UPPER]
+    wanted = torch.cat([goals.feet, upper[:, :, pose.ARMS] + goals.hands], 2)
+    lengths = row["target"]["offsets"].norm(dim=-1)
+    whole = (lengths[:, pose.LOWER] + lengths[:, pose.END])[:, None]
+    far = (wanted - upper).norm(dim=-1)
+    reachable = (far < 0.99 * whole) & (far > 0.2 * whole)
+    missed = (answer.positions[:, :, pose.END] - wanted).norm(dim=-1)
+    assert reachable.float().mean() > 0.5
+    assert missed[reachable].max() < 1e-6
+    bones = torch.stack(
+        [
+            answer.positions[:, :, j] - answer.positions[:, :, max(PARENTS[j], 0)]
+            for j in range(len(BODY22))
+        ],
+        2,
+    ).norm(dim=-1)
+    assert torch.allclose(bones, lengths[:, None].expand_as(bones), atol=1e-6)
+
+
+def test_a_goal_out_of_reach_is_pointed_at() -> None:
+    upper, lower = torch.tensor([[0.0, -0.4, 0.0]]), torch.tensor([[0.0, -0.4, 0.05]])
+    goal, axis = torch.tensor([[0.3, -2.0, 0.4]]), torch.tensor([[1.0, 0.0, 0.0]])
+    swing, fold = pose.bend(upper, lower, goal, axis, torch.zeros(1))
+    end = pose.rotate(swing, upper) + pose.rotate(fold, lower)
+    assert torch.allclose(end / end.norm(), goal / goal.norm(), atol=1e-3)
+    assert 0.99 < float(end.norm() / (upper.norm() + lower.norm())) <= 1.0 + 1e-6
+
+
+# ------------------------------------------------------------------------------------------ augmentation
+def positions(arrays: Mapping[str, np.ndarray], offsets: np.ndarray) -> np.ndarray:
+    tensors = [
+        torch.from_numpy(np.asarray(each))[None] for each in (arrays["rotations"], arrays["hips"], offsets)
+    ]
+    network = Corrector()
+    return pose.copied(network.tree, *tensors).positions[0].numpy()
+
+
+def test_mirrored_motion_is_the_mirror_image(material: TrainingData) -> None:
+    name = min(material.clips)
+    arrays, offsets = material.clips[name][0].arrays, Body(material.characters[name]).offsets
+    image = positions(augmentation.mirrored(arrays), augmentation.mirrored_bones(offsets))
+    other = [BODY22.index(_other_side(role)) for role in BODY22]
+    assert np.allclose(image, positions(arrays, offsets)[:, other] * [-1, 1, 1], atol=1e-5)
+    again = augmentation.mirrored(augmentation.mirrored(arrays))
+    assert all(np.array_equal(again[key], arrays[key]) for key in arrays)
+
+
+def _other_side(role: str) -> str:
+    left, right = role.startswith("left"), role.startswith("right")
+    return role.replace("left", "right") if left else role.replace("right", "left") if right else role
+
+
+def test_a_body_without_joints_keeps_the_others_where_those_did_not_turn(material: TrainingData) -> None:
+    name = min(material.clips)
+    arrays, offsets = dict(material.clips[name][0].arrays), Body(material.characters[name]).offsets
+    gone = [BODY22.index(role) for names in augmentation.SPARED.values() for role in names]
+    arrays["rotations"] = arrays["rotations"].copy()
+    arrays["rotations"][:, gone] = (1, 0, 0, 0)
+    less, bones = augmentation.without(arrays, offsets, list(augmentation.SPARED))
+    kept = [joint for joint in range(len(BODY22)) if joint not in gone]
+    assert np.allclose(positions(less, bones)[:, kept], positions(arrays, offsets)[:, kept], atol=1e-5)
+    assert not bones[gone].any()
+    assert not less["planted"][:, [1, 3]].any()
+
+
+def test_no_training_body_has_the_joints_of_the_held_out_structure() -> None:
+    numbers = np.random.default_rng(0)
+    drawn = [set(augmentation.spare(numbers)) for _ in range(2000)]
+    assert {"toes", "collar bones"} in [each - {"neck"} for each in drawn]
+    assert not any({"toes", "collar bones", "spine"} <= each for each in drawn)
+
+
+# ------------------------------------------------------------------------------------------------ training
+def test_a_row_is_one_performance_by_two_bodies(training: PairedTraining, material: TrainingData) -> None:
+    of = {Body(each).offsets.tobytes(): name for name, each in material.characters.items()}
+    training_rows = [training._row(np.random.default_rng(seed)) for seed in range(40)]
+    plain = [row for row in training_rows if row["source"]["offsets"].tobytes() in of]
+    assert plain
+    for row in training_rows:
+        assert row["motion"]["hips"].shape == row["truth"]["hips"].shape == (64, 3)
+        assert np.allclose(np.abs(row["motion"]["turn"] @ [1, 1j]), 1, atol=1e-4)
+
+
+def test_pairs_are_gathered_by_performance(material: TrainingData) -> None:
+    found = gather_pairs(PUPPETS, Spec.parse("paired"), 30.0, 1, lambda done, total: None)
+    lengths: dict[str, set[int]] = {}
+    bodies: dict[str, int] = {}
+    for clips in found.clips.values():
+        for clip in clips:
+            lengths.setdefault(clip.name, set()).add(clip.frames)
+            bodies[clip.name] = bodies.get(clip.name, 0) + 1
+    assert all(len(each) == 1 for each in lengths.values())
+    assert max(bodies.values()) > 3
+    assert not any(character.four_legged for character in found.characters.values())
+    for name, clips in material.clips.items():
+        same = {clip.name: clip for clip in found.clips[name]}
+        for clip in clips:
+            assert all(np.array_equal(same[clip.name].arrays[k], clip.arrays[k]) for k in clip.arrays)
+
+
+def test_it_has_its_size_and_every_parameter_learns(training: PairedTraining) -> None:
+    assert sum(each.numel() for each in training.network.parameters()) == 2_491_454
+    loosened(training.network)
+    sum(training.losses("network", batch(training), {}).values()).backward()
+    assert all(each.grad is not None and each.grad.any() for each in training.network.parameters())
+
+
+def test_one_batch_can_be_learnt(material: TrainingData) -> None:
+    torch.manual_seed(0)
+    method = Paired()
+    training = PairedTraining(
+        material, method.presets["quick"], Corrector(width=64), lambda tensors: method
+    )
+    row, adam = batch(training), torch.optim.Adam(training.network.parameters(), lr=3e-3)
+    losses = []
+    for _ in range(150):
+        terms = training.losses("network", row, {})
+        adam.zero_grad()
+        sum(terms.values()).backward()
+        adam.step()
+        losses.append(float(terms["relative"].detach()))
+    assert losses[-1] < 0.35 * losses[0]
+
+
+def test_the_same_seed_gives_the_same_batch_and_losses(material: TrainingData) -> None:
+    method = Paired()
+    found = []
+    for _ in range(2):
+        torch.manual_seed(5)
+        training = method.training_module(material, method.presets["quick"])
+        loosened(training.network)
+        found.append(
+            [float(each.detach()) for each in training.losses("network", batch(training), {}).values()]
+        )
+    assert found[0] == found[1]
+
+
+def test_padding_changes_nothing(training: PairedTraining) -> None:
+    row, network = batch(training, rows=2), loosened(training.network)
+    bodies = row["source"], row["target"]
+    short = {name: each[:, :40] for name, each in row["motion"].items()}
+    longer = {name: torch.cat([each, 3 * torch.ones_like(each[:, :24])], 1) for name, each in short.items()}
+    alone = network(*seen(network.tree, short, *bodies), torch.ones(2, 40, dtype=torch.bool))
+    real = torch.arange(64).expand(2, 64) < 40
+    padded = network(*seen(network.tree, longer, *bodies), real)
+    for one, other in zip(alone[:-1], padded[:-1], strict=True):
+        assert torch.allclose(one, other[:, :40], atol=1e-6)
+
+
+# ------------------------------------------------------------------------------------------------ answers
+def answered(network: Corrector, source: Motion, target: Character) -> Motion:
+    found = retargeted(network.eval(), source, target)
+    assert found.character is target
+    assert found.frames == source.frames
+    assert found.fps == source.fps
+    assert np.isfinite(found.positions).all()
+    return found
+
+
+@pytest.mark.parametrize("fps", [30.0, 60.0, 24.0])
+@pytest.mark.parametrize("frames", [1, 2, 75])
+def test_any_length_and_rate_on_bodies_that_lack_joints(frames: int, fps: float) -> None:
+    puppets = dataset(PUPPETS)
+    info = next(
+        info
+        for info in puppets.cases("retarget", "cross")
+        if info.target == "hugo" or info.source == "hugo"
+    )
+    case = puppets.load(info)
+    assert isinstance(case.source, Motion)
+    source = case.source.resample(fps)
+    source = source.at(slice(frames))
+    answered(loosened(Corrector()), source, case.target)
+
+
+def test_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
+    case = _case()
+    network = loosened(Corrector()).eval()
+    bodies = [Body(each) for each in (case.source.character, case.target)]
+    arrays = {name: torch.from_numpy(each)[None] for name, each in bodies[0].see(case.source).items()}
+    sizes = [
+        {"offsets": torch.from_numpy(body.offsets)[None], "lengths": torch.from_numpy(body.lengths)[None]}
+        for body in bodies
+    ]
+    whole = correction(network, arrays, sizes)
+    monkeypatch.setattr("retarget_bench.methods.paired.inference.CHUNK", 17)
+    parts = correction(network, arrays, sizes)
+    assert all(torch.allclose(a, b, atol=1e-6) for a, b in zip(whole, parts, strict=True))
+
+
+def test_without_correction_it_copies_and_holds_the_feet() -> None:
+    case = _case()
+    copied = transfer.carry(case.source, case.target, "hip_height")
+    free = retargeted(Corrector().eval(), case.source, case.target, feet=False)
+    assert np.allclose(free.positions, copied.positions, atol=2e-5)
+    held = retargeted(Corrector().eval(), case.source, case.target)
+    assert case.contacts is not None
+    rests = case.contacts.planted[1:] & case.contacts.planted[:-1]
+    joints = [case.target.joint_of[role] for role in case.contacts.roles]
+    moved = [
+        np.linalg.norm(np.diff(each.positions[:, joints], axis=0), axis=-1)[rests] for each in (held, free)
+    ]
+    assert moved[0].mean() < 0.5 * moved[1].mean() + 1e-6
+
+
+def _case():
+    puppets = dataset(PUPPETS)
+    infos = puppets.cases("retarget", "intra")
+    return puppets.load(next(info for info in infos if info.kind == "walk"))
+
+
+def test_bodies_that_it_does_not_know_are_told_as_such() -> None:
+    puppets = dataset(PUPPETS)
+    dogs = [each for each in puppets.characters().values() if each.four_legged]
+    assert all("four legs" in unfit(dog) or "no joint" in unfit(dog) for dog in dogs)
+    people = [each for each in puppets.characters().values() if not each.four_legged]
+    assert all(unfit(each) == "" for each in people)
+    assert len(FEET) == 4
