@@ -32,6 +32,8 @@ WEIGHTS = {
 }
 SAME = 0.1
 """Share of rows whose target is the source itself."""
+LIFTED, LIFT = 0.5, 0.04
+"""Share of rows whose floor is not at zero, and its standard deviation in heights of the hips."""
 MEMORY = 0.998
 """Of the average of the weights in a step; the average is what is exported."""
 
@@ -93,8 +95,19 @@ class PairedTraining:
             arrays, offsets = without(arrays, offsets, lacks)
             row[motion] = {key: self._padded(each) for key, each in arrays.items()}
             row[body] = {"offsets": offsets, "lengths": lengths}
+        self._lift(numbers, row)
         real = np.arange(self._window) < pair[0].frames - start
         return {**row, "real": {"frames": real}}
+
+    @staticmethod
+    def _lift(numbers: np.random.Generator, row: dict[str, dict[str, np.ndarray]]) -> None:
+        """Move both bodies up or down, in place: many files have the floor elsewhere than at zero."""
+        if numbers.random() < LIFTED:
+            height = LIFT * numbers.standard_normal()
+            for motion, body in (("motion", "source"), ("truth", "target")):
+                moved = row[motion]["hips"].copy()
+                moved[:, 1] += np.float32(height * row[body]["lengths"][1])
+                row[motion]["hips"] = moved
 
     def _padded(self, array: np.ndarray) -> np.ndarray:
         """The last frame again up to the window's length."""

@@ -1,13 +1,14 @@
 """Training data of a method: the unpaired clips of a data set as arrays, and windows drawn from them."""
 
 import hashlib
+import math
 from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -186,7 +187,7 @@ def gather(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Progress)
     common = {"dataset": data, "method": trainee, "fps": fps}
     with scratch() as folder:
         found = by_character(clips_of, fit, {**common, "folder": folder}, jobs, progress)
-        kept = {name: mapped(name, stored) for name, (stored, *_) in found.items() if stored.clips}
+        kept = {name: stored.read() for name, (stored, *_) in found.items() if stored.clips}
     if not kept:
         why = f": {next(iter(unfit.values()))}" if unfit else ""
         raise NotSupported(f"{dataset(data).label} has no motion that {trainee} can be trained on{why}")
@@ -217,11 +218,44 @@ def _unusable(found: Mapping[str, Sequence[str]]) -> list[str]:
 
 @dataclass(frozen=True)
 class StoredClips:
-    """Where the arrays of one character's clips lie. clips: name and frames of each, in order. files: array
-    -> file of all clips in a row."""
+    """Arrays of clips in one file: array after array, each of all clips in a row, float32.
 
-    clips: tuple[tuple[str, int], ...]
-    files: Mapping[str, Path]
+    clips: character, name and frames of each, in order. shapes: array -> its shape without frames.
+    """
+
+    file: Path
+    clips: tuple[tuple[str, str, int], ...]
+    shapes: Mapping[str, tuple[int, ...]]
+
+    @classmethod
+    def write(cls, file: Path, clips: Sequence[ClipArrays]) -> Self:
+        """Raises OSError."""
+        keys = list(clips[0].arrays) if clips else []
+        with file.open("wb") as out:
+            for key in keys:
+                for clip in clips:
+                    np.ascontiguousarray(clip.arrays[key], np.float32).tofile(out)
+        shapes = {key: clips[0].arrays[key].shape[1:] for key in keys}
+        return cls(file, tuple((clip.character, clip.name, clip.frames) for clip in clips), shapes)
+
+    def read(self) -> list[ClipArrays]:
+        """Clips whose arrays are read from disk as they are needed, so that any amount of motion fits. The
+        file is mapped once, since a process may only have so many open."""
+        if not self.clips:
+            return []
+        whole = np.asarray(np.memmap(self.file, np.float32, mode="r"))
+        total, begins = sum(frames for *_, frames in self.clips), 0
+        arrays: dict[str, np.ndarray] = {}
+        for key, shape in self.shapes.items():
+            size = total * math.prod(shape)
+            arrays[key] = whole[begins : begins + size].reshape(total, *shape)
+            begins += size
+        found, first = [], 0
+        for character, name, frames in self.clips:
+            part = {key: array[first : first + frames] for key, array in arrays.items()}
+            found.append(ClipArrays(character, name, part))
+            first += frames
+        return found
 
 
 @contextmanager
@@ -237,17 +271,6 @@ def scratch() -> Iterator[Path]:
         yield Path(folder)
 
 
-def mapped(character: str, stored: StoredClips) -> list[ClipArrays]:
-    """Clips whose arrays are read from disk as they are needed, so that any amount of motion fits."""
-    arrays = {key: np.asarray(np.load(file, mmap_mode="r")) for key, file in stored.files.items()}
-    found, first = [], 0
-    for name, frames in stored.clips:
-        part = {key: array[first : first + frames] for key, array in arrays.items()}
-        found.append(ClipArrays(character, name, part))
-        first += frames
-    return found
-
-
 def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
     """The clips of one character as arrays in files, the number of those left out since their body is
     another one, and those that cannot be used, each with the reason; what a worker process does."""
@@ -255,8 +278,7 @@ def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
     name, asked, data = job["character"], method(job["method"]), dataset(job["dataset"])
     (clips,) = (mine[name] for mine in training_clips(data).values() if name in mine)
     body = _bodies(data, {name: clips})[name]
-    found: dict[str, list[np.ndarray]] = {}
-    listed: list[tuple[str, int]] = []
+    found: list[ClipArrays] = []
     others, unusable = 0, []
     for number in range(len(clips)):
         try:
@@ -268,13 +290,9 @@ def clips_of(job: Mapping[str, Any]) -> tuple[StoredClips, int, list[str]]:
             others += 1
         elif motion.frames > 1:
             arrays = asked.prepare(motion)  # type: ignore[attr-defined]
-            listed.append((clips.names[number], len(next(iter(arrays.values())))))
-            for key, array in arrays.items():
-                found.setdefault(key, []).append(np.asarray(array, np.float32))
-    files = {key: job["folder"] / f"{slug(name)}-{slug(key)}.npy" for key in found}
-    for key, each in found.items():
-        np.save(files[key], np.concatenate(each))
-    return StoredClips(tuple(listed), files), others, unusable
+            arrays = {key: np.asarray(array, np.float32) for key, array in arrays.items()}
+            found.append(ClipArrays(name, clips.names[number], arrays))
+    return StoredClips.write(job["folder"] / slug(name), found), others, unusable
 
 
 def _alike(body: Character, other: Character) -> bool:

@@ -1,11 +1,7 @@
 """Training data out of pairs: clips of one name are the same performance by different characters."""
 
-from collections.abc import Mapping, Sequence
-from pathlib import Path
-from tempfile import mkdtemp
+from collections.abc import Mapping
 from typing import Any
-
-import numpy as np
 
 from retarget_bench.api import optional
 from retarget_bench.errors import NotSupported
@@ -16,10 +12,10 @@ from retarget_bench.motion.character import Character
 from retarget_bench.plugins.registry import files as plugin_files
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.training.clips import Progress
-from retarget_bench.training.data import ClipArrays, StoredClips, TrainingData, mapped, scratch
+from retarget_bench.training.data import ClipArrays, StoredClips, TrainingData, scratch
 from retarget_bench.training.joint_datasets import dataset, split_spec
 
-_GROUPS = 50
+_GROUPS = 100
 """So many performances are one job."""
 
 
@@ -43,51 +39,36 @@ def gather_pairs(data: Spec, trainee: Spec, fps: float, jobs: int, progress: Pro
     clips: dict[str, list[ClipArrays]] = {}
     characters: dict[str, Character] = {}
     with scratch() as folder:
+        found: dict[int, tuple[StoredClips, dict[str, Character]]] = {}
         progress(0, len(payloads))
-        found: dict[int, tuple[dict[str, StoredClips], dict[str, Character]]] = {}
-        for done in LocalPool(jobs).run(performances, [{**each, "folder": folder} for each in payloads]):
+        numbered = [{**each, "file": folder / str(number)} for number, each in enumerate(payloads)]
+        for done in LocalPool(jobs).run(performances, numbered):
             if done.error:
                 raise NotSupported(f"{data}: its training pairs cannot be had: {done.error}")
             found[done.job] = done.result
             progress(len(found), len(payloads))
-        for job in range(len(payloads)):
-            stored, bodies = found[job]
+        for _, (stored, bodies) in sorted(found.items()):
             characters |= bodies
-            for name, each in stored.items():
-                clips.setdefault(name, []).extend(mapped(name, each))
+            for clip in stored.read():
+                clips.setdefault(clip.character, []).append(clip)
     return TrainingData(characters, {name: clips[name] for name in sorted(clips)}, ())
 
 
-def performances(job: Mapping[str, Any]) -> tuple[dict[str, StoredClips], dict[str, Character]]:
-    """Some performances as arrays in files, by character, and the characters: a worker's job."""
+def performances(job: Mapping[str, Any]) -> tuple[StoredClips, dict[str, Character]]:
+    """Some performances as arrays in a file, and their characters: a worker's job."""
     register_plugins(job["plugins"])
     asked: Any = method(job["method"])
     pairs = optional.training_pairs(dataset(job["dataset"]))
     assert pairs is not None
     suffix = f"-{job['part'] + 1}" if job["part"] else ""
-    arrays: dict[str, list[Mapping[str, np.ndarray]]] = {}
-    names: dict[str, list[str]] = {}
+    found: dict[tuple[str, str], ClipArrays] = {}
     characters: dict[str, Character] = {}
-    for first in job["groups"]:
-        for index in range(first, first + pairs.together):
-            pair = pairs[index]
-            for performed in (pair.source, pair.target):
-                body = performed.motion.character
-                key, clip = body.name + suffix, pair.clip + suffix
-                if clip in names.get(key, ()) or asked.unfit(body):
-                    continue
-                characters.setdefault(key, body)
-                names.setdefault(key, []).append(clip)
-                arrays.setdefault(key, []).append(asked.prepare(performed.motion.resample(job["fps"])))
-    return {key: _stored(job["folder"], names[key], arrays[key]) for key in names}, characters
-
-
-def _stored(folder: Path, names: Sequence[str], found: Sequence[Mapping[str, np.ndarray]]) -> StoredClips:
-    """The arrays of one character's clips, in files of their own."""
-    place = Path(mkdtemp(dir=folder))
-    files = {}
-    for key in found[0]:
-        files[key] = place / f"{key}.npy"
-        np.save(files[key], np.concatenate([np.asarray(each[key], np.float32) for each in found]))
-    lengths = [len(next(iter(each.values()))) for each in found]
-    return StoredClips(tuple(zip(names, lengths, strict=True)), files)
+    for index in (first + number for first in job["groups"] for number in range(pairs.together)):
+        pair = pairs[index]
+        for motion in (pair.source.motion, pair.target.motion):
+            name, clip = motion.character.name + suffix, pair.clip + suffix
+            if (name, clip) not in found and not asked.unfit(motion.character):
+                arrays = asked.prepare(motion.resample(job["fps"]))
+                found[name, clip] = ClipArrays(name, clip, arrays)
+                characters.setdefault(name, motion.character)
+    return StoredClips.write(job["file"], list(found.values())), characters

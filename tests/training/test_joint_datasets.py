@@ -173,10 +173,11 @@ def test_a_worker_knows_no_more_than_the_spec(gathered, tmp_path):
     plan._dataset.cache_clear()
     stored, others, unusable = clips_of(sent)
     assert (others, unusable) == (0, [])
-    assert stored.clips == tuple((clip.name, clip.frames) for clip in here)
+    assert stored.clips == tuple(("tall-2", clip.name, clip.frames) for clip in here)
     assert {clip.character for clip in here} == {"tall-2"}
-    roots = np.concatenate([clip.arrays["root"] for clip in here])
-    assert (np.load(stored.files["root"]) == roots).all()
+    for clip, read in zip(here, stored.read(), strict=True):
+        assert clip.arrays.keys() == read.arrays.keys()
+        assert all(np.array_equal(read.arrays[key], clip.arrays[key]) for key in clip.arrays)
 
 
 def test_clips_that_cannot_be_used_are_left_out_with_the_reason(gathered, monkeypatch):
