@@ -11,6 +11,7 @@ import pytest
 
 from retarget_bench.evaluation import plan, runner, worker
 from retarget_bench.evaluation.process_pool import Done
+from retarget_bench.results.store import ResultPaths
 
 
 class InThisProcess:
@@ -44,3 +45,10 @@ def in_process(request: pytest.FixtureRequest) -> Iterator[None]:
     """``without_processes``, but for tests that are marked ``processes``."""
     with nullcontext() if request.node.get_closest_marker("processes") else without_processes():
         yield
+
+
+def run_here(wanted: plan.Plan) -> list[ResultPaths]:
+    """The results of a run without worker processes."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(runner, "LocalPool", InThisProcess)
+        return runner.run(wanted, lambda done, total: None)

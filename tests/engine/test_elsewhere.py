@@ -109,7 +109,7 @@ def test_odd_arrays_are_named_with_their_file(tmp_path, cases):
     predict.write_prediction(paths[5], cases[5].reference, "")
     bvh.write(paths[5].with_suffix(".bvh"), cases[5].reference)
     messages = {entry.case: entry.message for entry in score(folder, tmp_path / "runs").entries}
-    wanted = ["not unit", "not unit", "(frames, 9, 4)", "fps is", "lacks the joints", "remove one"]
+    wanted = ["not unit", "not unit", "(12, 9, 4)", "fps is", "lacks the joints", "remove one"]
     for case, path, words in zip(cases, paths, wanted, strict=True):
         assert words in messages[case.info.id], messages[case.info.id]
         assert "not unit" in words or path.name[:-4] in messages[case.info.id]

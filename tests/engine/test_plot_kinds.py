@@ -352,10 +352,10 @@ def test_names_are_one_line_that_legends_show(name, told):
         (["pairs", "-o", "a.jpg"], "pictures are written as .png, .pdf, .svg"),
         (
             ["speed", "-o", "a.png", "-s", "self"],
-            "results of data (cross): ask for them by -s cross",
+            "there are those of data (cross): choose by -d and -s",
         ),
-        (["joints", "-o", "a.png", "-s", "intra"], "ask for them by -s cross"),
-        (["kinds", "-o", "a.png", "-d", "b", "-s", "self"], "ask for them by -d data -s cross"),
+        (["joints", "-o", "a.png", "-s", "intra"], "data (cross)"),
+        (["kinds", "-o", "a.png", "-d", "b", "-s", "self"], "no results of b in"),
     ],
 )
 def test_what_cannot_be_drawn_is_a_sentence(results, tmp_path, monkeypatch, capsys, arguments, words):

@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
-from tests.in_process import InThisProcess
+from tests.in_process import run_here
 from tests.viewing.viewing_toys.toy_moves import DOG, PERSON, body, moving
 
 HERE = Path(__file__).parent
@@ -52,4 +51,4 @@ def ran(folder: Path, root: Path, methods: Iterable[str], splits: tuple[str, ...
         metrics=("position", "slide", "smoothness"),
         root=root,
     )
-    return runner.run(plan, lambda done, total: None, InThisProcess())
+    return run_here(plan)

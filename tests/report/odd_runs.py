@@ -8,12 +8,11 @@ from pathlib import Path
 from click.testing import CliRunner
 
 from retarget_bench.cli import group
-from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
-from tests.in_process import InThisProcess
+from tests.in_process import run_here
 
 HERE = Path(__file__).parent
 LABEL = "<script>alert('m')</script> & \"q\""
@@ -31,7 +30,7 @@ def ran(root: Path) -> list[ResultPaths]:
         metrics=("position", "growth", "pan_contact"),
         root=root,
     )
-    places = runner.run(plan, lambda done, total: None, InThisProcess())
+    places = run_here(plan)
     for place in places:
         header = json.loads(place.header.read_text(encoding="utf-8"))
         if "positions" in header["method"]["label"]:

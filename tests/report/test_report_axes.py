@@ -11,12 +11,11 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from retarget_bench.evaluation import runner
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from tests.engine import stored
-from tests.in_process import InThisProcess
+from tests.in_process import run_here
 from tests.report.odd_runs import bench, report
 
 TOYS = Path(__file__).parents[1] / "tasks" / "toys" / "toy_people.py"
@@ -34,7 +33,7 @@ def carried_out(root: Path, task: str, *methods: str) -> None:
         task=task,
         root=root,
     )
-    runner.run(plan, lambda done, total: None, InThisProcess())
+    run_here(plan)
 
 
 def table(root: Path, task: str, *more: str) -> list[dict[str, str]]:

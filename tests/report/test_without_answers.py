@@ -46,7 +46,7 @@ def test_a_picture_of_nothing_is_not_drawn(failed, tmp_path, kind):
 
 def test_splits_that_are_not_there_are_told_beside_those_that_are(failed, tmp_path):
     with pytest.raises(
-        BenchError, match=r"no results of cross in .*; there are results of toy_moves \(intra\)"
+        BenchError, match=r"no results of cross in .*; there are those of toy_moves \(intra\)"
     ):
         bench("plot", "pairs", failed, "-s", "cross", "-o", tmp_path / "nothing.png")
 

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from retarget_bench.evaluation import runner as run
 from retarget_bench.evaluation.plan import Plan
 from retarget_bench.motion import bvh
 from retarget_bench.plugins import registry
 from retarget_bench.plugins.spec import Spec
 from retarget_bench.results.store import ResultPaths
-from tests.in_process import InThisProcess
+from tests.in_process import run_here
 from tests.viewing.viewing_toys.toy_moves import PERSON, body, moving
 
 HERE = Path(__file__).parent
@@ -34,7 +33,7 @@ def ran(root: Path, *does: str, data: str = "toy_moves") -> list[ResultPaths]:
         metrics=("position",),
         root=root,
     )
-    return run.run(plan, lambda done, total: None, InThisProcess())
+    return run_here(plan)
 
 
 def bvh_file(path: Path, frames: int, fps: float = 30.0, joints: dict = PERSON) -> Path:
