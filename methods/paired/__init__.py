@@ -50,6 +50,7 @@ class Paired(LearnedMethod):
             name="paired",
             summary="Copied rotations corrected by a network that learned from exact pairs, with feet held",
             version="1",
+            default=False,
             parameters={
                 "weights": "name of shipped weights, or a path to others",
                 "feet": "hold ankles and toes where the source holds them (true, false)",
