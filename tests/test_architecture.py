@@ -156,8 +156,8 @@ def test_the_order_of_imports_is_written_down():
 
 
 WORDS = {
-    *("cmu", "contact", "fit", "folder", "ground", "growth", "identity", "papers", "plant", "position"),
-    *("reference", "rotation", "slide", "smoothness", "touch", "restoration"),
+    *("cmu", "contact", "fit", "folder", "ground", "growth", "identity", "paired", "papers", "plant"),
+    *("position", "reference", "rotation", "slide", "smoothness", "touch", "restoration"),
 }
 """Names of plug-ins that are words of the field as well."""
 
