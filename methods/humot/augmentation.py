@@ -12,7 +12,7 @@ import numpy as np
 from retarget_bench.motion import rotation
 from retarget_bench.motion.roles import SIDES
 
-from .features import Body
+from .features import HumotBody
 
 REGION, BONE = 0.2, 0.15
 """Deviations of the logarithm of lengths: of all bones of the arms, legs or trunk, and of each pair."""
@@ -42,7 +42,7 @@ class Build:
 
 
 @lru_cache(maxsize=1024)
-def build(body: Body) -> Build:
+def build(body: HumotBody) -> Build:
     count = len(body.joints)
     chains = np.eye(count)
     for joint, parent in enumerate(body.parents):
@@ -70,7 +70,7 @@ def _sideless(role: str) -> str:
     return part if side in SIDES else role
 
 
-def proportions(numbers: np.random.Generator, body: Body) -> np.ndarray:
+def proportions(numbers: np.random.Generator, body: HumotBody) -> np.ndarray:
     """``(joints,)`` what the bone to each joint is longer by; both sides alike, half of the time 1."""
     mine = build(body)
     if numbers.random() < OWN:
@@ -80,13 +80,13 @@ def proportions(numbers: np.random.Generator, body: Body) -> np.ndarray:
     return np.asarray(np.exp(regions + bones).clip(*LIMITS))
 
 
-def reproportion(positions: np.ndarray, factors: np.ndarray, body: Body) -> np.ndarray:
+def reproportion(positions: np.ndarray, factors: np.ndarray, body: HumotBody) -> np.ndarray:
     """``(..., joints, 3)``: bones longer by factors, in the directions that they had, about the hips."""
     bones = positions - positions[..., list(body.parents), :]
     return np.asarray(positions[..., :1, :] + build(body).chains @ (factors[:, None] * bones))
 
 
-def rotate_limbs(numbers: np.random.Generator, positions: np.ndarray, body: Body) -> np.ndarray:
+def rotate_limbs(numbers: np.random.Generator, positions: np.ndarray, body: HumotBody) -> np.ndarray:
     """``(frames, joints, 3)``: some limbs turned as a whole about where they begin, all frames alike."""
     found = positions.copy()
     for joint, below, reach in build(body).limbs:

@@ -24,7 +24,7 @@ LOW = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class HumotBody:
     """joints: indices of those seen, the hips first. parents: ``(joints,)`` among them, -1 for the first.
 
     template: ``(joints, 3)`` metres, Z up, the hips at the origin.
@@ -101,14 +101,16 @@ class Body:
 
 
 @lru_cache(maxsize=1024)
-def body(character: Character) -> Body:
+def body(character: Character) -> HumotBody:
     """Of a part of a body without its hips, all joints: it can be read, and not written.
 
     Raises SkeletonError where a whole character has no hips or nothing below them."""
     hipless = character.whole is not None and "hips" not in character.joint_of
     joints = tuple(structure_joints(character).tolist()) if hipless else body_joints(character)
     template = upright(aligned.template(character)[list(joints)])
-    return Body(character, joints, parents_among(character.skeleton.parents.tolist(), joints), template)
+    return HumotBody(
+        character, joints, parents_among(character.skeleton.parents.tolist(), joints), template
+    )
 
 
 def parents_among(parents: Sequence[int], joints: Sequence[int]) -> tuple[int, ...]:
@@ -126,8 +128,8 @@ def parents_among(parents: Sequence[int], joints: Sequence[int]) -> tuple[int, .
 def stature(template: np.ndarray, heights: np.ndarray) -> float:
     """Metres from the ankles to the shoulders of a neutral pose ``(joints, 3)``; 0 where nothing tells.
 
-    heights: ``(joints,)`` see ``Body.heights``. A body without arms, or without legs, is as tall as others
-    that are like it in what it has: the legs of an adult are not a small body to be enlarged.
+    heights: ``(joints,)`` see ``HumotBody.heights``. A body without arms, or without legs, is as tall as
+    others that are like it in what it has: the legs of an adult are not a small body to be enlarged.
     """
     known = np.isfinite(heights)
     usual = float(np.ptp(heights[known])) if known.any() else 0.0

@@ -12,7 +12,7 @@ from retarget_bench.motion import rates, root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion, Positions
 
-from .features import Body, blank, body, headings, rotated, size_factor
+from .features import HumotBody, blank, body, headings, rotated, size_factor
 from .network import Autoencoder
 from .settings import Windows
 
@@ -34,8 +34,8 @@ class Question:
     source: Motion | Positions
     frames: int
     positions: np.ndarray
-    actor: Body
-    body: Body
+    actor: HumotBody
+    body: HumotBody
     actor_size: float
     body_size: float
     ratio: float

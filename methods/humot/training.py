@@ -14,7 +14,7 @@ from retarget_bench.training.data import ClipArrays, TrainingData
 from retarget_bench.training.layers import exported
 
 from .augmentation import proportions, reproportion, rotate_limbs
-from .features import Body, blank, headings, parents_among, rotated, size_factor, stature
+from .features import HumotBody, blank, headings, parents_among, rotated, size_factor, stature
 from .losses import losses
 from .network import Autoencoder
 from .settings import Design, Settings
@@ -39,7 +39,7 @@ class HumotTraining:
         self,
         training_data: TrainingData,
         config: TrainingConfig,
-        bodies: Mapping[str, Body],
+        bodies: Mapping[str, HumotBody],
         design: Design,
         settings: Settings,
         build: Callable[[Mapping[str, Tensor]], Method],
@@ -79,7 +79,7 @@ class HumotTraining:
         return {"frames": windows.mask, "given": given, "asked": asked}
 
     def _performed(
-        self, numbers: np.random.Generator, body: Body, positions: np.ndarray
+        self, numbers: np.random.Generator, body: HumotBody, positions: np.ndarray
     ) -> tuple[Performance, Performance]:
         """A window as it is given and as it is asked for: one path of the hips, without the mean of the
         given major joints over the window."""
@@ -95,7 +95,7 @@ class HumotTraining:
         return Performance(given.positions - centre, given.template), asked
 
     def _shaped(
-        self, numbers: np.random.Generator, body: Body, positions: np.ndarray, template: np.ndarray
+        self, numbers: np.random.Generator, body: HumotBody, positions: np.ndarray, template: np.ndarray
     ) -> Performance:
         """By a body of other proportions, and of the usual size, as chosen."""
         if self._settings.varied:
@@ -122,7 +122,7 @@ class HumotTraining:
     def _parts(
         self,
         numbers: np.random.Generator,
-        bodies: Sequence[Body],
+        bodies: Sequence[HumotBody],
         performed: Sequence[Performance],
     ) -> dict[str, np.ndarray]:
         """One draw of every row's joints, side by side, zeros behind them."""

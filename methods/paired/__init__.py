@@ -14,7 +14,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from .features import Body, unfit
+from .features import RoleBody, unfit
 from .inference import retargeted
 from .network import Corrector
 from .training import PairedTraining
@@ -62,7 +62,7 @@ class Paired(LearnedMethod):
         return unfit(character)
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
-        return Body(motion.character).see(motion)
+        return RoleBody(motion.character).see(motion)
 
     def training_module(self, training_data: TrainingData, config: TrainingConfig) -> PairedTraining:
         def trained(tensors: Mapping[str, Tensor]) -> Method:

@@ -25,7 +25,7 @@ _TOES = (1, 3)
 
 
 def mirrored(arrays: Mapping[str, np.ndarray]) -> Arrays:
-    """A motion (as ``Body.see`` gives it) of the mirrored body."""
+    """A motion (as ``RoleBody.see`` gives it) of the mirrored body."""
     return {
         "rotations": arrays["rotations"][:, MIRRORED] * np.array([1, 1, -1, -1], np.float32),
         "hips": arrays["hips"] * _FLIPPED,

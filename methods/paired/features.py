@@ -38,7 +38,7 @@ SMOOTHING = 3.0
 def unfit(character: Character) -> str:
     """Reason why a body cannot be seen over the 22 roles, as a sentence; "" where it can."""
     try:
-        found = Body(character)
+        found = RoleBody(character)
         parents = found.parents
     except SkeletonError as error:
         return str(error)
@@ -57,7 +57,7 @@ def _present_parent(rank: int, present: tuple[int, ...]) -> int:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class RoleBody:
     """A body over the 22 roles. Raises SkeletonError where it lacks hips, head, arms or legs."""
 
     character: Character

@@ -7,7 +7,7 @@ from retarget_bench.motion import rates, transfer
 from retarget_bench.motion.character import Character, interpolated
 from retarget_bench.motion.motion import Motion
 
-from .features import FPS, Body
+from .features import FPS, RoleBody
 from .feet import planted_goals
 from .network import Correction, Corrector, copy_of, goals_of, seen
 from .pose import posed
@@ -21,7 +21,7 @@ def retargeted(network: Corrector, source: Motion, target: Character, feet: bool
 
     feet: hold them where the source's feet rest.
     """
-    theirs, ours = Body(source.character), Body(target)
+    theirs, ours = RoleBody(source.character), RoleBody(target)
     bodies = [_sizes(theirs, torch.float32), _sizes(ours, torch.float32)]
     thirty = rates.at_thirty(source)
     assert isinstance(thirty, Motion)
@@ -44,11 +44,11 @@ def retargeted(network: Corrector, source: Motion, target: Character, feet: bool
     return target.motion(rotations, root, source.fps)
 
 
-def _arrays(body: Body, motion: Motion) -> dict[str, Tensor]:
+def _arrays(body: RoleBody, motion: Motion) -> dict[str, Tensor]:
     return {name: torch.from_numpy(array)[None] for name, array in body.see(motion).items()}
 
 
-def _sizes(body: Body, dtype: torch.dtype) -> dict[str, Tensor]:
+def _sizes(body: RoleBody, dtype: torch.dtype) -> dict[str, Tensor]:
     return {
         "offsets": torch.from_numpy(body.offsets)[None].to(dtype),
         "lengths": torch.from_numpy(body.lengths)[None].to(dtype),

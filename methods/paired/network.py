@@ -136,7 +136,7 @@ Arrays = Mapping[str, Tensor]
 def seen(tree: Tree, motion: Arrays, source: Arrays, target: Arrays) -> tuple[Tensor, Tensor]:
     """What the network sees of a motion ``(rows, frames, SEEN)`` and of both bodies ``(rows, BODIES)``.
 
-    motion: ``rotations``, ``hips``, ``turn``, ``planted`` as ``Body.see`` gives them. source, target:
+    motion: ``rotations``, ``hips``, ``turn``, ``planted`` as ``RoleBody.see`` gives them. source, target:
     ``offsets`` ``(rows, 22, 3)`` and ``lengths`` ``(rows, 2)``.
     """
     rotations, turn = motion["rotations"], motion["turn"]

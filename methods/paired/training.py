@@ -17,7 +17,7 @@ from retarget_bench.training.layers import exported
 
 from . import losses
 from .augmentation import mirrored, mirrored_bones, spare, without
-from .features import Body
+from .features import RoleBody
 from .network import Corrector, applied, seen
 
 WEIGHTS = {
@@ -58,7 +58,7 @@ class PairedTraining:
         if not self._performances:
             raise NotSupported("paired learns from the same performance by two bodies, and there is none")
         self._ends = np.cumsum([clips[0].frames for clips in self._performances])
-        bodies = {name: Body(training_data.characters[name]) for name in training_data.clips}
+        bodies = {name: RoleBody(training_data.characters[name]) for name in training_data.clips}
         self._bodies = {name: (body.offsets, body.lengths) for name, body in bodies.items()}
         self._window, self._trained = config.window, trained
         self.network, self.average = network, deepcopy(network).requires_grad_(False)

@@ -19,7 +19,7 @@ from retarget_bench.training.config import TrainingConfig
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.learned_method import LearnedMethod
 
-from .body import FOUR, Assignment, Body, aligned, assign, structure_key
+from .body import FOUR, Assignment, PanBody, aligned, assign, structure_key
 from .features import unfit
 from .layout import Layout, parts_of
 from .settings import BETWEEN_LEGS, PARAMETERS, SETTINGS, Overrides, Settings, Variant
@@ -51,7 +51,7 @@ def _row(label: str, parameters: dict[str, bool | float], intra: str, cross: str
 ABLATIONS = {
     "table5": Ablation(
         title="PAN: what its parts and losses do",
-        paper="Pose-aware Attention Network for Flexible Motion Retargeting by Body Part, Table 5",
+        paper="Pose-aware Attention Network for Flexible Motion Retargeting by PanBody Part, Table 5",
         columns=_COLUMNS,
         rows=(
             _row("ours", {}, "0.50", "1.62"),
@@ -135,7 +135,7 @@ class Pan(LearnedMethod):
             summary="Attention by body part: codes that any structure with these parts can decode",
             version="1",
             paper="Hu, Zhang, Zhong, Jiang, Xia: Pose-aware Attention Network for Flexible Motion "
-            "Retargeting by Body Part, TVCG 2023",
+            "Retargeting by PanBody Part, TVCG 2023",
             needs=("target_motions",) if privileged else (),
             parameters=PARAMETERS,
         )
@@ -168,7 +168,7 @@ class Pan(LearnedMethod):
             raise NotSupported(
                 f"windows of pan are a multiple of 4 and 16 or more, and not {config.window}"
             )
-        bodies: dict[str, dict[str, Body]] = {}
+        bodies: dict[str, dict[str, PanBody]] = {}
         for name in sorted(training_data.clips):
             body = self._own(training_data.characters[name])
             mine = bodies.setdefault(structure_key(body.character), {})
@@ -186,13 +186,13 @@ class Pan(LearnedMethod):
 
         return PanTraining(training_data, config, bodies, self.settings, trained)
 
-    def _own(self, character: Character) -> Body:
+    def _own(self, character: Character) -> PanBody:
         """The character in its own structure's layout."""
         mine = aligned(character)
         layout = Layout.of(
             mine.skeleton.parents.tolist(), mine.roles, self._part_map, character.four_legged
         )
-        return Body(character, layout, mine.joints)
+        return PanBody(character, layout, mine.joints)
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:

@@ -32,7 +32,7 @@ def aligned(character: Character) -> Aligned:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class PanBody:
     """A character's joints in the order of a layout's.
 
     joints: ``(joints of the layout,)`` the character's, -1 where it has none: there the layout has a bone
@@ -151,19 +151,19 @@ def _mean(turned: np.ndarray) -> np.ndarray:
     return np.asarray(rotation.normalise(total))
 
 
-def in_layout(character: Character, layout: Layout) -> Body:
+def in_layout(character: Character, layout: Layout) -> PanBody:
     """The character in this layout: joint for joint where it is of that structure, else by roles.
 
     Joints without a role are matched by their order between joints with one."""
     mine = aligned(character)
     if tuple(mine.skeleton.parents.tolist()) == layout.parents and mine.roles == layout.roles:
-        return Body(character, layout, mine.joints)
+        return PanBody(character, layout, mine.joints)
     found = [character.joint_of.get(role, -1) if role else -1 for role in layout.roles]
     kept = [joint if joint in mine.joints else -1 for joint in found]
     for rank in range(len(kept)):
         if kept[rank] >= 0:
             _between(character, layout, rank, kept)
-    return Body(character, layout, tuple(kept))
+    return PanBody(character, layout, tuple(kept))
 
 
 def _between(character: Character, layout: Layout, rank: int, found: list[int]) -> None:
@@ -193,7 +193,7 @@ class Assignment:
     """A skeleton assignment: the key of a trained structure, and a character in its layout."""
 
     structure: str
-    body: Body
+    body: PanBody
 
     @property
     def note(self) -> str:
@@ -229,7 +229,7 @@ def assign(character: Character, structures: Mapping[str, Structure]) -> Assignm
     return Assignment(best, body)
 
 
-def _misfit(body: Body) -> tuple[int, int]:
+def _misfit(body: PanBody) -> tuple[int, int]:
     """How many of the body's joints the layout lacks, and of the layout's the body."""
     known = {joint for joint in body.joints if joint >= 0}
     return len(set(aligned(body.character).joints) - known), sum(joint < 0 for joint in body.joints)

@@ -11,7 +11,7 @@ from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.motion.rates import FPS
 
-from .body import Body
+from .body import PanBody
 
 CENTIMETRE = 0.01
 """Metres: the unit of the published networks."""
@@ -53,12 +53,12 @@ class Features:
         """Metres."""
         return character.measures.hip_height / MIDDLING if self.lengths == "body" else CENTIMETRE
 
-    def bones(self, body: Body) -> np.ndarray:
+    def bones(self, body: PanBody) -> np.ndarray:
         """``(edges + 1, 3)`` float32, in units; zero for the root."""
         bones = np.concatenate([body.bones, np.zeros((1, 3))])
         return (bones / self.unit(body.character)).astype(np.float32)
 
-    def see(self, motion: Motion, body: Body) -> Mapping[str, np.ndarray]:
+    def see(self, motion: Motion, body: PanBody) -> Mapping[str, np.ndarray]:
         """A motion at 30 frames per second as arrays ``(frames, ...)``.
 
         edges: ``(edges + 1, 4)`` rotations, and the root's channels in the last row.
@@ -89,7 +89,7 @@ class Features:
 
     def motion(
         self,
-        body: Body,
+        body: PanBody,
         edges: np.ndarray,
         source: Mapping[str, np.ndarray],
         ratio: float,
@@ -99,7 +99,7 @@ class Features:
         """The motion that an answer ``(frames, edges + 1, 4)`` means.
 
         source: what ``see`` gave of the source. ratio: what the place where its hips begin is scaled by,
-        metres of the target per unit of the source. ends: see ``Body.motion``.
+        metres of the target per unit of the source. ends: see ``PanBody.motion``.
         """
         edges = np.asarray(edges, dtype=np.float64)
         root, unit = edges[:, -1], self.unit(body.character)

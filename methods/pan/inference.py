@@ -16,7 +16,7 @@ from retarget_bench.motion import rates
 from retarget_bench.motion.character import Character, interpolated
 from retarget_bench.motion.motion import Motion
 
-from .body import Assignment, Body
+from .body import Assignment, PanBody
 from .network import body_parts
 from .structure import Structure, arranged
 from .training_data import statistics_of
@@ -44,8 +44,8 @@ class _Question:
 
     source: Motion
     seen: Mapping[str, np.ndarray]
-    actor: Body
-    body: Body
+    actor: PanBody
+    body: PanBody
     tips: np.ndarray | None
     statistics: tuple[Tensor, Tensor]
 
@@ -146,7 +146,7 @@ def _lengthened(edges: np.ndarray) -> np.ndarray:
     return np.pad(edges, ((0, 0), (0, wanted - frames), (0, 0), (0, 0)), mode="edge").astype(np.float32)
 
 
-def _tips(source: Motion, actor: Body, body: Body) -> np.ndarray:
+def _tips(source: Motion, actor: PanBody, body: PanBody) -> np.ndarray:
     """Local rotations of ends of chains ``(frames, joints of the target's layout, 4)``, copied by role.
 
     At rest where the source has no such joint, or where it belongs to no part.

@@ -9,7 +9,7 @@ from torch.nn import functional
 from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree, forward
 
-from .body import Body
+from .body import PanBody
 from .features import Root
 from .layout import Layout, Parts
 from .network import Decoder, Encoder, SkeletonEncoder, body_parts, convolved_parts, written
@@ -202,13 +202,13 @@ def _meaning(layout: Layout, edge: int, part: int) -> Hashable:
 class Kinematics:
     """Forward kinematics of one structure (eq. 13): rotations of edges to joint positions."""
 
-    def __init__(self, body: Body) -> None:
+    def __init__(self, body: PanBody) -> None:
         """body: any of the structure."""
         layout = body.layout
         self._tree = Tree.of(body.chains)
         self._above, self._ends = torch.from_numpy(layout.above), torch.from_numpy(layout.ends)
         self._parents = torch.from_numpy(layout.turned)
-        # the nodes of ``Body.chains`` at the joints: the first that leaves each, or the end there
+        # the nodes of ``PanBody.chains`` at the joints: the first that leaves each, or the end there
         nodes = [0, *layout.turned, *(layout.ends + 1)]
         self._node = torch.tensor([nodes.index(joint) for joint in range(len(layout.parents))])
 

@@ -14,7 +14,7 @@ from retarget_bench.training.contract import Batch, Phase, Terms
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers import exported
 
-from .body import Body
+from .body import PanBody
 from .losses import Answer, Discriminators, Objective
 from .settings import Settings
 from .structure import Kinematics, Structure, arranged, by_structure, matching, share_initialisation, world
@@ -35,7 +35,7 @@ class PanTraining:
         self,
         training_data: TrainingData,
         config: TrainingConfig,
-        bodies: Mapping[str, Mapping[str, Body]],
+        bodies: Mapping[str, Mapping[str, PanBody]],
         settings: Settings,
         build: Callable[[Mapping[str, Tensor]], Method],
     ) -> None:

@@ -10,7 +10,7 @@ from torch import Tensor
 from retarget_bench.training.data import TrainingData
 from retarget_bench.training.layers.normaliser import statistics
 
-from .body import Body
+from .body import PanBody
 from .features import Features
 from .structure import Structure
 
@@ -31,7 +31,7 @@ class Windows:
         self,
         training_data: TrainingData,
         frames: int,
-        bodies: Mapping[str, Mapping[str, Body]],
+        bodies: Mapping[str, Mapping[str, PanBody]],
         features: Features,
         backwards: bool,
         by_character: bool,

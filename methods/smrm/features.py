@@ -50,7 +50,7 @@ def unfit(character: Character) -> str:
 
 
 @dataclass(frozen=True, eq=False)
-class Body:
+class SmrmBody:
     """A body as the networks see it.
 
     unit:    metres that every length is divided by. offsets: ``(22, 3)`` bones, in units.
@@ -71,13 +71,13 @@ class Features:
     root: Root
     yaw: Yaw
 
-    def body(self, character: Character) -> Body:
+    def body(self, character: Character) -> SmrmBody:
         aligned = Aligned(character, reduce(character, "body22").joints)
         unit = character.measures.hip_height if self.normalisation == "body" else 1.0
         offsets = (aligned.offsets / unit).astype(np.float32)
         still, none = rotation.identity(1, JOINTS), np.zeros((1, 3))
         resting = kinematics.forward(aligned.skeleton, still, none)[0][0] / unit
-        return Body(aligned, unit, offsets, resting.astype(np.float32))
+        return SmrmBody(aligned, unit, offsets, resting.astype(np.float32))
 
     def see(self, source: Prediction) -> Mapping[str, np.ndarray]:
         """A source at 30 fps as arrays ``(frames, ...)`` float64, lengths in the body's unit.
@@ -108,7 +108,7 @@ class Features:
             "turn": np.stack([turn.real, turn.imag], axis=-1),
         }
 
-    def _rotations(self, body: Body, motion: Motion, turn: np.ndarray) -> np.ndarray:
+    def _rotations(self, body: SmrmBody, motion: Motion, turn: np.ndarray) -> np.ndarray:
         rotations = np.array(body.aligned.see(motion)[0])
         if self.yaw == "removed":
             rotations[:, 0] = rotation.multiply(facing.rotation(turn.conj()), rotations[:, 0])
@@ -154,7 +154,7 @@ class Features:
 
     def motion(
         self,
-        body: Body,
+        body: SmrmBody,
         rotations: np.ndarray,
         moves: np.ndarray,
         source: Mapping[str, np.ndarray],

@@ -13,7 +13,7 @@ from retarget_bench.motion import rates, root_rules, transfer
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 
-from .features import JOINTS, Body, Features
+from .features import JOINTS, Features, SmrmBody
 from .network import MOVES, Generator
 
 CHUNK = 256
@@ -26,7 +26,7 @@ class _Row:
 
     seen: Mapping[str, np.ndarray]
     moves: np.ndarray
-    body: Body
+    body: SmrmBody
     start: np.ndarray
     rotations: np.ndarray
     moved: np.ndarray

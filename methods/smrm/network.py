@@ -58,7 +58,7 @@ class Generator(nn.Module):
     ) -> tuple[Answer, Tensor]:
         """The answer in the target's units, and the decoder's state after it.
 
-        offsets, resting: ``(rows, 22, 3)`` of the target, see ``Body``.
+        offsets, resting: ``(rows, 22, 3)`` of the target, see ``SmrmBody``.
         """
         body = self.scale.normalise("resting", resting.flatten(-2)).unsqueeze(1)
         hidden, after = self.decoder(torch.cat([body.expand(-1, codes.shape[1], -1), codes], -1), state)

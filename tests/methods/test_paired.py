@@ -10,7 +10,7 @@ from torch import Tensor
 from retarget_bench.api import optional
 from retarget_bench.evaluation.plan import dataset
 from retarget_bench.methods.paired import Paired, augmentation, pose
-from retarget_bench.methods.paired.features import BODY22, FEET, PARENTS, Body, unfit
+from retarget_bench.methods.paired.features import BODY22, FEET, PARENTS, RoleBody, unfit
 from retarget_bench.methods.paired.inference import correction, retargeted
 from retarget_bench.methods.paired.network import Corrector, applied, copy_of, goals_of, seen
 from retarget_bench.methods.paired.training import PairedTraining
@@ -37,7 +37,7 @@ def material() -> TrainingData:
             name = source.character.name
             if all(clip.name != pairs[first].clip for clip in clips.get(name, [])):
                 characters[name] = source.character
-                arrays = Body(source.character).see(source)
+                arrays = RoleBody(source.character).see(source)
                 clips.setdefault(name, []).append(ClipArrays(name, pairs[first].clip, arrays))
     return TrainingData(characters, clips)
 
@@ -127,7 +127,7 @@ def positions(arrays: Mapping[str, np.ndarray], offsets: np.ndarray) -> np.ndarr
 
 def test_mirrored_motion_is_the_mirror_image(material: TrainingData) -> None:
     name = min(material.clips)
-    arrays, offsets = material.clips[name][0].arrays, Body(material.characters[name]).offsets
+    arrays, offsets = material.clips[name][0].arrays, RoleBody(material.characters[name]).offsets
     image = positions(augmentation.mirrored(arrays), augmentation.mirrored_bones(offsets))
     other = [BODY22.index(_other_side(role)) for role in BODY22]
     assert np.allclose(image, positions(arrays, offsets)[:, other] * [-1, 1, 1], atol=1e-5)
@@ -142,7 +142,7 @@ def _other_side(role: str) -> str:
 
 def test_a_body_without_joints_keeps_the_others_where_those_did_not_turn(material: TrainingData) -> None:
     name = min(material.clips)
-    arrays, offsets = dict(material.clips[name][0].arrays), Body(material.characters[name]).offsets
+    arrays, offsets = dict(material.clips[name][0].arrays), RoleBody(material.characters[name]).offsets
     gone = [BODY22.index(role) for names in augmentation.SPARED.values() for role in names]
     arrays["rotations"] = arrays["rotations"].copy()
     arrays["rotations"][:, gone] = (1, 0, 0, 0)
@@ -162,7 +162,7 @@ def test_no_training_body_has_the_joints_of_the_held_out_structure() -> None:
 
 # ------------------------------------------------------------------------------------------------ training
 def test_a_row_is_one_performance_by_two_bodies(training: PairedTraining, material: TrainingData) -> None:
-    of = {Body(each).offsets.tobytes(): name for name, each in material.characters.items()}
+    of = {RoleBody(each).offsets.tobytes(): name for name, each in material.characters.items()}
     training_rows = [training._row(np.random.default_rng(seed)) for seed in range(40)]
     plain = [row for row in training_rows if row["source"]["offsets"].tobytes() in of]
     assert plain
@@ -266,7 +266,7 @@ def test_any_length_and_rate_on_bodies_that_lack_joints(frames: int, fps: float)
 def test_chunks_change_nothing(monkeypatch: pytest.MonkeyPatch) -> None:
     case = _case()
     network = loosened(Corrector()).eval()
-    bodies = [Body(each) for each in (case.source.character, case.target)]
+    bodies = [RoleBody(each) for each in (case.source.character, case.target)]
     arrays = {name: torch.from_numpy(each)[None] for name, each in bodies[0].see(case.source).items()}
     sizes = [
         {"offsets": torch.from_numpy(body.offsets)[None], "lengths": torch.from_numpy(body.lengths)[None]}
