@@ -6,7 +6,7 @@ from pathlib import Path
 
 
 class BenchError(Exception):
-    """What was wrong, where, and what to do about it, in one sentence or two."""
+    """An error told in a sentence or two: what was wrong, where, and what to do about it."""
 
 
 class FileError(BenchError):
@@ -32,7 +32,7 @@ class NotSupported(BenchError):
 
 
 class Unusable(BenchError):
-    """What making a clip raises where nothing can be learnt from it. Training goes on without it, and says
+    """Raised by a clip that nothing can be learnt from. Training goes on without it, and says
     why."""
 
     def __init__(self, clip: str, why: str) -> None:

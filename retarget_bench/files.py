@@ -54,7 +54,7 @@ def write_csv(path: str | Path, fields: Sequence[str], rows: Iterable[Sequence[o
 
 
 def cache_folder() -> Path:
-    """Where parsed motions and generated data are kept between runs.
+    """The folder of parsed motions and generated data between runs.
 
     ``RETARGET_BENCH_CACHE``, else ``retarget-bench`` in the user's cache folder; on macOS and Windows
     the one in ``~/.cache`` where an earlier version made it.

@@ -40,7 +40,7 @@ LOWER = 0.03
 
 
 class Takes(Protocol):
-    """What is needed of the data set: whole takes, who performs them, and what identifies them."""
+    """The data set's part in it: whole takes, who performs them, and what identifies them."""
 
     def motion(self, take: str) -> Motion: ...
     def body(self, take: str) -> Character: ...

@@ -27,7 +27,7 @@ REACH = {"arm": np.radians(120.0), "up_leg": np.radians(40.0)}
 
 @dataclass(frozen=True, eq=False)
 class Build:
-    """How a body hangs together.
+    """Tree and sizes of a body.
 
     chains:  ``(joints, joints)``: 1 where the second joint is the first or above it, but for the hips.
     pairs:   ``(joints,)`` which bones, told by the joint they lead to, are of one length: both sides'.

@@ -137,7 +137,7 @@ def stature(template: np.ndarray, heights: np.ndarray) -> float:
 
 
 def size_factor(height: float) -> float:
-    """What a body of this stature is scaled by to be of the usual size; 1 where it has none."""
+    """Factor that brings a body of this stature to the usual size; 1 where it has none."""
     return USUAL / height if height > 0.0 else 1.0
 
 
@@ -147,7 +147,7 @@ def upright(positions: np.ndarray) -> np.ndarray:
 
 
 def unfit(character: Character, read: bool = False) -> str:
-    """What keeps a body from being trained on and written, or from being read; "" if nothing does."""
+    """Reason why a body cannot be trained on and written, or read; "" if there is none."""
     if character.four_legged:
         return f"{character.name} stands on four legs; HuMoT knows bodies on two"
     if not read and "hips" not in character.joint_of:

@@ -105,7 +105,7 @@ class HumotTraining:
         return Performance(size * positions, size * template)
 
     def _turn(self, numbers: np.random.Generator) -> tuple[np.ndarray, np.ndarray]:
-        """What rows of coordinates are multiplied by, ``(3, 3)`` for positions and for the template.
+        """Matrices for rows of coordinates, ``(3, 3)`` for positions and for the template.
 
         A mirrored body is one whose template is mirrored: what lies where says what is left.
         """

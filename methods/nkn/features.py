@@ -76,7 +76,7 @@ def begin(poses: np.ndarray) -> np.ndarray:
 
 @dataclass
 class Path:
-    """Where the bodies of a batch are and where they face; goes on from chunk to chunk.
+    """Places and facing directions of the bodies of a batch; goes on from chunk to chunk.
 
     place: ``(rows, 3)`` metres. turn: ``(rows,)`` unit complex numbers. unit: ``(rows,)`` metres.
     first: nothing came before.

@@ -111,7 +111,7 @@ class Retargeter(Choices, LearnedMethod):
 
     @abstractmethod
     def unfit(self, character: Character) -> str:
-        """Why a character can be neither source nor target nor trained on, as a sentence; "" if it can."""
+        """Reason why a character can be neither source nor target nor trained on; "" if it can."""
 
     def networks(self, device: str = "cpu") -> Mapping[str, Generator]:
         """Structure -> ``Generator``, ready for inference. Raises BenchError where there are no weights."""
@@ -236,7 +236,7 @@ class Retargeter(Choices, LearnedMethod):
 
 @lru_cache(maxsize=1024)
 def common_reasons(character: Character) -> str:
-    """What keeps a body of any structure from being seen by these networks; "" if nothing does."""
+    """Reason why these networks cannot see a body, whatever its structure; "" if there is none."""
     return (
         facing.unknown(character)
         or transfer.reason(character, character)

@@ -198,7 +198,7 @@ class NknTraining:
         return terms
 
     def _show(self, group: Mapping[str, Any], name: str, answers: Tensor, fakes: list[Fake]) -> None:
-        """What the discriminator says of the rows whose source is another body."""
+        """The discriminator's logits for rows whose source is another body."""
         rows = ~group["same"]
         if not bool(rows.any()):
             return

@@ -134,7 +134,7 @@ Arrays = Mapping[str, Tensor]
 
 
 def seen(tree: Tree, motion: Arrays, source: Arrays, target: Arrays) -> tuple[Tensor, Tensor]:
-    """What the network sees of a motion ``(rows, frames, SEEN)`` and of both bodies ``(rows, BODIES)``.
+    """Inputs of the network: of a motion ``(rows, frames, SEEN)`` and of both bodies ``(rows, BODIES)``.
 
     motion: ``rotations``, ``hips``, ``turn``, ``planted`` as ``RoleBody.see`` gives them. source, target:
     ``offsets`` ``(rows, 22, 3)`` and ``lengths`` ``(rows, 2)``.
@@ -175,7 +175,7 @@ def copy_of(tree: Tree, scale: Tensor, motion: Arrays, source: Arrays, target: A
 
 
 def goals_of(correction: Correction, start: Posed, turn: Tensor, target: Arrays) -> Goals:
-    """What a correction of a copied motion asks of the target."""
+    """The target's goals after a correction of a copied motion."""
     height = target["lengths"][:, :1, None]
     hips = start.positions[:, :, 0] + world(correction.hips, turn) * height
     moves = world(correction.limbs, turn[:, :, None]) * height[..., None]

@@ -47,7 +47,7 @@ class Posed(NamedTuple):
 
 @dataclass(frozen=True)
 class Goals:
-    """What is asked of a body. trunk: ``(rows, frames, 10, 4)`` by which the joints of ``TRUNK`` turn more.
+    """Goals of a body. trunk: ``(rows, frames, 10, 4)`` by which the joints of ``TRUNK`` turn more.
     hips: ``(rows, frames, 3)`` metres. feet: ``(rows, frames, 2, 3)`` where ankles go in the world; hands:
     likewise, from the shoulder joint. swivel: ``(rows, frames, 4)`` radians about the line to the goal.
     ends: ``(rows, frames, 4, 4)`` how feet and hands are turned in the world."""

@@ -230,7 +230,7 @@ def assign(character: Character, structures: Mapping[str, Structure]) -> Assignm
 
 
 def _misfit(body: PanBody) -> tuple[int, int]:
-    """How many of the body's joints the layout lacks, and of the layout's the body."""
+    """Number of the body's joints that the layout lacks, and of the layout's that the body lacks."""
     known = {joint for joint in body.joints if joint >= 0}
     return len(set(aligned(body.character).joints) - known), sum(joint < 0 for joint in body.joints)
 

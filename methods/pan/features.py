@@ -46,7 +46,7 @@ class Features:
 
     @property
     def local(self) -> bool:
-        """Whether bodies are seen from where they face."""
+        """True if bodies are seen from where they face."""
         return self.root != "position"
 
     def unit(self, character: Character) -> float:
@@ -123,7 +123,7 @@ class Features:
 
 
 def unfit(character: Character, features: Features) -> str:
-    """Why a body has no such features; "" where it has."""
+    """Reason why a body has no such features; "" where it has."""
     if features.local and (why := facing.unknown(character)):
         return why
     return root_rules.reason(RULE, character, character) or ""

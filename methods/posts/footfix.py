@@ -93,7 +93,7 @@ def ease(share: np.ndarray) -> np.ndarray:
 
 
 def near(rests: np.ndarray, reach: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """How strongly the contacts before and after a frame pull, how far away they are, and where.
+    """Pull of the contacts before and after a frame, their distance, and their frames.
 
     rests: ``(frames, joints)`` bool. reach: frames beyond which a contact does not pull.
     Returns weights, distances in frames (out of reach where there is none) and frames of contact, all

@@ -34,7 +34,7 @@ Yaw = Literal["removed", "kept"]
 
 
 def unfit(character: Character) -> str:
-    """Why a body is none that SMRM knows, as a sentence; "" where it is."""
+    """Reason why SMRM cannot take a body, as a sentence; "" where it can."""
     try:
         joints = reduce(character, "body22").joints
         if len(joints) < JOINTS:
@@ -129,7 +129,7 @@ class Features:
         return step
 
     def path(self, moves: Tensor, turn: Tensor) -> Tensor:
-        """Where the hips go ``(..., frames, 3)``, level from their first place on.
+        """Path of the hips ``(..., frames, 3)``, level from their first place on.
 
         The inverse of ``moves``. Up it is the height above the floor; where ``root`` is ``displacement``,
         that above the first place.

@@ -31,7 +31,7 @@ LEAST = 1e-2
 
 @dataclass(eq=False)
 class Weighting:
-    """What is weighed how; see ``SMRM``. same: the share of rows whose target is their own character."""
+    """Weights of the losses; see ``SMRM``. same: the share of rows whose target is their own character."""
 
     adversarial: float = 0.0001
     rotation_cycle: float = 0.01
@@ -158,7 +158,7 @@ class SmrmTraining:
         return self.generator.decode(codes, body["offsets"], body["resting"])[0]
 
     def _astray(self, answer: Answer, source: Mapping[str, Tensor], real: Tensor) -> Tensor:
-        """How far the hips get away from the source's, squared, over the window."""
+        """Squared distance of the hips' path from the source's, over the window."""
         path = self.features.path(answer.moves, source["turn"])
         return losses.squares(path, self.features.path(source["moves"], source["turn"]), real)
 

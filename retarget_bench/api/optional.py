@@ -158,7 +158,7 @@ def method_manifest(method: object) -> Manifest | None:
 
 
 def takes_batches(method: Method) -> TypeGuard[BatchMethod]:
-    """Whether a method can be asked several cases at once."""
+    """True if a method takes several cases at once."""
     return callable(getattr(method, "retarget_batch", None))
 
 
@@ -184,6 +184,6 @@ def metric_tasks(metric: Metric | SetMetric) -> tuple[str, ...]:
 
 
 def is_set_metric(metric: Metric | SetMetric) -> TypeGuard[SetMetric]:
-    """Whether a metric compares sets: as its card says, or, where that says nothing, by its methods."""
+    """True if a metric compares sets: by its card, or, where that says nothing, by its methods."""
     kind = getattr(metric.card, "kind", "")
     return kind == "set" if kind else hasattr(metric, "features")

@@ -40,7 +40,7 @@ def package_code(name: str) -> Iterator[tuple[str, Path]]:
 
 
 def imports(path: Path, name: str) -> bool:
-    """Whether a Python file imports a package of the engine, or anything in it, by its full name."""
+    """True if a Python file imports a package of the engine, or anything in it, by its full name."""
     try:
         tree = ast.parse(path.read_bytes())
     except (SyntaxError, ValueError):

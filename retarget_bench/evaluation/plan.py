@@ -146,7 +146,7 @@ class EvaluationUnit:
 
     @property
     def in_batches(self) -> bool:
-        """Whether the method takes several cases at once."""
+        """True if the method takes several cases at once."""
         return self.plan.external is None and optional.takes_batches(method(self.method))
 
     @cached_property

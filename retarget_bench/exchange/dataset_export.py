@@ -58,7 +58,7 @@ class _Folder:
         return folder
 
     def _take_up(self) -> None:
-        """What an interrupted export finished; a line that was cut off is ignored."""
+        """Files that an interrupted export finished; a line that was cut off is ignored."""
         head, *lines = (self.path / JOURNAL).read_text(encoding="utf-8").split("\n")
         self._same(head)
         for line in lines[:-1]:

@@ -15,7 +15,7 @@ def at_thirty(source: Prediction) -> Prediction:
 
 
 def at(source: Prediction, frames: int, fps: float) -> Prediction:
-    """So many frames of a source at another rate: slerp for rotations, linear for places."""
+    """A number of frames of a source at another rate: slerp for rotations, linear for places."""
     return source.between(*between(frames, fps, source.fps, source.frames), fps)
 
 

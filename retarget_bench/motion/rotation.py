@@ -335,7 +335,7 @@ def _direction(v: Array) -> Array:
 
 
 def _cyclic(first: int, second: int) -> bool:
-    """Whether the second axis follows the first in X, Y, Z, X."""
+    """True if the second axis follows the first in X, Y, Z, X."""
     return (second - first) % 3 == 1
 
 

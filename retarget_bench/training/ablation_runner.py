@@ -58,7 +58,7 @@ def find(method: Spec, name: str) -> Ablation:
 
 
 def check(ablation: Ablation, data: Spec) -> None:
-    """What would stand in the way once all is trained.
+    """Check for what would stand in the way once all is trained.
 
     Raises BenchError where no metric has a column's value, or the data set to test on no case for a column.
     """
@@ -99,7 +99,7 @@ def train_rows(
 def plan_of(
     ablation: Ablation, trained: Sequence[TrainedRow], data: Spec, out: Path, jobs: int
 ) -> plan.Plan:
-    """What has to be predicted and scored on the data set to test on. Raises BenchError; see ``check``."""
+    """The plan of predictions and scores on the data set to test on. Raises BenchError; see ``check``."""
     return plan.Plan(
         methods=tuple(dict.fromkeys(each.ready for each in trained)),
         datasets=(data,),
@@ -122,7 +122,7 @@ def _metrics(ablation: Ablation) -> tuple[str, ...]:
 
 
 def numbers_of(asked: plan.Plan, trained: Sequence[TrainedRow]) -> list[Numbers]:
-    """What every row scored, from the results of a plan that was carried out."""
+    """Scores of every row, from the results of a plan that was carried out."""
     places: dict[Spec, list[ResultPaths]] = {}
     for unit in plan.evaluation_units(asked):
         places.setdefault(unit.known_as, []).append(unit.paths)

@@ -76,7 +76,7 @@ def card(
 
 
 def manifest(data: Dataset, training_data: TrainingData) -> dict[str, list[str]]:
-    """What training and its validation have seen, as the data set tells it, without the characters,
+    """All that training and its validation have seen, as the data set tells it, without the characters,
     structures and clips that were left out; what was trained on where the data set tells nothing."""
     if isinstance(data, JointDataset):
         found: dict[str, list[str]] = {}

@@ -36,7 +36,7 @@ class Best:
 
 @dataclass(frozen=True)
 class Checkpoint:
-    """Where a run stands.
+    """State of a run.
 
     step:     steps done. seconds: what they took, over all resumptions.
     state:    everything that the next step depends on: ``modules/...`` and ``optimisers/PHASE/...``.

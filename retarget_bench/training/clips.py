@@ -15,7 +15,7 @@ Progress = Callable[[int, int], None]
 
 
 def training_clips(data: Dataset) -> Cast:
-    """What a data set has to train on. Raises NotSupported where that is nothing."""
+    """The training clips of a data set. Raises NotSupported where that is nothing."""
     found = optional.training(data)
     usable = {structure: mine for structure, mine in found.items() if mine}
     if not usable:

@@ -93,7 +93,7 @@ class Trainable(Method, Protocol):
     presets: Mapping[str, TrainingConfig]
 
     def unfit(self, character: Character) -> str:
-        """Why a character cannot be trained on, as a sentence; "" where it can."""
+        """Reason why a character cannot be trained on, as a sentence; "" where it can."""
 
     def prepare(self, motion: Motion) -> Mapping[str, np.ndarray]:
         """A training clip at the recipe's rate as arrays ``(frames, ...)`` float32, run in a worker."""

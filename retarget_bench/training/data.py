@@ -39,7 +39,7 @@ class ClipArrays:
         return len(next(iter(self.arrays.values())))
 
     def starts(self, frames: int, hop: int = 1) -> range:
-        """Where windows of so many frames begin: at multiples of ``hop``. One where the clip is shorter."""
+        """First frames of windows ``frames`` long: multiples of ``hop``. One where the clip is shorter."""
         return range(0, max(self.frames - frames, 0) + 1, hop)
 
 
@@ -159,7 +159,7 @@ class TrainingData:
     def _starts(
         self, name: str, frames: int, hop: int, left_out: LeftOut | None
     ) -> tuple[Sequence[Sequence[int]], np.ndarray]:
-        """Where windows of each clip begin, and ``(clips,)`` how many the clips up to each have."""
+        """First frames of the windows of each clip, and ``(clips,)`` their number up to each."""
         key = (name, frames, hop, left_out)
         if key not in self._counted:
             starts: list[Sequence[int]] = [clip.starts(frames, hop) for clip in self.clips[name]]

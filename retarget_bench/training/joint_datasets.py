@@ -65,7 +65,7 @@ def tested(spec: Spec) -> Spec | None:
 
 
 def _place(spec: Spec) -> dict[str, str]:
-    """Where its files lie: location parameter -> absolute path, of those that are given."""
+    """Places of its files: location parameter -> absolute path, of those that are given."""
     given = {name: spec.parameters.get(name) for name in locations(spec.name)}
     return {name: str(Path(str(at)).expanduser().resolve()) for name, at in given.items() if at}
 
@@ -80,7 +80,7 @@ class Member:
 
 
 class JointDataset:
-    """What several data sets have: their training motion, what they steer it by, their cases.
+    """Several data sets as one: training motion, validation, cases.
 
     Structures of one name are one. A character whose name an earlier data set has too is called
     ``name-2`` here, a case likewise; manifests keep the names that the data sets themselves give.
@@ -152,7 +152,7 @@ class JointDataset:
 
     @property
     def training_notes(self) -> Sequence[str]:
-        """What the data sets leave out of training, and which of them do not steer it though others do."""
+        """Sentences on what training leaves out, and on data sets without validation where others have it."""
         told = [
             f"{data.label.strip()}: {note}"
             for data in self._given

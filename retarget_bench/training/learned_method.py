@@ -39,7 +39,7 @@ class LearnedMethod:
     # -------------------------------------------------------------------------------- what is known
     @property
     def weights_card(self) -> Mapping[str, Any] | None:
-        """Where the weights come from; None where none of the method's default name are shipped.
+        """The card of the weights; None where none of the method's default name are shipped.
 
         Raises BenchError where they are another method's, another version's, or were trained with other
         parameters, and where a name or path that was asked for leads nowhere.
@@ -48,7 +48,7 @@ class LearnedMethod:
 
     @property
     def weights_hash(self) -> str:
-        """What results know the weights by; "" where there are none. Reads no tensor."""
+        """The hash by which results know the weights; "" where there are none. Reads no tensor."""
         return str(self._card["hash"]) if self._card else ""
 
     @property
@@ -59,13 +59,13 @@ class LearnedMethod:
 
     @property
     def training_manifest(self) -> Mapping[str, Sequence[str]] | None:
-        """What the weights were trained on; None where there are none, or where they do not say."""
+        """Training data of the weights; None where there are none, or where they do not say."""
         found: Mapping[str, Sequence[str]] | None = (self._card or {}).get("training_manifest")
         return found
 
     @property
     def untrained(self) -> str:
-        """Why this method cannot retarget as it is, for ``supports``; "" where it can."""
+        """Reason why this method cannot retarget as it is, for ``supports``; "" where it can."""
         if "tensors" in self.__dict__ or self._card:
             return ""
         name, others = self.card.name, ", ".join(self.shipped())

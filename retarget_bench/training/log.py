@@ -39,7 +39,7 @@ class Log:
         self._write([{name: row[name] for name in self.columns} for row in rows])
 
     def add(self, measured: Mapping[str, float]) -> None:
-        """What one step measured."""
+        """Record the measurements of one step."""
         for name, value in measured.items():
             total, count = self._sums.get(name, (0.0, 0))
             self._sums[name] = (total + value, count + 1)

@@ -31,7 +31,7 @@ LOOKED = 10
 
 @dataclass(frozen=True)
 class TrainingStatus:
-    """What there is to show.
+    """State of training for display.
 
     share: of the budget. losses: ``phase.term`` -> mean of the last steps. validation: where there was one;
     problem: what went wrong with some of its cases.
@@ -126,7 +126,7 @@ class Loop:
         return measured
 
     def _after(self, share: float, rate: float) -> None:
-        """What follows a step: looking at losses, a row of the log, validation, a checkpoint."""
+        """Work after a step: losses, a row of the log, validation, a checkpoint."""
         ended = share >= 1.0
         due = ended or self._step % (self.config.validate or math.inf) == 0
         row = due or self._step % log.EVERY == 0

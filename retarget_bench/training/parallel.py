@@ -27,7 +27,7 @@ PATIENCE = timedelta(hours=6)
 
 
 def world() -> int:
-    """How many processes train together, from ``torchrun``'s environment."""
+    """Number of processes that train together, from ``torchrun``'s environment."""
     return int(os.environ.get("WORLD_SIZE", "1")) if "RANK" in os.environ else 1
 
 
@@ -37,12 +37,12 @@ def rank() -> int:
 
 
 def restarted() -> bool:
-    """Whether ``torchrun`` started the processes anew because one had died."""
+    """True if ``torchrun`` started the processes anew because one had died."""
     return int(os.environ.get("TORCHELASTIC_RESTART_COUNT", "0")) > 0
 
 
 def job() -> str:
-    """What is the same for all processes that one ``torchrun`` starts and starts again; "" without it."""
+    """A name shared by all processes that one ``torchrun`` starts and starts again; "" without it."""
     name = os.environ.get("TORCHELASTIC_RUN_ID")
     return f"{name} {os.getppid()}" if name else ""
 
@@ -108,7 +108,7 @@ def mean(tensor: Tensor) -> Tensor:
 
 
 def first(call: Callable[[], T]) -> T:
-    """What the first process's call gives, for all of them; a BenchError of it is raised in all."""
+    """The result of the first process's call, for all of them; a BenchError of it is raised in all."""
     if not _together():
         return call()
     box: list[T | BenchError] = [None]  # type: ignore[list-item]

@@ -51,7 +51,7 @@ class TrainingOptions:
 
 
 class ProgressReporter(Protocol):
-    """How a run tells of itself."""
+    """Callbacks that report a run's progress."""
 
     def say(self, text: str) -> None: ...
     def gathering(self, done: int, total: int) -> None: ...
@@ -93,7 +93,7 @@ def train(asked: TrainingOptions, reporter: ProgressReporter) -> TrainingResult:
 
 
 def finished(asked: TrainingOptions) -> bool:
-    """Whether the run that is asked to go on has used up its budget, and its weights are there.
+    """True if the run that is asked to go on has used up its budget and its weights are there.
 
     Raises BenchError where its folder holds another run than the one that is asked for.
     """
@@ -184,7 +184,7 @@ def _validator(
 
 # -------------------------------------------------------------------------------------- what is asked
 def folder_of(asked: TrainingOptions) -> Path:
-    """Where a run is kept. Raises BenchError where nothing says so."""
+    """The folder of a run. Raises BenchError where nothing says so."""
     if asked.out is not None:
         return asked.out
     if asked.method is None:
@@ -278,7 +278,7 @@ def _new(asked: TrainingOptions, method: Spec) -> Request:
 
 
 def _amount(training_data: TrainingData, config: TrainingConfig) -> str:
-    """How much there is to learn from, as a sentence: with a few minutes of motion people have forgotten a
+    """The amount of training motion, as a sentence: with a few minutes of motion people have forgotten a
     parameter of the data set, and clips that are shorter than a window are mostly padding."""
     clips = [clip for mine in training_data.clips.values() for clip in mine]
     bodies = len(training_data.clips)

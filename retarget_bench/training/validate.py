@@ -89,7 +89,7 @@ class Validator:
         return scores
 
     def decisive(self, scores: Scores) -> float:
-        """What is to be small: the mean over splits of the first value; infinite unless every case has
+        """The number to minimise: the mean over splits of the first value; infinite unless every case has
         an answer that it can be had of."""
         each = [values.get(self.values[0], math.inf) for values in scores.values()]
         whole = sum(values["n"] for values in scores.values()) == len(self)

@@ -74,7 +74,7 @@ class Structure:
 
     @cached_property
     def roles(self) -> tuple[str | None, ...]:
-        """What the engine knows each joint of the rig as, or None."""
+        """The role of each joint of the rig, or None."""
         told = (self.told.get(part, part) for _, part, _ in self.rows)
         return tuple(role if is_role(role) else None for role in told)
 
@@ -84,7 +84,7 @@ class Structure:
 
     @property
     def collars(self) -> bool:
-        """Whether collar bones move."""
+        """True if collar bones move."""
         return "left_shoulder" not in self.silent
 
     @property
@@ -99,7 +99,7 @@ class Structure:
 
     @property
     def lever(self) -> float:
-        """How far the base of the neck comes forward when the spine bends, shares of the trunk a radian."""
+        """Way of the base of the neck forward when the spine bends, shares of the trunk a radian."""
         return sum(share * (1.0 - self.levels[part]) for part, share in self.bending.items())
 
     def positions(self, sizes: Proportions) -> dict[str, np.ndarray]:
@@ -108,7 +108,7 @@ class Structure:
         return {part: found[part] for part in self.parts}
 
     def tips(self, sizes: Proportions) -> dict[str, np.ndarray]:
-        """Where the last bones end, from their joint; parts that are ends themselves have none."""
+        """Ends of the last bones, from their joint; parts that are ends themselves have none."""
         parents = {self.parts[parent] for parent in self.parents[: self.joints] if parent >= 0}
         last = {part for part in self.parts[: self.joints] if part not in parents}
         return {part: end for part, end in both_sides(*self.ends(sizes)).items() if part in last}
@@ -128,7 +128,7 @@ class Structure:
 
 
 def both_sides(middle: Places, left: Places) -> dict[str, np.ndarray]:
-    """What lies in the middle, and what lies on the left, on either side."""
+    """Parts in the middle, and those on the left for either side."""
     found = {part: np.array(place) for part, place in middle.items()}
     for side in SIDES:
         out = np.array([sign(side), 1.0, 1.0])

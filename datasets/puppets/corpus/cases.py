@@ -87,7 +87,7 @@ def _offers(size: str, part: Part, seed: int, split: str) -> Mapping[Clip, tuple
 
 @cache
 def _most(size: str, part: Part, seed: int) -> Mapping[str, int]:
-    """How many cases each split has: what the size says, or more for every clip to have one, while the sum
+    """Number of cases of each split: what the size says, or more for every clip to have one, while the sum
     over the splits stays what the size says."""
     asked = SIZES[size].cases if part == "test" else SIZES[size].validation
     least = {split: len(_offers(size, part, seed, split)) for split in asked}
@@ -101,7 +101,7 @@ def _most(size: str, part: Part, seed: int) -> Mapping[str, int]:
 
 
 def _numbers(listed: Sequence[Clip], most: int, offers: Mapping[Clip, Sequence[object]]) -> dict[Clip, int]:
-    """How many cases each clip has: as many as the others, a third of that where it is long."""
+    """Number of cases of each clip: as many as the others, a third of that where it is long."""
     if most < len(listed):
         return {listed[k * len(listed) // most]: 1 for k in range(most)}
     weights = {clip: 1 if clip.long else 3 for clip in listed}

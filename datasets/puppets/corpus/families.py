@@ -98,7 +98,7 @@ Part = Literal["train", "validation", "test"]
 
 
 def only_tested(body: Body) -> bool:
-    """Whether a body is only in the test."""
+    """True for a body that is only in the test."""
     return body.held_out or body.structure.name in HELD_OUT_STRUCTURES
 
 

@@ -25,7 +25,7 @@ from .pose import Pose
 
 @dataclass(frozen=True)
 class DogManner:
-    """How a dog does what the score leaves open. Another manner is another right answer.
+    """A dog's way to do what the score leaves open. Another manner is another right answer.
 
     knees, elbows: turned outward, radians. front: share of the back's bend moved from its hind to its fore
     half. blades: share of a fore leg's swing that the blade makes.

@@ -181,7 +181,7 @@ def _swing_pivot(
 
 
 def _clearing(ankle: np.ndarray, pitch: np.ndarray, bent: np.ndarray, body: Body) -> np.ndarray:
-    """How much a swinging foot must rise so that neither heel, ball nor toes go through the floor."""
+    """The least that a swinging foot must rise so that neither heel, ball nor toes go through the floor."""
     p, c, s = body.proportions, np.cos(pitch), np.sin(pitch)
     toe, heel = (ankle + up * c - ahead * s for up, ahead in _sole(body))
     ball = toe - p.ball_height
@@ -190,7 +190,7 @@ def _clearing(ankle: np.ndarray, pitch: np.ndarray, bent: np.ndarray, body: Body
 
 
 def lifted(heights: Iterable[np.ndarray], slack: float) -> np.ndarray:
-    """How much ``(frames,)`` points at ``heights`` over the floor must rise, smoothly, for none to be
+    """The least that ``(frames,)`` points at ``heights`` over the floor must rise, smoothly, for none to be
     deeper than ``slack``."""
     deep = sum((np.maximum(-height, 0.0) ** 4 for height in heights), start=np.array(slack**4))
     return np.asarray(deep**0.25 - slack)
@@ -214,7 +214,7 @@ def _planted(foot: Foot, t: np.ndarray) -> np.ndarray:
 
 
 def _since_before(label: np.ndarray) -> np.ndarray:
-    """Where a label is set in a frame and in the one before; the first frame has only itself."""
+    """True where a label is set in a frame and in the one before; the first frame has only itself."""
     return label & np.concatenate([label[:1], label[:-1]])
 
 

@@ -28,14 +28,14 @@ def knee_height(body: Body) -> float:
 
 
 def _ankle(body: Body) -> tuple[float, float]:
-    """How high over its knee and how far behind its toe joint the ankle of a kneeling leg is, metres."""
+    """The ankle of a kneeling leg: metres over its knee, and behind its toe joint."""
     p, c, s = body.proportions, np.cos(KNEELING_PITCH), np.sin(KNEELING_PITCH)
     up = p.ball_height - p.ankle
     return float(p.ball_height - (up * c - p.ball * s) - knee_height(body)), float(up * s + p.ball * c)
 
 
 def knee_ahead(body: Body) -> float:
-    """How far before the toe joint the knee rests, metres."""
+    """Metres from the toe joint forward to the resting knee."""
     rise, behind = _ankle(body)
     return float(np.sqrt(body.proportions.shank**2 - rise**2)) - behind
 
@@ -62,7 +62,7 @@ def kneels(score: Score, side: str) -> np.ndarray:
 def on_knees(
     score: Score, middle: np.ndarray, hips: np.ndarray, knees: np.ndarray, body: Body
 ) -> np.ndarray:
-    """Where the middle between the hip joints goes ``(frames, 3)``, so far as the body kneels.
+    """Path ``(frames, 3)`` of the middle between the hip joints, so far as the body kneels.
 
     hips: ``(2, frames, 3)`` of either hip joint from the middle; knees: ``(2, frames, 3)`` at rest.
     """
@@ -105,7 +105,7 @@ def over_floor(height: np.ndarray, body: Body) -> np.ndarray:
 
 
 def all_fours(body: Body) -> tuple[float, float]:
-    """How far the trunk leans forward on hands and knees, radians, and how far the shoulder joints are then
+    """Lean of the trunk on hands and knees, radians, and the way of the shoulder joints
     before the knees, metres: the arms all but straight, elbows bent where they are too long for that.
     Where no collar bone follows a hand, the shoulders are lower, for the arms to reach as far."""
     p = body.proportions

@@ -144,7 +144,7 @@ def _between(plant: PawPlant, after: PawPlant, t: np.ndarray) -> np.ndarray:
 
 
 def _lying(tip: np.ndarray, thick: float) -> float:
-    """How far the bone over the paw turns back until its joint lies on the floor, radians."""
+    """Radians that the bone over the paw turns back until its joint lies on the floor."""
     up, behind = -float(tip[1]), float(tip[2])
     length = float(np.hypot(up, behind))
     return float(np.arctan2(up, behind) - np.arcsin(min(thick / length, 0.9)))
@@ -155,7 +155,7 @@ _AT_REST = 2e-5
 
 
 def _rests(paw: Paw, frames: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Where it is planted, pivoting, and down at all."""
+    """Frames in which it is planted, pivoting, and down at all."""
     still, held, down = (np.zeros(frames, dtype=bool) for _ in range(3))
     before = np.concatenate([paw.flat[:1], paw.flat[:-1]])
     for plant in paw.plants:

@@ -36,7 +36,7 @@ _MOST_CROUCH = 0.34
 
 @dataclass(frozen=True)
 class Manner:
-    """How a body does what the score leaves open. Another manner is another right answer.
+    """A body's way to do what the score leaves open. Another manner is another right answer.
 
     knees:  share of a foot's turn against the pelvis that the knee follows.
     elbows: turns both elbows outward and up, radians.

@@ -40,7 +40,7 @@ USUAL_HIPS = 0.105
 
 
 def stance_width(width: float, body: Body) -> float:
-    """How far outward a foot stands, metres.
+    """Metres from the middle outward to a standing foot.
 
     Short legs under wide hips would slant by twice a person's angle when the weight goes from foot to foot,
     and look knock-kneed: what a stance is wider than a walk's is made less there."""
@@ -54,7 +54,7 @@ _GAP = 0.02
 
 
 def _fit(plant: Plant, body: Body) -> float:
-    """How far ahead of its place a foot must stand not to touch a riser, metres. What does not fit on the
+    """Metres ahead of its place at which a foot does not touch a riser. What does not fit on the
     tread hangs over its free edge."""
     sizes = body.proportions
     room = (abs(plant.riser) - _GAP) * sizes.leg

@@ -248,7 +248,7 @@ class Block(nn.Module):
         return result
 
     def _part(self, own: Tensor, part: tuple[slice, slice], matrix: Tensor, bias: Tensor) -> Tensor:
-        """What becomes of a part of a sequence, for which a rim around it is read."""
+        """The result for a part of a sequence, for which a rim around it is read."""
         starts = [max(side.start - HALO, 0) for side in part]
         read = own[starts[0] : part[0].stop + HALO, starts[1] : part[1].stop + HALO]
         normed = self.attention.norm(read)

@@ -20,7 +20,7 @@ TOGETHER = 1 << 15
 
 
 class RaggedTokens:
-    """Where the tracks of each sequence of a batch lie.
+    """Places of the tracks of each sequence of a batch.
 
     counts: tracks of each sequence. frames: ``(rows, frames)`` bool, or None where all of them are real;
     padding lies behind.

@@ -183,7 +183,7 @@ class _Unrolled(torch.autograd.Function):
 
 
 def raised(known: Tensor) -> Tensor:
-    """What autocast may have rounded, in single precision again."""
+    """A tensor that autocast may have rounded, in single precision again."""
     return known.float() if known.dtype in (torch.bfloat16, torch.float16) else known
 
 

@@ -56,7 +56,7 @@ class Drops(NamedTuple):
 
 
 class Frame(NamedTuple):
-    """What the gradient needs of one frame; all but the cells' are ``(rows, ...)``."""
+    """Values of one frame that the gradient needs; all but the cells' are ``(rows, ...)``."""
 
     fed: Tensor
     lower: Saved

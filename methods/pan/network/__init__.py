@@ -187,7 +187,7 @@ class Encoder(nn.Module):
         return rows[:, : self.count], rows[:, self.count :]
 
     def _channels(self) -> tuple[tuple[int, int], tuple[int, int]]:
-        """How many the two convolutions read and write."""
+        """Numbers of channels that the two convolutions read and write."""
         width, whole = self.design.width, self.parts * self.design.width
         if self.design.by_part:
             return (whole, whole), (whole, whole)

@@ -158,7 +158,7 @@ def _rows(place: ResultPaths, manifest: Manifest, data: Dataset, *, first: bool)
 
 
 def mistakes(facts: dict[str, Any]) -> list[str]:
-    """Where a header is not what it must be: ``method.privileged: Field required``."""
+    """Faults of a header, as ``method.privileged: Field required``."""
     try:
         # of JSON, since a strict check of Python's objects takes no mapping for a dataclass
         header = _HEADER.validate_json(json.dumps(facts), strict=True)

@@ -45,7 +45,7 @@ class AboutData(_Table):
 
 
 class Cost(_Table):
-    """What the method costs.
+    """Cost of the method.
 
     parameters: numbers that were learnt. training_hours: of all runs behind the weights, on ``hardware``.
     peak_memory_mb: what a process grows by while it retargets. lookahead_frames: how many frames after the

@@ -108,7 +108,7 @@ def read_header(path: Path, data: bytes) -> tuple[Header, int, int]:
 
 
 def reaches_the_numbers(data: bytes) -> bool:
-    """Whether the first bytes of a file hold all of its header, or more than a header may have."""
+    """True if the first bytes of a file hold all of its header, or more than a header may have."""
     return 0 <= _find_motion(data) <= len(data) - _AFTER_MOTION or len(data) > _LONGEST
 
 

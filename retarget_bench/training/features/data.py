@@ -31,7 +31,7 @@ Clips = Mapping[str, np.ndarray]
 
 @dataclass(frozen=True)
 class Source:
-    """Where the motion for a structure's network comes from.
+    """Origin of the motion for a structure's network.
 
     lender: the structure that moves. joints: which of its joints are seen, in the structure's own order.
     roles:  of the structure's own joints.
@@ -48,7 +48,7 @@ class Source:
 
 
 def sources(data: Dataset, wanted: Sequence[str] = ()) -> list[Source]:
-    """Where the motion for each structure comes from; without ``wanted``, for all that some motion fits.
+    """Origin of the motion for each structure; without ``wanted``, for all that some motion fits.
 
     Raises NotSupported where the data set has no training motion, or none for a structure asked for.
     """

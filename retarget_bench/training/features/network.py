@@ -47,7 +47,7 @@ class Network:
         return str(self.card["hash"])
 
     def unfit(self, character: Character) -> str:
-        """Why a body cannot be seen by this network; "" where it can."""
+        """Reason why a body cannot be seen by this network; "" where it can."""
         joints = structure_joints(character)
         roles = [character.roles[joint] for joint in joints]
         if roles != self.card["roles"]:
@@ -108,7 +108,7 @@ def _convolve(signal: np.ndarray, filters: np.ndarray, bias: np.ndarray) -> np.n
 
 # ------------------------------------------------------------------------------------------------ files
 def own_folder() -> Path:
-    """Where ``bench train-features`` puts networks unless told otherwise, and where they are looked for."""
+    """The folder of networks that ``bench train-features`` makes, unless told otherwise."""
     return cache_folder() / "features"
 
 

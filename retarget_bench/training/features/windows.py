@@ -40,7 +40,7 @@ ACCELERATION_OFFSET = 0.2
 
 
 def unseeable(character: Character) -> str:
-    """Why a body has no facing frame or scale; "" where it has."""
+    """Reason why a body has no facing frame or scale; "" where it has."""
     if not character.height > 0:
         return f"{character.name} has no height"
     return facing.unknown(character)

@@ -97,7 +97,7 @@ class TemporalDiscriminator(nn.Module):
 
     @staticmethod
     def _input(hidden: Tensor, offsets: Tensor | None, lengths: Tensor) -> Tensor:
-        """What a layer reads: its frames, the bones beside each of them, zeros behind the last one."""
+        """Input of a layer: its frames, the bones beside each of them, zeros behind the last one."""
         if offsets is not None:
             beside = offsets.unsqueeze(-1).expand(-1, -1, hidden.shape[-1])
             hidden = torch.cat([hidden, beside], dim=1)

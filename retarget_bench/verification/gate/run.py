@@ -153,7 +153,7 @@ def own_metrics() -> tuple[str, ...]:
 
 
 def _retargets(name: str) -> bool:
-    """Whether a metric is one of retargeting; one that cannot be built counts, so that it is reported."""
+    """True for a metric of retargeting; one that cannot be built counts, so that it is reported."""
     try:
         return "retarget" in metric_tasks(registry.create("metrics", name))
     except BenchError:

@@ -161,7 +161,7 @@ def _refused(replies: Sequence[Reply]) -> dict[str, dict[str, Any]]:
 
 
 def _asked(reply: Reply) -> bool:
-    """Whether any rewritten question was put."""
+    """True if any rewritten question was put."""
     return bool(reply.deviations or reply.failed or reply.refused)
 
 
