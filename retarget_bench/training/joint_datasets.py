@@ -152,7 +152,7 @@ class JointDataset:
 
     @property
     def training_notes(self) -> Sequence[str]:
-        """Sentences on what training leaves out, and on data sets without validation where others have it."""
+        """Sentences on what training leaves out, and on data sets without validation beside others."""
         told = [
             f"{data.label.strip()}: {note}"
             for data in self._given
