@@ -8,6 +8,7 @@ from torch import Tensor
 
 from retarget_bench.api import Context, Method, MethodCard, Prediction
 from retarget_bench.errors import NotSupported
+from retarget_bench.motion import root_rules
 from retarget_bench.motion.character import Character
 from retarget_bench.motion.motion import Motion
 from retarget_bench.training.config import TrainingConfig
@@ -72,7 +73,8 @@ class Paired(LearnedMethod):
 
     # ----------------------------------------------------------------------------------- retargeting
     def supports(self, source: Character, target: Character) -> str | None:
-        return self.untrained or unfit(source) or unfit(target) or None
+        unsized = root_rules.reason("hip_height", source, target)
+        return self.untrained or unfit(source) or unfit(target) or unsized
 
     def retarget(self, source: Prediction, target: Character, *, context: Context) -> Motion:
         if not isinstance(source, Motion):

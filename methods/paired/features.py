@@ -24,11 +24,9 @@ PARENTS = (-1, 0, 1, 2, 3, 4, 0, 6, 7, 8, 0, 10, 11, 12, 3, 14, 15, 16, 3, 18, 1
 SKELETON = Skeleton(BODY22, np.array(PARENTS), np.zeros((JOINTS, 3)))
 FEET = tuple(BODY22.index(f"{side}_{part}") for side in ("left", "right") for part in ("foot", "toe"))
 HANDS = tuple(BODY22.index(f"{side}_hand") for side in ("left", "right"))
+_OTHER = {"left": "right", "right": "left"}
 MIRRORED = tuple(
-    BODY22.index(role.replace("left", "r").replace("right", "left").replace("r_", "right_", 1))
-    if role.startswith(("left", "right"))
-    else rank
-    for rank, role in enumerate(BODY22)
+    BODY22.index("_".join(_OTHER.get(word, word) for word in role.split("_"))) for role in BODY22
 )
 """The joint on the other side."""
 SMOOTHING = 3.0

@@ -13,7 +13,7 @@ from .network import Correction, Corrector, copy_of, goals_of, seen
 from .pose import posed
 
 CHUNK = 1024
-"""Frames that are answered at once: memory does not grow with a clip's length."""
+"""Frames that go through the network at once."""
 
 
 def retargeted(network: Corrector, source: Motion, target: Character, feet: bool = True) -> Motion:

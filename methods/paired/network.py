@@ -7,9 +7,9 @@ import torch
 from torch import Tensor, nn
 from torch.nn import functional
 
-from retarget_bench.errors import BenchError
 from retarget_bench.motion.kinematics_torch import Tree
 from retarget_bench.motion.kinematics_torch import forward as kinematics
+from retarget_bench.training.weights import fill
 
 from .features import FEET, FPS, JOINTS, SKELETON
 from .pose import ARMS, END, LEGS, TRUNK, UPPER, Goals, Posed, copied, exponential, multiply, posed
@@ -17,7 +17,7 @@ from .pose import ARMS, END, LEGS, TRUNK, UPPER, Goals, Posed, copied, exponenti
 SEEN = 2 * 3 * JOINTS + 6 * JOINTS + 5 + len(FEET)
 BODIES = 2 * 3 * JOINTS + 2
 SIZES = {"trunk": 3 * len(TRUNK), "hips": 3, "limbs": 3 * 4, "swivel": 4, "ends": 3 * 4}
-"""Numbers of a correction."""
+"""Part of a correction -> how many numbers it has in a frame."""
 LARGEST = 0.15
 """Of the logarithm of the path's scale."""
 
@@ -48,6 +48,8 @@ class Block(nn.Module):
         self.out = nn.Linear(width, width)
 
     def forward(self, hidden: Tensor, scale: Tensor, shift: Tensor, real: Tensor) -> Tensor:
+        """hidden: ``(rows, frames, width)``. scale, shift: ``(rows, 1, width)`` by the bodies.
+        real: ``(rows, frames, 1)``, 0 at padding."""
         seen = (self.norm(hidden) * (1 + scale) + shift) * real
         padded = functional.pad(seen, (0, 0, self.reach, self.reach))
         frames = seen.shape[1]
@@ -76,10 +78,7 @@ class Corrector(nn.Module):
 
     def take(self, tensors: Mapping[str, Tensor]) -> None:
         """Take over exported tensors. Raises BenchError where they are another network's."""
-        own = {name: tensor.shape for name, tensor in self.state_dict().items()}
-        if own != {name: tensor.shape for name, tensor in tensors.items()}:
-            raise BenchError("these weights are not of this version of paired; train it anew")
-        self.load_state_dict(dict(tensors))
+        fill(self, tensors, "paired")
 
     def forward(self, seen: Tensor, bodies: Tensor, real: Tensor) -> Correction:
         """seen: ``(rows, frames, SEEN)``. bodies: ``(rows, BODIES)``. real: ``(rows, frames)`` bool."""
@@ -103,7 +102,8 @@ class Corrector(nn.Module):
 
 
 def ahead(vectors: Tensor, turn: Tensor) -> Tensor:
-    """Vectors ``(..., 3)`` of the world as left, up, forward of a direction ``(..., 2)``."""
+    """Vectors ``(..., 3)`` of the world as left, up, forward of a facing direction ``(..., 2)``, the parts
+    of a unit complex number."""
     x, y, z = vectors.unbind(-1)
     cos, sin = turn.unbind(-1)
     return torch.stack([x * cos - z * sin, y, z * cos + x * sin], -1)
